@@ -1,0 +1,55 @@
+"""The error tree.
+
+VigilError
+├── InputError               bad input of the user's: stop at once, say what, where and what to do
+│   ├── HouseError           a house that is malformed, too large or refers to what is not there
+│   ├── EpisodeError         an episode that its house or the protocol contradicts
+│   ├── PackMismatch         a pack whose files or hashes differ from its manifest
+│   ├── RecordError          a run folder or record that cannot be read or continued
+│   └── SettingError         a command-line or run setting that makes no sense
+└── InfrastructureError      retried, then the episode ends as `error` and is never scored
+    ├── SimulatorError       a simulator that crashed, hung or broke its own contract
+    └── ModelAPIError        transport, rate limits and outages of a model's provider
+
+What an agent does wrong is never an exception: it is data (`vigil.actions.InvalidAction`).
+"""
+
+
+class VigilError(Exception):
+    """Any error that VIGIL raises on purpose."""
+
+
+class InputError(VigilError):
+    """Bad input: the message names what, where and what to do."""
+
+
+class HouseError(InputError):
+    """A house document that cannot be loaded."""
+
+
+class EpisodeError(InputError):
+    """An episode that contradicts its house or the protocol."""
+
+
+class PackMismatch(InputError):
+    """A pack whose files differ from what its manifest says."""
+
+
+class RecordError(InputError):
+    """A run folder or record that cannot be read or continued."""
+
+
+class SettingError(InputError):
+    """A setting that makes no sense."""
+
+
+class InfrastructureError(VigilError):
+    """A failure that is not the agent's: retried, then `end="error"`."""
+
+
+class SimulatorError(InfrastructureError):
+    """A simulator that crashed, hung or broke its own contract."""
+
+
+class ModelAPIError(InfrastructureError):
+    """A model's provider failed: transport, rate limit, outage, or no image support."""

@@ -1,0 +1,230 @@
+"""House: a ProcTHOR house document (JSON, schema 1.0.0), loaded, saved and hashed.
+
+Unknown keys are kept, so that a house that was loaded and saved again is the same document. This
+module knows the document, not what the things in it look like or do (`vigil.sim.build`).
+"""
+
+import hashlib
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic.alias_generators import to_camel
+
+from vigil.errors import HouseError
+from vigil.pose import Pose, Vec3
+
+MAX_HOUSE_BYTES = 32 * 1024 * 1024
+MAX_OBJECTS = 5000
+
+
+class _Node(BaseModel):
+    model_config = ConfigDict(extra="allow", frozen=True, alias_generator=to_camel, populate_by_name=True)
+
+
+class Point(_Node):
+    """x, y, z in metres (THOR's frame), or degrees for a rotation."""
+
+    x: float = Field(allow_inf_nan=False)
+    y: float = Field(allow_inf_nan=False)
+    z: float = Field(allow_inf_nan=False)
+
+    @property
+    def vec(self) -> Vec3:
+        """The same as a tuple."""
+        return Vec3(self.x, self.y, self.z)
+
+
+class Color(_Node):
+    """Red, green and blue in 0..1."""
+
+    r: float
+    g: float
+    b: float
+
+
+class MaterialRef(_Node):
+    """A material by name, maybe tinted."""
+
+    name: str
+    color: Color | None = None
+
+
+class Room(_Node):
+    """A room: its floor polygon and material."""
+
+    id: str
+    room_type: str
+    floor_polygon: list[Point] = Field(min_length=3)
+    floor_material: MaterialRef
+
+
+class Wall(_Node):
+    """A wall panel: a vertical quad seen from one side."""
+
+    id: str
+    room_id: str
+    polygon: list[Point] = Field(min_length=4, max_length=4)
+    material: MaterialRef
+
+
+class Opening(_Node):
+    """A hole in a pair of wall panels, with what fills it. Coordinates run along `wall0`."""
+
+    id: str
+    asset_id: str
+    room0: str
+    room1: str
+    wall0: str
+    wall1: str | None = None
+    hole_polygon: list[Point] = Field(min_length=2)
+    asset_position: Point | None = None
+
+
+class Door(Opening):
+    """A door, doorway or open frame."""
+
+    openable: bool | None = None
+    openness: float | None = None
+
+
+class Window(Opening):
+    """A window."""
+
+
+class HouseObject(_Node):
+    """A thing; `position` is the centre of its bounding box."""
+
+    id: str
+    asset_id: str
+    position: Point
+    rotation: Point
+    kinematic: bool = True
+    children: list["HouseObject"] = Field(default_factory=list)
+    openness: float | None = None
+    is_on: bool | None = None
+    is_dirty: bool | None = None
+
+
+class Light(_Node):
+    """A light: `directional`, or a room's `point` light."""
+
+    id: str
+    type: str
+    position: Point
+    intensity: float = 1.0
+    rgb: Color = Color(r=1.0, g=1.0, b=1.0)
+
+
+class ProceduralParameters(_Node):
+    """Lights, ceiling and sky."""
+
+    lights: list[Light] = Field(default_factory=list)
+    ceiling_material: MaterialRef | None = None
+    skybox_id: str | None = None
+
+
+class HouseDocument(_Node):
+    """The whole document as ProcTHOR writes it."""
+
+    rooms: list[Room] = Field(min_length=1)
+    walls: list[Wall]
+    doors: list[Door]
+    windows: list[Window]
+    objects: list[HouseObject]
+    procedural_parameters: ProceduralParameters
+    metadata: dict[str, Any] = Field(default_factory=dict)
+
+
+class House:
+    """A house document with its name and hash."""
+
+    def __init__(self, name: str, data: dict[str, Any]) -> None:
+        """`data` is the JSON document. Raises HouseError."""
+        self.name = name
+        self.data = data
+        try:
+            self.document = HouseDocument.model_validate(data)
+        except ValidationError as error:
+            raise HouseError(_first_fault(name, error)) from None
+        _check_references(name, self.document)
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the canonical JSON (sorted keys, no white space)."""
+        return hashlib.sha256(canonical_json(self.data)).hexdigest()
+
+    @property
+    def start(self) -> Pose | None:
+        """The start pose that the document proposes (`metadata.agent`), on the floor; None without one."""
+        agent = self.document.metadata.get("agent")
+        if not isinstance(agent, dict):
+            return None
+        position, rotation = agent["position"], agent["rotation"]
+        yaw = rotation["y"] if isinstance(rotation, dict) else rotation
+        return Pose(position=Vec3(position["x"], 0.0, position["z"]), rotation=yaw, horizon=agent.get("horizon", 30))
+
+    def objects(self) -> list[tuple[HouseObject, str | None]]:
+        """Returns every object with its parent's id, parents before children, in document order."""
+        found: list[tuple[HouseObject, str | None]] = []
+
+        def visit(nodes: list[HouseObject], parent: str | None) -> None:
+            for node in nodes:
+                found.append((node, parent))
+                visit(node.children, node.id)
+
+        visit(self.document.objects, None)
+        return found
+
+    def save(self, path: Path) -> None:
+        """Writes the document as canonical JSON."""
+        path.write_bytes(canonical_json(self.data) + b"\n")
+
+    @classmethod
+    def load(cls, path: Path) -> "House":
+        """Returns the house in a JSON file; its name is the file's stem. Raises HouseError."""
+        if not path.is_file():
+            raise HouseError(f"House file {str(path)!r} does not exist. Give the path of a ProcTHOR house JSON file.")
+        if path.stat().st_size > MAX_HOUSE_BYTES:
+            raise HouseError(f"House file {str(path)!r} is larger than {MAX_HOUSE_BYTES // 2**20} MiB; is it one house?")
+        try:
+            data = json.loads(path.read_bytes())
+        except (ValueError, RecursionError) as error:
+            raise HouseError(f"House file {str(path)!r} is not JSON: {error}.") from None
+        if not isinstance(data, dict):
+            raise HouseError(f"House file {str(path)!r} holds a {type(data).__name__}; a house is one JSON object.")
+        return cls(path.stem, data)
+
+
+def canonical_json(data: Any) -> bytes:
+    """Returns the one byte form of a JSON value: sorted keys, no white space, UTF-8."""
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=False).encode()
+
+
+def _first_fault(name: str, error: ValidationError) -> str:
+    fault = error.errors()[0]
+    place = ".".join(str(part) for part in fault["loc"]) or "the document"
+    more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    return f"House {name!r}: {place}: {fault['msg']}{more}. A house is a ProcTHOR document of schema 1.0.0."
+
+
+def _check_references(name: str, document: HouseDocument) -> None:
+    rooms, walls = {room.id for room in document.rooms}, {wall.id for wall in document.walls}
+    for opening in [*document.doors, *document.windows]:
+        for room in (opening.room0, opening.room1):
+            if room not in rooms:
+                raise HouseError(f"House {name!r}: opening {opening.id!r} names room {room!r}, which is not in `rooms`.")
+        if opening.wall0 not in walls:
+            raise HouseError(f"House {name!r}: opening {opening.id!r} names wall {opening.wall0!r}, which is not in `walls`.")
+    seen: set[str] = set()
+    stack = list(document.objects)
+    while stack:
+        node = stack.pop()
+        if node.id in seen:
+            raise HouseError(f"House {name!r}: two objects have the id {node.id!r}; ids must be unique.")
+        seen.add(node.id)
+        stack.extend(node.children)
+    if len(seen) > MAX_OBJECTS:
+        raise HouseError(f"House {name!r}: {len(seen)} objects, more than the limit of {MAX_OBJECTS}.")

@@ -1,0 +1,118 @@
+"""Poses and boxes in AI2-THOR's frame, with the arithmetic of angles and distances.
+
+The frame: metres; x right, y up, z forward (left-handed); yaw in degrees, clockwise seen from
+above, 0 looking along +z and 90 along +x; horizon in degrees, positive looking down.
+"""
+
+import math
+from typing import NamedTuple
+
+from pydantic import BaseModel, ConfigDict
+
+EYE_HEIGHT_M = 1.576
+"""Height of the standing agent's camera above the floor."""
+
+
+class Vec3(NamedTuple):
+    """A point or direction: x right, y up, z forward; metres."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Pose(BaseModel):
+    """Where the agent stands and looks: `position` is on the floor (y = floor height)."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    position: Vec3
+    rotation: float
+    horizon: float = 0.0
+    standing: bool = True
+
+    @property
+    def eye(self) -> Vec3:
+        """The camera's position."""
+        x, y, z = self.position
+        return Vec3(x, y + EYE_HEIGHT_M, z)
+
+
+class Box(BaseModel):
+    """An upright box: `center`, full `size` along its own axes, turned by `yaw` about the vertical."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    center: Vec3
+    size: Vec3
+    yaw: float = 0.0
+
+    @property
+    def bottom(self) -> float:
+        """Height of the lowest face."""
+        return self.center.y - self.size.y / 2
+
+    @property
+    def top(self) -> float:
+        """Height of the highest face."""
+        return self.center.y + self.size.y / 2
+
+    def corners(self) -> list[Vec3]:
+        """Returns the eight corners, bottom four first."""
+        half_x, half_z = self.size.x / 2, self.size.z / 2
+        return [
+            self._out_of(local_x, y, local_z)
+            for y in (self.bottom, self.top)
+            for local_x, local_z in ((-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z))
+        ]
+
+    def floor_distance(self, point: Vec3) -> float:
+        """Returns the floor-plane distance (m) from `point` to the nearest point of the box; 0 inside."""
+        dx, dz = point.x - self.center.x, point.z - self.center.z
+        local_x, local_z = rotate_floor(dx, dz, -self.yaw)
+        return math.hypot(
+            max(abs(local_x) - self.size.x / 2, 0.0),
+            max(abs(local_z) - self.size.z / 2, 0.0),
+        )
+
+    def _out_of(self, local_x: float, y: float, local_z: float) -> Vec3:
+        x, z = rotate_floor(local_x, local_z, self.yaw)
+        return Vec3(self.center.x + x, y, self.center.z + z)
+
+
+def rotate_floor(x: float, z: float, yaw: float) -> tuple[float, float]:
+    """Returns the floor vector (x, z) turned by `yaw` degrees clockwise seen from above."""
+    sin, cos = math.sin(math.radians(yaw)), math.cos(math.radians(yaw))
+    return x * cos + z * sin, z * cos - x * sin
+
+
+def heading(yaw: float) -> tuple[float, float]:
+    """Returns the unit floor vector (x, z) that `yaw` looks along."""
+    return rotate_floor(0.0, 1.0, yaw)
+
+
+def yaw_towards(origin: Vec3, target: Vec3) -> float:
+    """Returns the yaw in [0, 360) from `origin` to `target` in the floor plane."""
+    return math.degrees(math.atan2(target.x - origin.x, target.z - origin.z)) % 360.0
+
+
+def wrap_deg(angle: float) -> float:
+    """Returns `angle` in [0, 360)."""
+    wrapped = angle % 360.0
+    return 0.0 if wrapped == 360.0 else wrapped
+
+
+def turn_between(from_yaw: float, to_yaw: float) -> float:
+    """Returns the signed turn in (-180, 180], positive to the right."""
+    turn = (to_yaw - from_yaw) % 360.0
+    return turn - 360.0 if turn > 180.0 else turn
+
+
+def floor_distance(a: Vec3, b: Vec3) -> float:
+    """Returns the floor-plane distance (m) between two points."""
+    return math.hypot(a.x - b.x, a.z - b.z)
+
+
+def distance(a: Vec3, b: Vec3) -> float:
+    """Returns the Euclidean distance (m) between two points."""
+    return math.dist(a, b)

@@ -1,0 +1,61 @@
+"""The protocol that every simulator backend keeps."""
+
+from collections.abc import Iterable
+from typing import Protocol
+
+import numpy as np
+
+from vigil.actions import PhysicalAction
+from vigil.house import House
+from vigil.pose import Pose, Vec3
+from vigil.world import Effect, Setup, WorldState
+
+
+class Simulator(Protocol):
+    """A house that one can walk through, act in and look at."""
+
+    name: str
+    """Backend name with version, for run headers."""
+
+    def load(self, house: House) -> None:
+        """Builds the scene of `house`, replacing any earlier one. Raises HouseError."""
+
+    def reset(self, start: Pose, setup: Setup) -> None:
+        """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
+
+    def step(self, action: PhysicalAction) -> Effect:
+        """Carries out one action, or refuses it; never raises for what an agent did."""
+
+    def frame(self) -> np.ndarray:
+        """Returns the current egocentric frame, (480, 640, 3) uint8."""
+
+    def object_at(self, x: int, y: int) -> str | None:
+        """Returns the id of the object under a pixel; None for structure and sky."""
+
+    def world(self, object_ids: Iterable[str]) -> WorldState:
+        """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+
+    def renderer(self) -> str:
+        """Returns the GL renderer string; "none" when no frame can be drawn."""
+
+    def close(self) -> None:
+        """Frees what the scene holds; the simulator can load again."""
+
+
+class PrivilegedSight(Protocol):
+    """What solvers and validators may ask a backend besides; never handed to an agent."""
+
+    def object_ids(self) -> list[str]:
+        """Returns the ids of all objects present, sorted."""
+
+    def pixels_of(self, object_id: str) -> np.ndarray:
+        """Returns the pixels (n, 2) of x, y on which a click hits the object, maybe strided; n = 0 when none."""
+
+    def pixel_of(self, point: Vec3) -> tuple[int, int] | None:
+        """Returns the pixel that a world point projects to; None outside the frame or behind."""
+
+    def can_stand(self, position: Vec3) -> bool:
+        """Whether the agent's body fits there."""
+
+    def path_is_free(self, start: Vec3, end: Vec3) -> bool:
+        """Whether the body can be swept straight from one place to the other."""
