@@ -1,0 +1,44 @@
+# make setup   prepares .venv with the command `vigil`, and the system libraries of the renderer
+# make run     plays the starter pack with the solver and two flawed agents, and compares them
+# make test    passes the tests
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
+	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
+	&& { echo $$p; break; }; done)
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.ready
+RUNS ?= runs/starter
+
+.PHONY: setup run test lint lock clean
+.DELETE_ON_ERROR:
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml constraints.txt scripts/system-libraries
+	@test -n "$(PYTHON)" || { echo "VIGIL needs Python 3.11, 3.12 or 3.13 on PATH (or: make PYTHON=/path/to/python3.11)." >&2; exit 1; }
+	@scripts/system-libraries
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+		echo "$(PYTHON) cannot make virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	@touch $@
+
+run: setup
+	@$(BIN)/vigil run --pack starter --agent solver --log-dir $(RUNS)/solver
+	@$(BIN)/vigil run --pack starter --agent never_report --log-dir $(RUNS)/never_report
+	@$(BIN)/vigil run --pack starter --agent premature --log-dir $(RUNS)/premature
+	@$(BIN)/vigil score $(RUNS)/solver $(RUNS)/never_report $(RUNS)/premature
+
+test: setup
+	$(BIN)/python -m pytest -n auto --dist worksteal
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+# Pins the versions that `make setup` installs, from what is installed now.
+lock: setup
+	$(BIN)/python -m pip freeze --exclude-editable --disable-pip-version-check > constraints.txt
+
+clean:
+	rm -rf $(VENV) runs build dist .pytest_cache .ruff_cache .hypothesis
