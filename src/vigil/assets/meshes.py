@@ -1,0 +1,80 @@
+"""Whole meshes: made, joined, moved, turned, scaled and measured (see `vigil.assets.shapes` for primitives)."""
+
+from collections.abc import Iterable, Sequence
+from typing import Literal
+
+import numpy as np
+
+from vigil.assets.asset import Mesh
+
+Axis = Literal["x", "y", "z"]
+Point3 = Sequence[float] | np.ndarray
+ORIGIN = (0.0, 0.0, 0.0)
+AXES = {"x": 0, "y": 1, "z": 2}
+
+
+def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.ndarray) -> Mesh:
+    """Returns a Mesh with the types it promises and normals of unit length."""
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return Mesh(
+        np.ascontiguousarray(vertices, np.float32),
+        np.ascontiguousarray(faces, np.int32),
+        np.ascontiguousarray(normals / np.maximum(lengths, 1e-12), np.float32),
+        np.ascontiguousarray(uvs, np.float32),
+    )
+
+
+def merge(meshes: Iterable[Mesh]) -> Mesh:
+    """Returns several meshes as one."""
+    found = list(meshes)
+    if len(found) == 1:
+        return found[0]
+    offsets = np.cumsum([0] + [len(part.vertices) for part in found[:-1]])
+    return Mesh(
+        np.concatenate([part.vertices for part in found]),
+        np.concatenate([part.faces + np.int32(offset) for part, offset in zip(found, offsets, strict=True)]),
+        np.concatenate([part.normals for part in found]),
+        np.concatenate([part.uvs for part in found]),
+    )
+
+
+def translate(part: Mesh, offset: Point3) -> Mesh:
+    """Returns the mesh moved by `offset`."""
+    return Mesh(part.vertices + np.asarray(offset, np.float32), part.faces, part.normals, part.uvs)
+
+
+def scale(part: Mesh, factors: Point3, about: Point3 = ORIGIN) -> Mesh:
+    """Returns the mesh scaled along each axis about a point; a negative factor mirrors it."""
+    factor, pivot = np.asarray(factors, np.float64), np.asarray(about, np.float64)
+    faces = part.faces if np.prod(factor) > 0 else part.faces[:, ::-1]
+    return mesh((part.vertices - pivot) * factor + pivot, faces, part.normals / factor, part.uvs)
+
+
+def rotate(part: Mesh, axis: Point3 | Axis, degrees: float, about: Point3 = ORIGIN) -> Mesh:
+    """Returns the mesh turned about an axis through `about`, by the formula that `Joint` uses."""
+    matrix, pivot = rotation(axis, degrees), np.asarray(about, np.float64)
+    return mesh((part.vertices - pivot) @ matrix.T + pivot, part.faces, part.normals @ matrix.T, part.uvs)
+
+
+def rotation(axis: Point3 | Axis, degrees: float) -> np.ndarray:
+    """Returns the (3, 3) matrix of Rodrigues' formula about an axis."""
+    unit = np.eye(3)[AXES[axis]] if isinstance(axis, str) else np.asarray(axis, np.float64)
+    unit = unit / np.linalg.norm(unit)
+    x, y, z = unit
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    angle = np.radians(degrees)
+    return np.cos(angle) * np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * np.outer(unit, unit)
+
+
+def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the lowest and highest corner of some meshes together."""
+    found = list(parts)
+    lows = np.min([part.vertices.min(0) for part in found], axis=0)
+    highs = np.max([part.vertices.max(0) for part in found], axis=0)
+    return lows.astype(np.float64), highs.astype(np.float64)
+
+
+def volume(part: Mesh) -> float:
+    """Returns the signed volume (m3): positive for a closed mesh that winds outward."""
+    a, b, c = (part.vertices[part.faces[:, i]].astype(np.float64) for i in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
