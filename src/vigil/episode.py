@@ -1,0 +1,132 @@
+"""Episode and the eight families: what is asked, where, with which budgets.
+
+The table `FAMILIES` is data: nothing branches on a family's name when an episode is scored. Source: `protocol.md`
+section 4 and the paper's table `family_specs`.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vigil.actions import Action
+from vigil.goals import Goal
+from vigil.pose import Pose
+from vigil.world import Setup
+
+Family = Literal["PG", "DA", "VS", "SV", "AI", "SI", "SM", "CR"]
+Tier = Literal["diagnostic", "compositional"]
+Size = Literal["large", "medium", "small"]
+Skill = Literal["navigate", "look", "interact_pixel", "interact_pixel(ground)", "report"]
+
+LOOKING_DOWN_DEG = 30.0
+MAX_INSTRUCTION_CHARS = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class FamilySpec:
+    """One row of the table of families."""
+
+    name: str
+    tier: Tier
+    visible_at_start: bool
+    max_steps: int
+    max_invalid: int
+    skills: tuple[Skill, ...]
+    """Expected; a recorded solution uses no others."""
+    goal_kinds: tuple[str, ...]
+
+    @property
+    def start_horizon(self) -> float | None:
+        """The camera pitch to start with; None when the author is free to choose (`look` is expected)."""
+        return None if "look" in self.skills else LOOKING_DOWN_DEG
+
+
+_ACT = ("navigate", "interact_pixel", "report")
+FAMILIES: dict[Family, FamilySpec] = {
+    "PG": FamilySpec(
+        "Pixel Grounding", "diagnostic", True, 5, 3, ("interact_pixel(ground)", "report"), ("target_grounded",)
+    ),
+    "DA": FamilySpec("Distance Approach", "diagnostic", True, 12, 4, ("navigate", "report"), ("agent_near_target",)),
+    "VS": FamilySpec("View Search", "diagnostic", False, 20, 6, ("navigate", "look", "report"), ("object_state",)),
+    "SV": FamilySpec("State Verification", "diagnostic", True, 5, 2, ("look", "report"), ("report_status",)),
+    "AI": FamilySpec("Approach and Interact", "compositional", True, 25, 8, _ACT, ("object_state", "object_held")),
+    "SI": FamilySpec(
+        "Search and Interact",
+        "compositional",
+        False,
+        35,
+        10,
+        ("navigate", "look", "interact_pixel", "report"),
+        ("object_state", "object_held"),
+    ),
+    "SM": FamilySpec(
+        "Sequential Manipulation", "compositional", True, 30, 10, _ACT, ("object_held", "object_at_receptacle")
+    ),
+    "CR": FamilySpec("Constraint Resolving", "compositional", True, 40, 12, _ACT, ("object_state", "object_held")),
+}
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class HouseRef(_Model):
+    """A house by name, pinned by the SHA-256 of its canonical JSON."""
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+
+
+class Provenance(_Model):
+    """Where an episode comes from and what has been done to it."""
+
+    author: str = ""
+    template: str = ""
+    """The authoring template, e.g. `reveal_pick` (SM) or `interlock` (CR)."""
+    seed: int | None = None
+    validated: bool = False
+    solution_steps: int | None = None
+    reviewed: Literal["approved", "rejected"] | None = None
+    notes: str = ""
+
+
+class Episode(_Model):
+    """One task in one house; everything but `instruction` is hidden from the agent."""
+
+    id: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,199}$")
+    family: Family
+    house: HouseRef
+    start: Pose
+    setup: Setup = Field(default_factory=Setup)
+    instruction: str = Field(min_length=1, max_length=MAX_INSTRUCTION_CHARS)
+    goal: Goal
+    bindings: dict[str, str] = Field(default_factory=dict)
+    """Role (target, receptacle, obstacle ...) -> object id."""
+    max_steps: int = Field(ge=1, le=1000)
+    max_invalid: int = Field(ge=0, le=1000)
+    difficulty: Size | None = None
+    provenance: Provenance = Field(default_factory=Provenance)
+
+    @model_validator(mode="after")
+    def _fits_family(self) -> "Episode":
+        kinds = FAMILIES[self.family].goal_kinds
+        if self.goal.kind not in kinds:
+            raise ValueError(f"family {self.family} asks for a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
+        if (self.family == "CR") != (self.goal.constraint is not None):
+            raise ValueError("a goal has a constraint in family CR, and only there")
+        if (self.family == "SM") != bool(self.goal.chain):
+            raise ValueError("a goal has a chain in family SM, and only there")
+        return self
+
+    def bound_ids(self) -> list[str]:
+        """Returns the ids of all objects whose hidden state is recorded at every step, sorted."""
+        held = {self.setup.held} if self.setup.held else set()
+        return sorted({*self.bindings.values(), *self.goal.ids(), *held})
+
+
+class Solution(_Model):
+    """A recorded sequence of actions, the closing report included, that solves an episode."""
+
+    episode_id: str
+    actions: tuple[Action, ...]

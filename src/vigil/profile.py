@@ -1,0 +1,64 @@
+"""Profile: under which of the published conditions an agent is evaluated.
+
+Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproducibility.
+"""
+
+import re
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+PromptVariant = Literal["default", "neutral_report"]
+Coordinates = Literal["pixel", "normalized_1000"]
+ReplyPolicy = Literal["strict", "lenient"]
+ImageFormat = Literal["png", "jpeg"]
+
+BASELINE = "pure_rgb_dialogue_history_baseline"
+ACTION_FEEDBACK = "pure_rgb_dialogue_history_action_feedback"
+PROFILE_NAMES = (BASELINE, ACTION_FEEDBACK)
+
+HISTORY_TURNS = 20
+HISTORY_REPLY_CHARS = 4000
+JPEG_QUALITY = 90
+
+
+class Profile(BaseModel):
+    """One condition of evaluation; part of a run's identity."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"] = BASELINE
+    prompt_variant: PromptVariant = "default"
+    coordinates: Coordinates = "pixel"
+    reply_policy: ReplyPolicy = "strict"
+    image_format: ImageFormat = "png"
+    history_turns: int = Field(default=HISTORY_TURNS, ge=0)
+    history_reply_chars: int = Field(default=HISTORY_REPLY_CHARS, ge=1)
+
+    @property
+    def has_feedback(self) -> bool:
+        """Whether the agent is told `too_far` and `path_blocked` after each action."""
+        return self.name == ACTION_FEEDBACK
+
+
+COORDINATES_BY_MODEL: tuple[tuple[str, Coordinates], ...] = (
+    (r"qwen2(\.5)?-?vl", "pixel"),
+    (r"mimo-embodied", "pixel"),
+    (r"qwen3(\.\d+)?", "normalized_1000"),
+    (r"robobrain2\.5", "normalized_1000"),
+    (r"rynnbrain", "normalized_1000"),
+    (r"internvl", "normalized_1000"),
+    (r"gemini", "normalized_1000"),
+    (r"doubao|seed-?1", "normalized_1000"),
+    (r"glm-4\.\d+v", "normalized_1000"),
+)
+"""Published table: the first pattern found in a model's name (case-folded) decides; `pixel` without one."""
+
+
+def coordinates_for(model: str) -> Coordinates:
+    """Returns the coordinate mode that `model` was trained to point with."""
+    name = model.casefold()
+    for pattern, mode in COORDINATES_BY_MODEL:
+        if re.search(pattern, name):
+            return mode
+    return "pixel"

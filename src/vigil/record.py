@@ -1,0 +1,261 @@
+"""Records: what happened in an episode and under which settings, as facts on disk.
+
+Verdicts (W, B, labels) are never stored here: `vigil.scoring` computes them. Source: `protocol.md` section 7.
+"""
+
+import fcntl
+import json
+import os
+from collections.abc import Iterable
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from vigil.actions import Action, InvalidAction, Reply
+from vigil.errors import RecordError
+from vigil.profile import Profile
+from vigil.world import Effect, WorldState
+
+SCHEMA_VERSION = 1
+EPISODES_FILE = "episodes.jsonl"
+
+End = Literal["report", "fail_no_report", "invalid_action_limit_exceeded", "error"]
+Boundary = Literal["simulator", "model", "agent", "worker", "runner"]
+AgentKind = Literal["scripted", "privileged", "model", "exec", "human"]
+Key = tuple[str, int]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class StepRecord(_Record):
+    """One reply and what it did. Exactly one of `action` and `invalid` is set."""
+
+    index: int = Field(ge=1)
+    """1 for the first reply."""
+    frame_sha256: str | None = None
+    """SHA-256 of the RGB bytes that the reply answered; None when nobody looked at the frame."""
+    reply: Reply
+    history_cut: bool = False
+    """The reply was longer than what enters the dialogue history."""
+    action: Action | None = None
+    invalid: InvalidAction | None = None
+    ignored_keys: tuple[str, ...] = ()
+    effect: Effect | None = None
+    """Hidden; None for reports and invalid actions."""
+    world: WorldState
+    """Hidden: the agent and the bound objects after the step."""
+
+
+class ErrorFact(_Record):
+    """An infrastructure failure: where it came from and what it said."""
+
+    boundary: Boundary
+    message: str
+
+
+class EpisodeRecord(_Record):
+    """One attempt at one episode."""
+
+    schema_version: int = SCHEMA_VERSION
+    run_id: str
+    episode_id: str
+    epoch: int = Field(default=1, ge=1)
+    attempt: int = Field(default=1, ge=1)
+    prompt_sha256: str = ""
+    """SHA-256 of the rendered system prompt, instruction filled in."""
+    started: datetime
+    ended: datetime
+    initial: WorldState | None
+    """The world after the reset; None only when the simulator failed before it."""
+    steps: tuple[StepRecord, ...]
+    end: End
+    error: ErrorFact | None = None
+
+    @property
+    def key(self) -> Key:
+        """What identifies an episode within a run."""
+        return self.episode_id, self.epoch
+
+    @property
+    def worlds(self) -> tuple[WorldState, ...]:
+        """The world at the reset and after every step. Raises RecordError when there was no reset."""
+        if self.initial is None:
+            raise RecordError(f"Record of episode {self.episode_id!r} has no initial world: it ended as an error.")
+        return (self.initial, *(step.world for step in self.steps))
+
+
+class RunSpec(_Record):
+    """What a run is: two runs with equal specs may share a folder; a resumed run must have the same."""
+
+    agent: str
+    """Name of a scripted agent, `exec:COMMAND`, or `provider/model`."""
+    agent_kind: AgentKind
+    base_url: str | None = None
+    sampling: dict[str, Any] = Field(default_factory=dict)
+    """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
+    model_args: dict[str, Any] = Field(default_factory=dict)
+    profile: Profile = Field(default_factory=Profile)
+    prompt_policy: str
+    """The policy's version string."""
+    prompt_policy_sha256: str
+    pack: str
+    pack_sha256: str
+    episode_ids: tuple[str, ...]
+    """The episodes to play, sorted."""
+    epochs: int = Field(default=1, ge=1)
+    seed: int = 0
+    """For scheduling and scripted agents only."""
+    simulator: str = "mujoco"
+    """Backend as named on the command line."""
+    render_quality: Literal["default", "fast"] = "default"
+
+
+class RunHeader(_Record):
+    """`run.json`: the spec with the circumstances of the run."""
+
+    schema_version: int = SCHEMA_VERSION
+    run_id: str
+    spec: RunSpec
+    package_version: str
+    commit: str | None = None
+    is_dirty: bool | None = None
+    """Whether the checkout had uncommitted changes; None outside a checkout."""
+    simulator_version: str = ""
+    renderer: str = ""
+    """GL renderer string; empty until known."""
+    started: datetime
+    ended: datetime | None = None
+    host: dict[str, str] = Field(default_factory=dict)
+
+    @property
+    def is_privileged(self) -> bool:
+        """Whether the agent had sight of hidden state."""
+        return self.spec.agent_kind == "privileged"
+
+
+def standing(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
+    """Returns the row that counts for each key, sorted by key: the first without error, else the last."""
+    rows: dict[Key, EpisodeRecord] = {}
+    for record in records:
+        earlier = rows.get(record.key)
+        if earlier is None or earlier.end == "error":
+            rows[record.key] = record
+    return dict(sorted(rows.items()))
+
+
+def read_records(path: Path) -> list[EpisodeRecord]:
+    """Returns all complete rows of an `episodes.jsonl` in file order; the file is left alone.
+
+    A torn last line is passed over. Raises RecordError on any other unreadable line.
+    """
+    if not path.is_file():
+        raise RecordError(f"Record file {str(path)!r} does not exist. Give the folder of a run.")
+    rows, _ = _split(path, path.read_bytes())
+    return rows
+
+
+class RecordLog:
+    """The one writer of an `episodes.jsonl`: append-only, flushed to disk row by row."""
+
+    def __init__(self, path: Path) -> None:
+        """Opens or creates the file, cutting a torn last line to a side file. Raises RecordError."""
+        self.path = path
+        self._file = path.open("ab+")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._file.close()
+            raise RecordError(f"{str(path)!r} is being written by another process. Wait for it, or end it.") from None
+        try:
+            self.torn = self._repair()
+        except RecordError:
+            self._file.close()
+            raise
+
+    def append(self, record: EpisodeRecord) -> None:
+        """Writes one row. Raises RecordError when a row without error already stands for its key."""
+        earlier = self.rows.get(record.key)
+        if earlier is not None and earlier.end != "error":
+            raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
+        self._write(dump_line(record))
+        self.rows[record.key] = record
+
+    def is_done(self, key: Key) -> bool:
+        """Whether a row without error stands for `key`."""
+        row = self.rows.get(key)
+        return row is not None and row.end != "error"
+
+    def close(self) -> None:
+        """Releases the file."""
+        self._file.close()
+
+    def _repair(self) -> Path | None:
+        self._file.seek(0)
+        data = self._file.read()
+        records, good = _split(self.path, data)
+        self.rows = standing(records)
+        torn = data[good:]
+        if not torn:
+            if data and not data.endswith(b"\n"):
+                self._write(b"\n")
+            return None
+        side = _free_name(self.path)
+        side.write_bytes(torn)
+        self._file.truncate(good)
+        return side
+
+    def _write(self, line: bytes) -> None:
+        self._file.write(line)
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+
+def dump_line(record: BaseModel) -> bytes:
+    """Returns one line of JSON with its newline."""
+    return record.model_dump_json().encode() + b"\n"
+
+
+def _split(path: Path, data: bytes) -> tuple[list[EpisodeRecord], int]:
+    """Returns the rows and the number of bytes that hold them; what is left over is a torn last line."""
+    rows: list[EpisodeRecord] = []
+    good = 0
+    lines = data.splitlines(keepends=True)
+    for number, line in enumerate(lines, start=1):
+        try:
+            rows.append(_row(path, number, line))
+        except ValueError as error:
+            if number == len(lines):
+                return rows, good
+            raise RecordError(
+                f"{str(path)!r} line {number} is not JSON ({error}). Restore the file from a copy, or delete that line."
+            ) from None
+        good += len(line)
+    return rows, good
+
+
+def _row(path: Path, number: int, line: bytes) -> EpisodeRecord:
+    fields = json.loads(line)
+    version = fields.get("schema_version") if isinstance(fields, dict) else None
+    if version != SCHEMA_VERSION:
+        raise RecordError(
+            f"{str(path)!r} line {number}: record schema {version!r}, expected {SCHEMA_VERSION}. "
+            "Read it with the version of vigil that wrote it."
+        )
+    try:
+        return EpisodeRecord.model_validate_json(line)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place = ".".join(str(part) for part in fault["loc"])
+        raise RecordError(f"{str(path)!r} line {number}: {place}: {fault['msg']}.") from None
+
+
+def _free_name(path: Path) -> Path:
+    for number in range(1, 10_000):
+        side = path.with_name(f"{path.name}.torn-{number}")
+        if not side.exists():
+            return side
+    raise RecordError(f"{str(path)!r}: ten thousand torn lines lie beside it; clear them away.")
