@@ -1,11 +1,14 @@
 """Skills, intents, statuses and actions: the four things that an agent can do.
 
-Source: `protocol.md` sections 2.2 and 2.3; the paper's tables `action_specs`, `intents`, `report_statuses`.
+The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vigil.prompt`) and the parser
+(`vigil.replies`), so that the two cannot drift apart. Source: `protocol.md` sections 2.2 and 2.3; the paper's
+tables `action_specs`, `intents`, `report_statuses`, whose descriptions stand here verbatim.
 """
 
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 SkillName = Literal["navigate", "look", "interact_pixel", "report"]
 NavigateMode = Literal["forward", "backward", "turn_left", "turn_right"]
@@ -20,6 +23,102 @@ REACH_M = 1.5
 REACH_HEIGHT_M = 2.2
 HORIZON_UP_DEG = -30.0
 HORIZON_DOWN_DEG = 60.0
+
+Coordinates = Literal["pixel", "normalized_1000"]
+ReplyPolicy = Literal["strict", "lenient"]
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One argument of a skill, as the prompt describes it and the parser checks it."""
+
+    name: str
+    type: Literal["enum", "number", "int", "string"]
+    description: str
+    values: tuple[str, ...] = ()
+    """The vocabulary of an enum."""
+    unless_drop: bool = False
+    """Conditionally required: not for the intent `drop`."""
+
+
+@dataclass(frozen=True, slots=True)
+class IntentSpec:
+    """What an intent means, and whether it needs a pixel."""
+
+    semantics: str
+    needs_pixel: bool = True
+
+
+INTENTS: dict[Intent, IntentSpec] = {
+    "ground": IntentSpec("Point/click/locate without changing world state"),
+    "open_access": IntentSpec("Open a container or access point"),
+    "close_access": IntentSpec("Close a container or access point"),
+    "activate": IntentSpec("Turn on / toggle on"),
+    "deactivate": IntentSpec("Turn off / toggle off"),
+    "pick": IntentSpec("Pick up an object"),
+    "place": IntentSpec("Place a held object at target"),
+    "drop": IntentSpec("Drop the currently held object", needs_pixel=False),
+}
+
+INTENT_ALIASES: dict[str, Intent] = {
+    "click": "ground",
+    "locate": "ground",
+    "point": "ground",
+    "point_at": "ground",
+    "open": "open_access",
+    "close": "close_access",
+    "shut": "close_access",
+    "switch_on": "activate",
+    "toggle_on": "activate",
+    "turn_on": "activate",
+    "switch_off": "deactivate",
+    "toggle_off": "deactivate",
+    "turn_off": "deactivate",
+    "grab": "pick",
+    "grasp": "pick",
+    "pick_up": "pick",
+    "pickup": "pick",
+    "take": "pick",
+    "put": "place",
+    "put_down": "place",
+    "put_in": "place",
+    "put_on": "place",
+    "release": "drop",
+}
+"""Published: other words for an intent, taken at run time. Nothing else has aliases."""
+
+STATUSES: dict[Status, str] = {
+    "success": "Agent claims the task goal has been achieved",
+    "fail": "Agent concedes it cannot complete the task",
+    "unsafe": "Agent flags a safety concern",
+    "invalid": "Agent flags the task as invalid or unsolvable",
+    "on": "State-recognition report: observed state is on",
+    "off": "State-recognition report: observed state is off",
+    "open": "State-recognition report: observed state is open",
+    "closed": "State-recognition report: observed state is closed",
+}
+
+_MODES = ("forward", "backward", "turn_left", "turn_right")
+_DIRECTIONS = ("up", "down")
+SKILLS: dict[SkillName, tuple[Argument, ...]] = {
+    "navigate": (
+        Argument("mode", "enum", ", ".join(_MODES), _MODES),
+        Argument("magnitude", "number", "Step count (fwd/bwd) or rotation in degrees (turns)"),
+    ),
+    "look": (
+        Argument("direction", "enum", ", ".join(_DIRECTIONS), _DIRECTIONS),
+        Argument("magnitude", "number", "Pitch change in degrees"),
+    ),
+    "interact_pixel": (
+        Argument("intent", "enum", "One of eight canonical intents (Table intents)", tuple(INTENTS)),
+        Argument("x", "int", "Horizontal pixel coordinate in the current RGB frame", unless_drop=True),
+        Argument("y", "int", "Vertical pixel coordinate in the current RGB frame", unless_drop=True),
+    ),
+    "report": (
+        Argument("status", "enum", "Terminal status (Table report_statuses)", tuple(STATUSES)),
+        Argument("summary", "string", "Brief justification for the chosen status"),
+    ),
+}
 
 
 class _Action(BaseModel):
@@ -91,12 +190,28 @@ class Usage(_Action):
 
 
 class Reply(_Action):
-    """What an agent's `act` returns: its raw text, with what the provider said about it."""
+    """What an agent's `act` returns: its raw text, with what the provider said about it.
+
+    `text` takes any string or bytes; what UTF-8 cannot carry is replaced by U+FFFD and `is_utf8` is False.
+    """
 
     text: str
+    is_utf8: bool = True
     finish_reason: str | None = None
     reasoning_chars: int = 0
     usage: Usage | None = None
     seconds: float = 0.0
     provider_rejected: bool = False
     """The provider refused because of content or length, three times: a protocol failure."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _carry_any_text(cls, fields: Any) -> Any:
+        if not isinstance(fields, dict) or not isinstance(fields.get("text"), str | bytes):
+            return fields
+        text = fields["text"]
+        raw = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+        try:
+            return {**fields, "text": raw.decode("utf-8")}
+        except UnicodeDecodeError:
+            return {**fields, "text": raw.decode("utf-8", "replace"), "is_utf8": False}

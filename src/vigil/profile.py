@@ -8,9 +8,9 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from vigil.actions import Coordinates, ReplyPolicy
+
 PromptVariant = Literal["default", "neutral_report"]
-Coordinates = Literal["pixel", "normalized_1000"]
-ReplyPolicy = Literal["strict", "lenient"]
 ImageFormat = Literal["png", "jpeg"]
 
 BASELINE = "pure_rgb_dialogue_history_baseline"

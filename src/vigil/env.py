@@ -1,0 +1,191 @@
+"""Env: the contract between an agent and the hidden world, for every front end.
+
+The only place that decides budgets, the counting of invalid actions, how an episode ends and what feedback is shown.
+It judges nothing: whether a goal holds is computed from the record (`vigil.goals`, `vigil.scoring`). Source:
+`protocol.md` sections 2.1 to 2.4.
+"""
+
+import hashlib
+from collections.abc import Callable
+from datetime import UTC, datetime
+
+import numpy as np
+
+from vigil.actions import InvalidAction, ParsedReply, Reply, Report
+from vigil.episode import Episode
+from vigil.errors import SimulatorError
+from vigil.house import House
+from vigil.observation import Feedback, Observation
+from vigil.profile import Profile
+from vigil.prompt import is_cut_in_history, rendered_sha256
+from vigil.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
+from vigil.replies import parse_reply
+from vigil.sim.protocol import Simulator
+from vigil.world import Effect, WorldState
+
+
+class Env:
+    """One episode at a time on one simulator.
+
+    `reset` and `step` return None when the episode is over; `record` then tells what happened. An agent's behaviour
+    never raises; a failing simulator ends the episode as `error`.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        house_of: Callable[[Episode], House],
+        profile: Profile,
+        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        """`house_of` gives an episode's house document; a house that is loaded already is not loaded again."""
+        self.profile = profile
+        self._simulator = simulator
+        self._house_of = house_of
+        self._clock = clock
+        self._loaded: str | None = None
+        self._episode: Episode | None = None
+        self._end: End | None = None
+
+    @property
+    def end(self) -> End | None:
+        """How the episode ended; None while it goes on."""
+        return self._end
+
+    def reset(self, episode: Episode) -> Observation | None:
+        """Starts `episode` and returns what is seen first; None when the simulator failed.
+
+        Raises HouseError or EpisodeError for a house or an episode that makes no sense.
+        """
+        self._episode = episode
+        self._prompt_sha256 = rendered_sha256(episode.instruction, self.profile)
+        self._started = self._ended = self._clock()
+        self._steps: list[StepRecord] = []
+        self._invalid = 0
+        self._initial: WorldState | None = None
+        self._end: End | None = None
+        self._error: ErrorFact | None = None
+        self._observation: Observation | None = None
+        house = self._house_of(episode)
+        try:
+            self._start(episode, house)
+        except SimulatorError as error:
+            self.fail("simulator", str(error))
+        return self._observe(None)
+
+    def step(self, reply: Reply) -> Observation | None:
+        """Takes one reply and returns what is seen next; None when the episode is over.
+
+        Raises RuntimeError when there is no episode going on.
+        """
+        if self._episode is None or self._initial is None or self._end is not None:
+            raise RuntimeError("Env.step: no episode is going on. Call reset first.")
+        parsed = parse_reply(reply, self.profile.coordinates, self.profile.reply_policy)
+        try:
+            frame_sha256 = self._frame_sha256()
+            effect, world = self._carry_out(parsed)
+        except SimulatorError as error:
+            self.fail("simulator", str(error))
+            return None
+        is_invalid = isinstance(parsed, InvalidAction)
+        self._invalid += is_invalid
+        step = StepRecord(
+            index=len(self._steps) + 1,
+            frame_sha256=frame_sha256,
+            reply=reply,
+            history_cut=is_cut_in_history(reply.text, self.profile),
+            action=None if isinstance(parsed, InvalidAction) else parsed.action,
+            invalid=parsed if isinstance(parsed, InvalidAction) else None,
+            ignored_keys=() if isinstance(parsed, InvalidAction) else parsed.ignored_keys,
+            effect=effect,
+            world=world,
+        )
+        self._steps.append(step)
+        self._finish(self._end_after(step, self._episode))
+        return self._observe(effect)
+
+    def fail(self, boundary: Boundary, message: str) -> None:
+        """Ends the episode as `error`, because of something that is not the agent's doing."""
+        self._error = ErrorFact(boundary=boundary, message=message)
+        if boundary == "simulator":
+            self._loaded = None
+        self._finish("error")
+
+    def record(self, *, run_id: str = "", epoch: int = 1, attempt: int = 1) -> EpisodeRecord:
+        """Returns the record of the episode that has ended. Raises RuntimeError while it goes on."""
+        if self._episode is None or self._end is None:
+            raise RuntimeError("Env.record: the episode has not ended yet.")
+        return EpisodeRecord(
+            run_id=run_id,
+            episode_id=self._episode.id,
+            epoch=epoch,
+            attempt=attempt,
+            prompt_sha256=self._prompt_sha256,
+            started=self._started,
+            ended=self._ended,
+            initial=self._initial,
+            steps=tuple(self._steps),
+            end=self._end,
+            error=self._error,
+        )
+
+    def _start(self, episode: Episode, house: House) -> None:
+        if self._loaded != house.sha256:
+            self._loaded = None
+            self._simulator.load(house)
+            self._loaded = house.sha256
+        self._simulator.reset(episode.start, episode.setup)
+        self._bound = episode.bound_ids()
+        self._initial = self._simulator.world(self._bound)
+
+    def _carry_out(self, parsed: ParsedReply | InvalidAction) -> tuple[Effect | None, WorldState]:
+        if isinstance(parsed, InvalidAction) or isinstance(parsed.action, Report):
+            return None, self._world()
+        effect = self._simulator.step(parsed.action)
+        return effect, self._simulator.world(self._bound)
+
+    def _world(self) -> WorldState:
+        world = self._steps[-1].world if self._steps else self._initial
+        assert world is not None
+        return world
+
+    def _end_after(self, step: StepRecord, episode: Episode) -> End | None:
+        if isinstance(step.action, Report):
+            return "report"
+        if self._invalid > episode.max_invalid:
+            return "invalid_action_limit_exceeded"
+        return "fail_no_report" if step.index >= episode.max_steps else None
+
+    def _finish(self, end: End | None) -> None:
+        if end is not None:
+            self._end = end
+            self._ended = self._clock()
+            self._observation = None
+
+    def _observe(self, effect: Effect | None) -> Observation | None:
+        if self._end is not None:
+            return None
+        feedback = None
+        if self.profile.has_feedback and self._steps:
+            feedback = Feedback(
+                too_far=effect is not None and effect.too_far,
+                path_blocked=effect is not None and effect.path_blocked,
+            )
+        self._observation = Observation(self._drawer(len(self._steps)), feedback)
+        return self._observation
+
+    def _drawer(self, moment: int) -> Callable[[], np.ndarray]:
+        episode = self._episode
+
+        def draw() -> np.ndarray:
+            if self._episode is not episode or self._end is not None or len(self._steps) != moment:
+                raise RuntimeError("Observation.rgb: the world has moved on; look at a frame before the next step.")
+            return self._simulator.frame()
+
+        return draw
+
+    def _frame_sha256(self) -> str | None:
+        observation = self._observation
+        if observation is None or not observation.is_drawn:
+            return None
+        return hashlib.sha256(observation.rgb.tobytes()).hexdigest()

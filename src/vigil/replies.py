@@ -1,0 +1,332 @@
+"""Replies: an agent's raw text -> an action, or the reason why it is none.
+
+The grammar is strict and repairs nothing; the `lenient` policy is a named variant with a run identity of its own.
+No reply of any bytes raises. Source: `protocol.md` section 2.3.
+"""
+
+import json
+import math
+import re
+from typing import Any, Literal, cast
+
+from vigil.actions import (
+    INTENT_ALIASES,
+    INTENTS,
+    SKILLS,
+    STATUSES,
+    Argument,
+    Coordinates,
+    Intent,
+    InteractPixel,
+    InvalidAction,
+    Look,
+    Navigate,
+    ParsedReply,
+    Reply,
+    ReplyPolicy,
+    Report,
+    SkillName,
+    Status,
+)
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+
+MAX_REPLY_BYTES = 64 * 1024
+MAX_INT_DIGITS = 300
+"""Longer integers are taken as floats (infinite), which no argument accepts."""
+MAX_LENIENT_TRIES = 64
+CUT_REASONS = frozenset({"length", "max_tokens", "model_length"})
+"""Finish reasons that mean: cut by the token limit."""
+
+_OPENING, _CLOSING = "<think>", "</think>"
+_FENCE = re.compile(r"```[A-Za-z0-9_+-]*[ \t]*\r?\n?(.*?)```", re.DOTALL)
+_REPLY_KEYS = ("skill_name", "arguments", "thought", "cognitive_state")
+
+
+class _Fault(Exception):
+    """Why a text is no action; never leaves this module."""
+
+    def __init__(self, kind: Literal["protocol_failure", "malformed_action"], reason: str, detail: str = "") -> None:
+        super().__init__(reason)
+        self.kind: Literal["protocol_failure", "malformed_action"] = kind
+        self.reason = reason
+        self.detail = detail
+
+
+def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
+    """Returns what `reply` asks for, minding what its provider said about it."""
+    if reply.provider_rejected:
+        return InvalidAction(kind="protocol_failure", reason="provider_rejected")
+    if not reply.is_utf8:
+        return InvalidAction(kind="protocol_failure", reason="not_utf8")
+    parsed = parse(reply.text, coordinates, policy)
+    is_cut = (reply.finish_reason or "").casefold() in CUT_REASONS
+    if is_cut and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
+        return parsed.model_copy(update={"reason": "truncated", "detail": f"{parsed.reason} {parsed.detail}".strip()})
+    return parsed
+
+
+def parse(
+    text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict"
+) -> ParsedReply | InvalidAction:
+    """Returns the action in a raw reply, or why there is none; never raises."""
+    try:
+        answer = _answer(text)
+    except _Fault as fault:
+        return _invalid(fault)
+    try:
+        return _action_of(_only_object(answer), coordinates)
+    except _Fault as fault:
+        loose = _parse_loosely(answer, coordinates) if fault.kind == "protocol_failure" else None
+        if loose is not None and policy == "lenient":
+            return loose
+        return _invalid(fault, would_parse_leniently=isinstance(loose, ParsedReply))
+
+
+def split_reasoning(text: str) -> tuple[str, int]:
+    """Returns the answer without one leading `<think>...</think>`, and the number of characters in that."""
+    stripped = text.lstrip()
+    if not stripped.startswith(_OPENING):
+        return text, 0
+    end = stripped.find(_CLOSING)
+    if end < 0:
+        return text, 0
+    return stripped[end + len(_CLOSING) :], end - len(_OPENING)
+
+
+def _answer(text: str | bytes) -> str:
+    try:
+        whole = text.decode("utf-8") if isinstance(text, bytes) else text
+        answer = split_reasoning(whole)[0].strip()
+        size = len(answer.encode("utf-8"))
+    except UnicodeError:
+        raise _Fault("protocol_failure", "not_utf8") from None
+    if size > MAX_REPLY_BYTES:
+        raise _Fault("protocol_failure", "too_long", f"{size} bytes, more than {MAX_REPLY_BYTES}")
+    return answer
+
+
+def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAction:
+    return InvalidAction(
+        kind=fault.kind,
+        reason=fault.reason,
+        detail=fault.detail,
+        would_parse_leniently=would_parse_leniently,
+    )
+
+
+# --- JSON, strictly ---------------------------------------------------------------------------------------------------
+
+
+def _integer(digits: str) -> int | float:
+    return int(digits) if len(digits) <= MAX_INT_DIGITS else float(digits)
+
+
+def _refuse_constant(name: str) -> None:
+    raise _Fault("protocol_failure", "not_a_number", name)
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    fields: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in fields:
+            raise _Fault("protocol_failure", "duplicate_key", _shown(name))
+        fields[name] = value
+    return fields
+
+
+_DECODER = json.JSONDecoder(object_pairs_hook=_object, parse_int=_integer, parse_constant=_refuse_constant)
+
+
+def _decode(text: str, start: int = 0) -> tuple[Any, int]:
+    """Returns the JSON value that begins at `start`, and where it ends. Raises _Fault."""
+    try:
+        value, end = _DECODER.raw_decode(text, start)
+    except RecursionError:
+        raise _Fault("protocol_failure", "too_deep") from None
+    except ValueError as error:
+        raise _Fault("protocol_failure", _why_not_json(text), str(error)) from None
+    _refuse_lone_surrogates(value)
+    return value, end
+
+
+def _only_object(answer: str) -> dict[str, Any]:
+    value, end = _decode(answer)
+    rest = answer[end:].lstrip()
+    if rest:
+        raise _Fault("protocol_failure", "several_objects" if rest.startswith("{") else "text_around_object")
+    if not isinstance(value, dict):
+        raise _Fault("protocol_failure", "not_an_object", type(value).__name__)
+    for key in ("skill_name", "arguments"):
+        if key not in value:
+            raise _Fault("protocol_failure", "missing_key", key)
+    return value
+
+
+def _why_not_json(text: str) -> str:
+    if not text:
+        return "empty"
+    if text.startswith("{"):
+        return "not_json"
+    if text.startswith(_OPENING):
+        return "unclosed_reasoning"
+    if text.startswith("```"):
+        return "code_fence"
+    return "text_around_object" if "{" in text else "no_object"
+
+
+def _refuse_lone_surrogates(value: Any) -> None:
+    stack = [value]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, dict):
+            stack.extend(item.keys())
+            stack.extend(item.values())
+        elif isinstance(item, list):
+            stack.extend(item)
+        elif isinstance(item, str) and not item.isascii() and any("\ud800" <= char <= "\udfff" for char in item):
+            raise _Fault("protocol_failure", "lone_surrogate")
+
+
+def _parse_loosely(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
+    """Returns what one object in a code fence or in prose asks for; None when there is not exactly one."""
+    fences = _FENCE.findall(answer)
+    found = _objects_in(fences[0] if len(fences) == 1 else answer)
+    if len(found) != 1:
+        return None
+    try:
+        return _action_of(found[0], coordinates)
+    except _Fault as fault:
+        return _invalid(fault)
+
+
+def _objects_in(text: str) -> list[dict[str, Any]]:
+    """Returns the outermost objects with the two required keys."""
+    found: list[dict[str, Any]] = []
+    start = text.find("{")
+    for _ in range(MAX_LENIENT_TRIES):
+        if start < 0:
+            return found
+        try:
+            value, end = _decode(text, start)
+        except _Fault:
+            end = start + 1
+        else:
+            if {"skill_name", "arguments"} <= value.keys():
+                found.append(value)
+        start = text.find("{", end)
+    return []
+
+
+# --- from the object to the action ------------------------------------------------------------------------------------
+
+
+def _action_of(fields: dict[str, Any], coordinates: Coordinates) -> ParsedReply:
+    name, given = fields["skill_name"], fields["arguments"]
+    skill = _fold(name) if isinstance(name, str) else None
+    if skill not in SKILLS:
+        raise _Fault("malformed_action", "unknown_skill", _shown(name))
+    if not isinstance(given, dict):
+        raise _Fault("malformed_action", "arguments_not_an_object", type(given).__name__)
+    known = cast(SkillName, skill)
+    action = _BUILDERS[known](given, coordinates)
+    wanted = {argument.name for argument in SKILLS[known]}
+    if isinstance(action, InteractPixel) and action.intent == "drop":
+        wanted = {"intent"}
+    ignored = [key for key in fields if key not in _REPLY_KEYS]
+    ignored += [f"arguments.{key}" for key in given if key not in wanted]
+    return ParsedReply(
+        action=action,
+        thought=fields.get("thought"),
+        cognitive_state=fields.get("cognitive_state"),
+        ignored_keys=tuple(ignored),
+    )
+
+
+def _navigate(given: dict[str, Any], _: Coordinates) -> Navigate:
+    mode, magnitude = SKILLS["navigate"]
+    return Navigate(mode=cast(Any, _enum(mode, given)), magnitude=_number(magnitude, given))
+
+
+def _look(given: dict[str, Any], _: Coordinates) -> Look:
+    direction, magnitude = SKILLS["look"]
+    return Look(direction=cast(Any, _enum(direction, given)), magnitude=_number(magnitude, given))
+
+
+def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
+    intent_argument, x, y = SKILLS["interact_pixel"]
+    word = _fold(_string(intent_argument, given))
+    intent = cast(Intent, INTENT_ALIASES.get(word, word))
+    if intent not in INTENTS:
+        raise _Fault("malformed_action", "not_in_vocabulary", f"intent: {_shown(word)}")
+    if not INTENTS[intent].needs_pixel:
+        return InteractPixel(intent=intent)
+    return InteractPixel(
+        intent=intent,
+        x=_pixel(x, given, FRAME_WIDTH, coordinates),
+        y=_pixel(y, given, FRAME_HEIGHT, coordinates),
+    )
+
+
+def _report(given: dict[str, Any], _: Coordinates) -> Report:
+    status_argument, summary_argument = SKILLS["report"]
+    raw = _string(status_argument, given)
+    summary = _string(summary_argument, given)
+    status = _fold(raw)
+    if status in STATUSES:
+        return Report(status=cast(Status, status), summary=summary)
+    return Report(status="invalid", summary=summary, raw_status=raw)
+
+
+_BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report}
+
+
+def _value(argument: Argument, given: dict[str, Any]) -> Any:
+    if argument.name not in given:
+        raise _Fault("malformed_action", "missing_argument", argument.name)
+    return given[argument.name]
+
+
+def _string(argument: Argument, given: dict[str, Any]) -> str:
+    value = _value(argument, given)
+    if not isinstance(value, str):
+        raise _ill_typed(argument, value)
+    return value
+
+
+def _enum(argument: Argument, given: dict[str, Any]) -> str:
+    word = _fold(_string(argument, given))
+    if word not in argument.values:
+        raise _Fault("malformed_action", "not_in_vocabulary", f"{argument.name}: {_shown(word)}")
+    return word
+
+
+def _number(argument: Argument, given: dict[str, Any]) -> float:
+    value = _value(argument, given)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise _ill_typed(argument, value)
+    if not math.isfinite(value) or value <= 0:
+        raise _Fault("malformed_action", "out_of_range", f"{argument.name}: {_shown(value)}")
+    return float(value)
+
+
+def _pixel(argument: Argument, given: dict[str, Any], size: int, coordinates: Coordinates) -> int:
+    value = _value(argument, given)
+    if isinstance(value, bool) or not isinstance(value, int | float) or (math.isfinite(value) and value % 1):
+        raise _ill_typed(argument, value)
+    highest = size - 1 if coordinates == "pixel" else 1000
+    if not 0 <= value <= highest:
+        raise _Fault("malformed_action", "pixel_outside_frame", f"{argument.name}: {_shown(value)}")
+    whole = int(value)
+    return whole if coordinates == "pixel" else min(size - 1, whole * size // 1000)
+
+
+def _ill_typed(argument: Argument, value: Any) -> _Fault:
+    return _Fault("malformed_action", "ill_typed", f"{argument.name}: {type(value).__name__}")
+
+
+def _fold(word: str) -> str:
+    return word.strip().casefold()
+
+
+def _shown(value: Any) -> str:
+    return ascii(value)[:80] if isinstance(value, str | int | float) else type(value).__name__
