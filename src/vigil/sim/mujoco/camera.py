@@ -1,0 +1,161 @@
+"""Frames: one OpenGL context per process, one MuJoCo render context per live scene."""
+
+import atexit
+import threading
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from vigil.errors import SimulatorError
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pose import Pose
+from vigil.sim.mujoco import frames, gl, held
+from vigil.sim.mujoco.binding import BACKEND, mujoco
+from vigil.sim.mujoco.model import GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
+from vigil.sim.scene import Thing
+
+Quality = Literal["default", "fast"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Settings:
+    shadow_pixels: int
+    samples: int
+
+
+SETTINGS: dict[Quality, _Settings] = {"default": _Settings(2048, 4), "fast": _Settings(1024, 0)}
+
+
+class _Window:
+    """The process's OpenGL context; it belongs to the thread that first draws."""
+
+    def __init__(self) -> None:
+        gl.demand(BACKEND)
+        self.thread = threading.get_ident()
+        try:
+            self.context = mujoco.GLContext(FRAME_WIDTH, FRAME_HEIGHT)
+            self.context.make_current()
+        except (ImportError, RuntimeError, OSError) as error:
+            raise SimulatorError(
+                f"OpenGL ({BACKEND.name}) was found but gives no context: {error}. Try MUJOCO_GL=osmesa, or {gl.ADVICE}."
+            ) from error
+
+    def enter(self) -> None:
+        """Makes the context current. Raises SimulatorError in another thread than the first."""
+        if threading.get_ident() != self.thread:
+            raise SimulatorError(
+                "A MuJoCo frame was asked for in a second thread; OpenGL allows one per process. "
+                "Draw in one thread, or give each thread a process of its own."
+            )
+        self.context.make_current()
+
+
+_window: list[_Window] = []
+
+
+def _enter() -> _Window:
+    if not _window:
+        _window.append(_Window())
+        atexit.register(_close_window)
+    _window[0].enter()
+    return _window[0]
+
+
+def _close_window() -> None:
+    while _window:
+        _window.pop().context.free()
+
+
+class Camera:
+    """Draws one model."""
+
+    def __init__(self, model: Model, quality: Quality) -> None:
+        _enter()
+        self._model = model
+        native = model.native
+        native.vis.quality.shadowsize = SETTINGS[quality].shadow_pixels
+        native.vis.quality.offsamples = SETTINGS[quality].samples
+        native.vis.global_.offwidth, native.vis.global_.offheight = FRAME_WIDTH, FRAME_HEIGHT
+        self._scene = mujoco.MjvScene(native, maxgeom=native.ngeom + 16)
+        self._context = mujoco.MjrContext(native, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
+        self._option, self._perturb, self._view = mujoco.MjvOption(), mujoco.MjvPerturb(), mujoco.MjvCamera()
+        self._view.type, self._view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, 0
+        self._option.geomgroup[:] = 0
+        self._option.geomgroup[[STRUCTURE, THING, GLASS, HELD]] = 1
+        flags = mujoco.mjtRndFlag
+        self._scene.flags[:] = 0
+        for flag in (flags.mjRND_SHADOW, flags.mjRND_CULL_FACE, flags.mjRND_SKYBOX):
+            self._scene.flags[int(flag)] = 1
+        self._viewport = mujoco.MjrRect(0, 0, FRAME_WIDTH, FRAME_HEIGHT)
+        self._buffer = np.empty((FRAME_HEIGHT, FRAME_WIDTH, 3), dtype=np.uint8)
+
+    def draw(self, agent: Pose, glowing: list[Thing], in_hand: Thing | None) -> np.ndarray:
+        """Returns the frame that the agent sees, (480, 640, 3) uint8, in the light of the `glowing` things."""
+        self._model.lamps.select(self._model.native, agent.eye, glowing)
+        if in_hand is None:
+            self._update(agent)
+        else:
+            self._update_holding(agent, in_hand)
+        return self._render()
+
+    def segment(self, agent: Pose) -> np.ndarray:
+        """Returns the geom that each pixel shows, (480, 640) int32, -1 for none: a check on the rays."""
+        self._update(agent)
+        flags = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
+        self._scene.flags[flags] = 1
+        picture = self._render().astype(np.int32)
+        self._scene.flags[flags] = 0
+        numbers = picture[..., 0] + (picture[..., 1] << 8) + (picture[..., 2] << 16) - 1
+        geoms = np.array([geom.objid for geom in self._drawn()] + [-1], dtype=np.int32)
+        return geoms[numbers]
+
+    def close(self) -> None:
+        """Frees the render context."""
+        _enter()
+        self._context.free()
+
+    def _update(self, agent: Pose) -> None:
+        _enter()
+        native, data = self._model.native, self._model.data
+        native.cam_pos[0] = frames.points(np.array(agent.eye))
+        native.cam_quat[0] = frames.quaternion(frames.camera_axes(agent))
+        mujoco.mj_camlight(native, data)
+        mujoco.mjv_updateScene(
+            native, data, self._option, self._perturb, self._view, mujoco.mjtCatBit.mjCAT_ALL.value, self._scene
+        )
+
+        for place in self._without_shadow():
+            self._scene.geoms[place].category = mujoco.mjtCatBit.mjCAT_DECOR.value
+
+    def _update_holding(self, agent: Pose, thing: Thing) -> None:
+        center, matrix, smaller = held.pose_in_hand(thing, agent)
+        held.put_in_hand(self._model, thing, center, matrix)
+        self._update(agent)
+        geoms = set(self._model.things[thing.id].geoms.tolist())
+        drawn = [geom for geom in self._drawn() if geom.objid in geoms]
+        held.bring_near(drawn, frames.points(np.array(agent.eye)), center, smaller)
+
+    def _without_shadow(self) -> np.ndarray:
+        """Returns the places in the drawing list of what casts no shadow: glass, and what is in the hand."""
+        groups = self._model.native.geom_group
+        drawn = groups[groups != HIDDEN]
+        return np.flatnonzero((drawn == GLASS) | (drawn == HELD))
+
+    def _drawn(self) -> list[Any]:
+        return [self._scene.geoms[number] for number in range(self._scene.ngeom)]
+
+    def _render(self) -> np.ndarray:
+        mujoco.mjr_render(self._viewport, self._scene, self._context)
+        mujoco.mjr_readPixels(self._buffer, None, self._viewport, self._context)
+        return self._buffer[::-1].copy()
+
+
+def gl_strings() -> dict[str, str]:
+    """Returns what the OpenGL driver says of itself: vendor, renderer and version."""
+    _enter()
+    from OpenGL import GL  # noqa: PLC0415  (PyOpenGL chooses its platform when it is imported)
+
+    names = {"vendor": GL.GL_VENDOR, "renderer": GL.GL_RENDERER, "version": GL.GL_VERSION}
+    return {name: (GL.glGetString(key) or b"").decode(errors="replace") for name, key in names.items()}

@@ -1,0 +1,54 @@
+"""The thing in the hand: drawn at the bottom centre of the frame, near the camera, in front of everything."""
+
+import numpy as np
+
+from vigil.pose import Pose
+from vigil.sim.mujoco import frames
+from vigil.sim.mujoco.model import Model
+from vigil.sim.scene import Thing
+
+AHEAD_M = 0.75
+"""Where its size is taken from: as large as it looks at arm's length, unless that is too large."""
+WIDTH = 0.23
+"""Share of the frame's width that it takes at most; a quarter is promised."""
+HEIGHT = 0.32
+MARGIN = 0.02
+NEARER = 0.16
+"""It is then drawn this much nearer and smaller, which looks the same and never touches a wall."""
+TURN_DEG, TILT_DEG = 20.0, 18.0
+_ASPECT = 640 / 480
+
+
+def pose_in_hand(thing: Thing, agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
+    """Returns (centre, rotation matrix) in MuJoCo's frame at arm's length, and the factor that it is drawn smaller by."""
+    right, up, back = frames.camera_axes(agent).T
+    facing_the_eye = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+    tilt, turn = frames.turn(np.array([1.0, 0.0, 0.0]), TILT_DEG), frames.turn(np.array([0.0, 0.0, 1.0]), TURN_DEG)
+    local = tilt @ facing_the_eye @ turn
+    width, height, depth = np.abs(local) @ frames.points(np.array(thing.asset.size))
+    limits = [(WIDTH * 2 * _ASPECT, width), (HEIGHT * 2, height)]
+    smaller = min([1.0, *(share * AHEAD_M / (length + share * depth / 2) for share, length in limits)])
+    nearest = AHEAD_M - smaller * depth / 2
+    drop = (1.0 - 2 * MARGIN) * nearest - smaller * height / 2
+    eye = frames.points(np.array(agent.eye))
+    axes = np.stack([right, up, back], axis=1)
+    return eye + axes @ np.array([0.0, -drop, -AHEAD_M]), axes @ local, smaller
+
+
+def bring_near(geoms: list, eye: np.ndarray, center: np.ndarray, smaller: float) -> None:
+    """Scales drawn geoms about the thing's centre, then about the eye."""
+    for geom in geoms:
+        place = center + smaller * (geom.pos - center)
+        geom.pos[:] = eye + NEARER * (place - eye)
+        geom.mat[:] *= NEARER * smaller
+
+
+def put_in_hand(model: Model, thing: Thing, center: np.ndarray, matrix: np.ndarray) -> None:
+    """Moves a held thing's bodies to the hand."""
+    body_position, body_matrix = frames.thing_place(thing)
+    for mocap, joint in model.things[thing.id].bodies:
+        position, joint_matrix = frames.thing_place(thing, joint)
+        relative = matrix @ body_matrix.T
+        model.data.mocap_pos[mocap] = center + relative @ (position - body_position)
+        model.data.mocap_quat[mocap] = frames.quaternion(relative @ joint_matrix)
+    model.settle()
