@@ -1,0 +1,180 @@
+"""Referring expressions: what to call a thing so that a person knows which one is meant, and reading them back.
+
+A phrase is the thing's name, with a colour, a support or a room only when several things share the name. What it
+fits is decided as a careful listener would: "the bottle" fits a wine bottle too, a cup may pass for a mug.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from shapely import Point, Polygon
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.palette import COLOURS
+from vigil.sim.scene import Scene, Thing
+from vigil.sim.supports import surface_named
+
+ROOM_NAMES = {"Kitchen": "kitchen", "LivingRoom": "living room", "Bedroom": "bedroom", "Bathroom": "bathroom"}
+
+LOOK_ALIKES = (
+    ("cup", "mug"),
+    ("vase", "tall vase with branches", "house plant"),
+    ("statue", "table ornament"),
+    ("ottoman", "footstool", "stool"),
+    ("desk", "dining table", "coffee table", "side table"),
+    ("dresser", "TV stand", "cabinet"),
+    ("towel", "hand towel"),
+    ("salt shaker", "pepper shaker"),
+    ("pen", "pencil"),
+    ("knife", "butter knife"),
+    ("toilet brush", "plunger"),
+    ("box", "tissue box", "safe"),
+    ("wall shelf", "shelving unit"),
+    ("clothes dryer", "washing machine"),
+    ("open doorway", "door"),
+    ("pot", "kettle"),
+    ("faucet", "shower head"),
+    ("rug", "dog bed"),
+    ("lettuce", "house plant"),
+)
+"""Names that a person may take one for the other; each name is compared with those of its own groups."""
+
+COLOUR_GROUPS = (
+    ("white", "cream", "beige"),
+    ("grey", "dark grey"),
+    ("dark grey", "black", "navy"),
+    ("brown", "beige", "orange"),
+    ("red", "orange", "pink"),
+    ("yellow", "orange", "cream"),
+    ("green", "light green", "teal"),
+    ("blue", "light blue", "teal", "navy"),
+    ("purple", "pink", "navy"),
+)
+
+_ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|in|inside|from) the "
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """What one can say of a thing: its name, colour, where it rests and in which room."""
+
+    id: str
+    category: str
+    name: str
+    colours: tuple[str, ...] = ()
+    room_id: str | None = None
+    room: str | None = None
+    support_id: str | None = None
+    support: str | None = None
+    is_inside: bool = False
+    """It lies inside its support, not on top of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phrase:
+    """A referring expression taken apart."""
+
+    name: str
+    colour: str | None = None
+    support: str | None = None
+    room: str | None = None
+    is_inside: bool = False
+
+    def __str__(self) -> str:
+        text = f"the {self.colour} {self.name}" if self.colour else f"the {self.name}"
+        if self.support:
+            text += f" {'in' if self.is_inside else 'on'} the {self.support}"
+        return f"{text} in the {self.room}" if self.room else text
+
+
+def items_of(scene: Scene) -> dict[str, Item]:
+    """Returns what one can say of every thing that is present, by id, in the scene's order."""
+    rooms = [(room.id, ROOM_NAMES.get(room.room_type), Polygon(room.polygon)) for room in scene.rooms]
+    return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
+
+
+def _item(scene: Scene, thing: Thing, rooms: list[tuple[str, str | None, Polygon]]) -> Item:
+    place = Point(thing.position.x, thing.position.z)
+    room_id, room = next(((id_, name) for id_, name, floor in rooms if floor.covers(place)), (None, None))
+    parent = scene.things.get(thing.parent or "")
+    surface = surface_named(parent, thing.surface) if parent else None
+    return Item(
+        id=thing.id,
+        category=thing.category,
+        name=CATALOG[thing.category].spoken,
+        colours=tuple(sorted(tag for tag in thing.asset.tags if tag in COLOURS)),
+        room_id=room_id,
+        room=room,
+        support_id=parent.id if parent else None,
+        support=CATALOG[parent.category].spoken if parent else None,
+        is_inside=surface is not None and surface.is_inside,
+    )
+
+
+def fits(phrase: Phrase, item: Item) -> bool:
+    """Whether a listener could take `item` for what `phrase` means."""
+    return (
+        _names_fit(phrase.name, item.name)
+        and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
+        and (phrase.support is None or (item.support is not None and _names_fit(phrase.support, item.support)))
+        and (phrase.room is None or phrase.room == item.room)
+    )
+
+
+def referents(phrase: Phrase, items: Iterable[Item]) -> list[Item]:
+    """Returns the items that a phrase could mean."""
+    return [item for item in items if fits(phrase, item)]
+
+
+def phrase_for(item: Item, items: Iterable[Item]) -> Phrase | None:
+    """Returns the shortest phrase that fits `item` alone; None when there is none."""
+    others = [other for other in items if other.id != item.id]
+    colour = item.colours[0] if len(item.colours) == 1 else None
+    candidates = [
+        Phrase(item.name),
+        Phrase(item.name, colour=colour),
+        Phrase(item.name, support=item.support, is_inside=item.is_inside),
+        Phrase(item.name, room=item.room),
+        Phrase(item.name, colour=colour, support=item.support, is_inside=item.is_inside),
+        Phrase(item.name, colour=colour, room=item.room),
+    ]
+    return next(
+        (phrase for phrase in candidates if not referents(phrase, others) and _is_plain(phrase, item, others)), None
+    )
+
+
+def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
+    """Returns the phrases "the <colour> <name> (on|in the <support>) (in the <room>)" in a text, in order.
+
+    A name that only says where another thing is, is no mention of its own.
+    """
+    known = "|".join(re.escape(name) for name in sorted(set(names), key=lambda name: (-len(name), name)))
+    colours = "|".join(sorted(COLOURS, key=lambda name: (-len(name), name)))
+    rooms = "|".join(sorted(ROOM_NAMES.values()))
+    pattern = re.compile(
+        rf"\b[Tt]he (?:(?P<colour>{colours}) )?(?P<name>{known})\b"
+        rf"(?:{_ON}(?P<support>{known})\b)?(?:{_ON}(?P<room>{rooms})\b)?"
+    )
+    return [
+        Phrase(found["name"], colour=found["colour"], support=found["support"], room=found["room"])
+        for found in pattern.finditer(text)
+    ]
+
+
+def _is_plain(phrase: Phrase, item: Item, others: list[Item]) -> bool:
+    """Whether the support that a phrase leans on is itself clear."""
+    if phrase.support is None or item.support_id is None:
+        return phrase.support is None
+    supports = [other for other in others if _names_fit(phrase.support, other.name)]
+    return {other.id for other in supports} == {item.support_id}
+
+
+def _names_fit(said: str, name: str) -> bool:
+    if said == name or name.endswith(f" {said}"):
+        return True
+    return any(said in group and name in group for group in LOOK_ALIKES)
+
+
+def _look_alike(said: str, colour: str) -> bool:
+    return said == colour or any(said in group and colour in group for group in COLOUR_GROUPS)

@@ -1,0 +1,55 @@
+"""Where a body can be in a scene, as polygons for `vigil.authoring.plan`."""
+
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from vigil.authoring.plan import FloorPlan
+from vigil.sim.motion import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, polygon_of, thing_shapes, wall_prisms
+from vigil.sim.scene import Scene
+
+MARGIN_M = 0.03
+"""What a planned walk keeps from everything besides the body's radius."""
+TIGHT_M = 0.001
+ARC_SEGMENTS = 16
+
+
+class Obstacles:
+    """The floor shapes of a scene's walls and things, kept between plans."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        floors = [shapely.Polygon(room.polygon).buffer(0) for room in scene.rooms]
+        self._floor = shapely.unary_union(floors).buffer(0.005, join_style="mitre")
+        self._walls = shapely.unary_union(
+            [
+                polygon_of(prism)
+                for panel in scene.panels
+                for prism in wall_prisms(panel)
+                if prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M
+            ]
+        )
+        self._grown_walls = {radius: self._grown(self._walls, radius) for radius in _RADII}
+        self._things: dict[tuple, dict[float, BaseGeometry]] = {}
+
+    def plan(self) -> FloorPlan:
+        """Returns the floor plan of the scene as it is now."""
+        tight, roomy = (self._free(radius) for radius in _RADII)
+        return FloorPlan(roomy, tight)
+
+    def _free(self, radius: float) -> BaseGeometry:
+        taken = [self._grown_walls[radius]]
+        for thing in self._scene.things.values():
+            if thing.is_present and not thing.is_held:
+                key = (thing.id, thing.position, thing.rotation, thing.openness)
+                if key not in self._things:
+                    shape = shapely.unary_union(thing_shapes(thing))
+                    self._things[key] = {each: self._grown(shape, each) for each in _RADII}
+                taken.append(self._things[key][radius])
+        return self._floor.difference(shapely.unary_union(taken))
+
+    @staticmethod
+    def _grown(shape: BaseGeometry, radius: float) -> BaseGeometry:
+        return shape.buffer(radius, quad_segs=ARC_SEGMENTS)
+
+
+_RADII = (BODY_RADIUS_M + TIGHT_M, BODY_RADIUS_M + MARGIN_M)

@@ -1,0 +1,58 @@
+"""Referring expressions and what they fit."""
+
+from vigil.authoring.refer import Item, Phrase, mentions, phrase_for, referents
+
+RED = Item("Mug|1", "Mug", "mug", ("red",), "room|1", "kitchen", "Desk|1", "desk")
+NAVY = Item("Mug|2", "Mug", "mug", ("navy",), "room|1", "kitchen", "Counter|1", "countertop")
+BLACK = Item("Mug|3", "Mug", "mug", ("black",), "room|2", "bedroom", "Counter|1", "countertop")
+DESK = Item("Desk|1", "Desk", "desk", ("brown",), "room|1", "kitchen")
+COUNTER = Item("Counter|1", "CounterTop", "countertop", (), "room|1", "kitchen")
+WINE = Item("WineBottle|1", "WineBottle", "wine bottle", ("green",), "room|1", "kitchen")
+BOTTLE = Item("Bottle|1", "Bottle", "bottle", ("blue",), "room|1", "kitchen")
+
+
+def test_one_of_a_kind_needs_no_more() -> None:
+    assert str(phrase_for(DESK, [RED, NAVY, DESK])) == "the desk"
+
+
+def test_colour_tells_apart_only_clearly_different_colours() -> None:
+    everything = [RED, NAVY, BLACK, DESK, COUNTER]
+    assert str(phrase_for(RED, everything)) == "the red mug"
+    assert str(phrase_for(NAVY, everything)) != "the navy mug"
+
+
+def test_support_or_room_when_colour_does_not_help() -> None:
+    assert str(phrase_for(BLACK, [NAVY, BLACK, COUNTER])) == "the mug in the bedroom"
+    green = Item("Mug|4", "Mug", "mug", ("navy",), "room|1", "kitchen", "Desk|1", "desk")
+    assert str(phrase_for(green, [NAVY, green, DESK, COUNTER])) == "the mug on the desk"
+
+
+def test_a_support_that_is_not_clear_helps_nobody() -> None:
+    other = Item("Desk|2", "Desk", "desk", (), "room|1", "kitchen")
+    mug = Item("Mug|5", "Mug", "mug", ("navy",), "room|1", "kitchen", "Desk|1", "desk")
+    assert phrase_for(mug, [NAVY, mug, DESK, other, COUNTER]) is None
+
+
+def test_a_general_name_fits_the_special_thing() -> None:
+    assert {item.id for item in referents(Phrase("bottle"), [WINE, BOTTLE])} == {"WineBottle|1", "Bottle|1"}
+    assert [item.id for item in referents(Phrase("wine bottle"), [WINE, BOTTLE])] == ["WineBottle|1"]
+
+
+def test_mentions_are_read_back() -> None:
+    names = ["mug", "wine bottle", "bottle", "desk", "fridge"]
+    text = "Take the red mug on the desk, then open the fridge in the kitchen and find the wine bottle."
+    assert mentions(text, names) == [
+        Phrase("mug", colour="red", support="desk"),
+        Phrase("fridge", room="kitchen"),
+        Phrase("wine bottle"),
+    ]
+
+
+def test_every_phrase_is_read_back_as_itself() -> None:
+    for phrase in (
+        Phrase("mug"),
+        Phrase("mug", colour="light blue"),
+        Phrase("mug", support="desk"),
+        Phrase("mug", room="living room"),
+    ):
+        assert mentions(f"Find {phrase}.", ["mug", "desk"]) == [phrase]
