@@ -1,0 +1,178 @@
+"""Summary: many outcomes -> rates per family and overall, with intervals, and the identities they must obey.
+
+All rates are fractions of the scored episodes; episodes that ended as `error` are counted, never scored. Source:
+`protocol.md` section 5.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from vigil.episode import FAMILIES, Episode, Family
+from vigil.errors import RecordError
+from vigil.record import Boundary, EpisodeRecord, standing
+from vigil.scoring import REPORT_POLICIES, Outcome, credit, settle
+
+Z_95 = 1.959963984540054
+MAX_ERROR_SHARE = 0.01
+"""A report over more errors than this says so at its top."""
+RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
+
+
+@dataclass(frozen=True, slots=True)
+class Unscored:
+    """An episode that ended as `error`: the infrastructure's failure, never the agent's."""
+
+    episode_id: str
+    epoch: int
+    family: Family
+    boundary: Boundary
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Settlement:
+    """All verdicts on a run, with what is missing."""
+
+    outcomes: tuple[Outcome, ...]
+    errors: tuple[Unscored, ...] = ()
+    planned: Mapping[Family, int] = field(default_factory=dict)
+    """Episodes (times epochs) that the run is meant to have."""
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every planned episode is scored."""
+        return len(self.outcomes) >= sum(self.planned.values())
+
+    @property
+    def has_many_errors(self) -> bool:
+        """Whether more than 1 % of what was attempted ended as an error."""
+        attempted = len(self.outcomes) + len(self.errors)
+        return len(self.errors) > MAX_ERROR_SHARE * attempted
+
+
+def settle_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> Settlement:
+    """Returns the verdicts on the records that stand, sorted by episode and epoch.
+
+    `episodes` are those that the run is meant to play. Raises RecordError on a record of any other episode.
+    """
+    by_id = {episode.id: episode for episode in episodes}
+    outcomes: list[Outcome] = []
+    errors: list[Unscored] = []
+    for (episode_id, epoch), record in standing(records).items():
+        if episode_id not in by_id:
+            raise RecordError(
+                f"Record of episode {episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it recorded "
+                "with another pack?"
+            )
+        episode = by_id[episode_id]
+        if record.end != "error":
+            outcomes.append(settle(episode, record))
+            continue
+        error = record.error
+        boundary, message = (error.boundary, error.message) if error else ("runner", "")
+        errors.append(Unscored(episode_id, epoch, episode.family, boundary, message))
+    planned = dict.fromkeys(FAMILIES, 0)
+    for episode in by_id.values():
+        planned[episode.family] += epochs
+    return Settlement(tuple(outcomes), tuple(errors), {family: n for family, n in planned.items() if n})
+
+
+def summarise(settlement: Settlement) -> dict:
+    """Returns `{"overall": rates, "families": {family: rates}}`, and `macro` when families are unequal.
+
+    Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
+    """
+    outcomes = settlement.outcomes
+    assert_identities(outcomes)
+    families = {
+        family: _rates(
+            [outcome for outcome in outcomes if outcome.family == family],
+            errors=sum(error.family == family for error in settlement.errors),
+            planned=settlement.planned.get(family, 0),
+        )
+        for family in FAMILIES
+        if family in settlement.planned or any(outcome.family == family for outcome in outcomes)
+    }
+    overall = _rates(outcomes, errors=len(settlement.errors), planned=sum(settlement.planned.values()))
+    overall["report_policies"] = {
+        policy: _mean([credit(outcome, policy) for outcome in outcomes]) for policy in REPORT_POLICIES
+    }
+    summary = {"overall": overall, "families": families}
+    if len({rates["episodes"] for rates in families.values()}) > 1:
+        summary["macro"] = _macro(list(families.values()))
+    return summary
+
+
+def wilson(hits: int, n: int) -> tuple[float, float]:
+    """Returns the 95 % Wilson score interval of a rate; (0, 1) over no trials."""
+    if n == 0:
+        return 0.0, 1.0
+    rate, z2 = hits / n, Z_95**2
+    middle = (rate + z2 / (2 * n)) / (1 + z2 / n)
+    half = Z_95 / (1 + z2 / n) * math.sqrt(rate * (1 - rate) / n + z2 / (4 * n * n))
+    return max(0.0, min(middle - half, rate)), min(1.0, max(middle + half, rate))
+
+
+def assert_identities(outcomes: Sequence[Outcome]) -> None:
+    """Checks the identities of protocol.md section 5. Raises RuntimeError, naming the broken one."""
+    n = len(outcomes)
+    labels = {name: sum(outcome.label == name for outcome in outcomes) for name in ("B", "FR", "NR", "IL", "Other")}
+    stop = sum(outcome.is_reported for outcome in outcomes)
+    w, b = sum(outcome.W for outcome in outcomes), sum(outcome.B for outcome in outcomes)
+    unreported = sum(outcome.W and not outcome.is_reported for outcome in outcomes)
+    mismatched = sum(outcome.W and outcome.label == "FR" for outcome in outcomes)
+    in_sv = sum(outcome.W and outcome.expected is not None for outcome in outcomes)
+    credits = {policy: sum(credit(outcome, policy) for outcome in outcomes) for policy in REPORT_POLICIES}
+    identities = {
+        "B + FR + NR + IL + Other = all": sum(labels.values()) == n,
+        "Stop + NR + IL = all": stop + labels["NR"] + labels["IL"] == n,
+        "Stop = B + FR + Other": stop == labels["B"] + labels["FR"] + labels["Other"],
+        "B = label B": b == labels["B"],
+        "W - B = no report given W=1 + mismatched reports given W=1": w - b == unreported + mismatched,
+        "Always = W minus SV's share": credits["always_success"] == w - in_sv,
+        "Random = W/2": credits["random"] == w / 2,
+        "Oracle = W": credits["oracle"] == w,
+        "B <= W on every episode": all(outcome.W or not outcome.B for outcome in outcomes),
+        "W_strict <= W on every episode": all(outcome.W or not outcome.W_strict for outcome in outcomes),
+    }
+    broken = [name for name, holds in identities.items() if not holds]
+    if broken:
+        raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a fault of vigil.")
+
+
+def _rates(outcomes: Sequence[Outcome], *, errors: int, planned: int) -> dict:
+    n = len(outcomes)
+    hits = {rate: sum(_is_hit(outcome, rate) for outcome in outcomes) for rate in RATES}
+    return {
+        "episodes": n,
+        "errors": errors,
+        **{rate: hits[rate] / n if n else None for rate in RATES},
+        "mean_steps": _mean([outcome.steps for outcome in outcomes]),
+        "complete": f"{n}/{max(planned, n)}",
+        "intervals": {rate: list(wilson(hits[rate], n)) for rate in RATES},
+    }
+
+
+def _is_hit(outcome: Outcome, rate: str) -> bool:
+    match rate:
+        case "W" | "W_strict" | "B":
+            return getattr(outcome, rate)
+        case "Delta":
+            return outcome.W and not outcome.B
+        case "NoRep":
+            return not outcome.is_reported
+        case "Stop":
+            return outcome.is_reported
+        case _:
+            return outcome.label == rate
+
+
+def _macro(families: Sequence[dict]) -> dict:
+    """Returns the unweighted mean over the families that have scored episodes."""
+    scored = [rates for rates in families if rates["episodes"]]
+    return {rate: _mean([rates[rate] for rates in scored]) for rate in (*RATES, "mean_steps")}
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None
