@@ -1,0 +1,344 @@
+"""Pack: a frozen folder of episodes with their houses and solutions, verified by hash.
+
+    manifest.json        name, version, counts, SHA-256 of every other file
+    episodes.jsonl       one Episode a line, sorted by id
+    solutions.jsonl      one Solution a line, sorted by episode id
+    houses/<name>.json   canonical JSON
+
+The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code. Source: `protocol.md` section 7.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from importlib.resources import files
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from vigil.episode import FAMILIES, Episode, Family, Solution
+from vigil.errors import EpisodeError, PackMismatch, SettingError
+from vigil.house import MAX_HOUSE_BYTES, House, canonical_json
+
+PACK_SCHEMA = 1
+MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
+MAX_MANIFEST_BYTES = 16 * 1024 * 1024
+MAX_LINES_BYTES = 512 * 1024 * 1024
+_Line = TypeVar("_Line", bound=BaseModel)
+
+
+class Manifest(BaseModel):
+    """What a pack says about itself."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    schema_version: int = PACK_SCHEMA
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
+    version: str = "1"
+    description: str = ""
+    episodes: int
+    houses: int
+    families: dict[Family, int]
+    meta: dict[str, Any] = Field(default_factory=dict)
+    """Free facts about how it was made: generator versions, seeds, counts by template."""
+    files: dict[str, str]
+    """Relative path -> SHA-256 of the file's bytes."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which episodes of a pack to take; everything by default."""
+
+    families: tuple[Family, ...] = ()
+    ids: tuple[str, ...] = ()
+    limit: int | None = None
+    """The first so many of the selected, in order of episode id."""
+
+
+class Pack:
+    """A pack whose files have been verified against its manifest."""
+
+    def __init__(self, folder: Path, manifest: Manifest, sha256: str, episodes: Sequence[Episode]) -> None:
+        """Use `Pack.load`."""
+        self.folder = folder
+        self.manifest = manifest
+        self.sha256 = sha256
+        self.episodes = tuple(episodes)
+        self._houses: dict[str, House] = {}
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Pack":
+        """Returns the pack in a folder, or the packaged one of that name; every file's hash is verified.
+
+        Raises PackMismatch, EpisodeError or HouseError with what is wrong, where, and what to do.
+        """
+        folder = find(path)
+        raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
+        manifest = _manifest(folder, raw)
+        for name, expected in sorted(manifest.files.items()):
+            _verify(folder, name, expected)
+        episodes = _lines(folder, EPISODES, Episode)
+        pack = cls(folder, manifest, hashlib.sha256(raw).hexdigest(), episodes)
+        pack._check()
+        return pack
+
+    @property
+    def name(self) -> str:
+        """The pack's name."""
+        return self.manifest.name
+
+    @cached_property
+    def solutions(self) -> dict[str, Solution]:
+        """The recorded solutions by episode id."""
+        return {solution.episode_id: solution for solution in _lines(self.folder, SOLUTIONS, Solution)}
+
+    def house_of(self, episode: Episode) -> House:
+        """Returns an episode's house, loaded once."""
+        return self._house(episode.house.name)
+
+    def episode(self, episode_id: str) -> Episode:
+        """Returns one episode. Raises SettingError with a suggestion."""
+        for episode in self.episodes:
+            if episode.id == episode_id:
+                return episode
+        known = [episode.id for episode in self.episodes]
+        raise SettingError(f"Pack {self.name!r} has no episode {episode_id!r}.{_did_you_mean(episode_id, known)}")
+
+    def select(self, selection: Selection) -> list[Episode]:
+        """Returns the selected episodes, sorted by id. Raises SettingError when there are none."""
+        if selection.limit is not None and selection.limit < 1:
+            raise SettingError(f"A limit of {selection.limit} episodes leaves nothing to play. Give 1 or more.")
+        for family in selection.families:
+            if family not in FAMILIES:
+                raise SettingError(f"There is no family {family!r}. The families are {', '.join(FAMILIES)}.")
+        wanted = {self.episode(episode_id).id for episode_id in selection.ids}
+        chosen = [
+            episode
+            for episode in self.episodes
+            if (not wanted or episode.id in wanted) and (not selection.families or episode.family in selection.families)
+        ]
+        if not chosen:
+            raise SettingError(f"Pack {self.name!r} has no episode that fits the selection. See `vigil pack info`.")
+        return chosen[: selection.limit]
+
+    def _house(self, name: str) -> House:
+        if name not in self._houses:
+            self._houses[name] = House.load(self.folder / HOUSES / f"{name}.json")
+        return self._houses[name]
+
+    def _check(self) -> None:
+        _check_ids(self.episodes, self.folder)
+        counts = count_families(self.episodes)
+        if len(self.episodes) != self.manifest.episodes or counts != self.manifest.families:
+            raise PackMismatch(
+                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.episodes} episodes "
+                f"({self.manifest.families}), {EPISODES} holds {len(self.episodes)} ({counts}). Freeze it again."
+            )
+        for episode in self.episodes:
+            if f"{HOUSES}/{episode.house.name}.json" not in self.manifest.files:
+                known = [Path(name).stem for name in self.manifest.files if name.startswith(HOUSES)]
+                raise PackMismatch(
+                    f"Episode {episode.id!r}: house {episode.house.name!r} is not in pack {self.name!r}."
+                    f"{_did_you_mean(episode.house.name, known)}"
+                )
+            check_house(episode, self.house_of(episode))
+
+
+def find(path: str | Path) -> Path:
+    """Returns the folder of a pack: `path` itself, or the packaged pack of that name. Raises PackMismatch."""
+    folder = Path(path)
+    if folder.is_dir():
+        return folder
+    packaged = Path(str(files("vigil") / "packs"))
+    names = sorted(entry.parent.name for entry in packaged.glob(f"*/{MANIFEST}"))
+    if str(path) in names:
+        return packaged / str(path)
+    raise PackMismatch(
+        f"There is no pack {str(path)!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
+        f"{_did_you_mean(str(path), names)}"
+    )
+
+
+def freeze(
+    folder: Path,
+    episodes: Iterable[Episode],
+    solutions: Iterable[Solution],
+    houses: Iterable[House],
+    *,
+    name: str,
+    version: str = "1",
+    description: str = "",
+    meta: Mapping[str, Any] | None = None,
+) -> Pack:
+    """Writes a pack into `folder`, new or empty, and returns it loaded; the same input gives the same bytes.
+
+    Raises EpisodeError when an episode contradicts its family, its house or the other episodes.
+    """
+    ordered = sorted(episodes, key=lambda episode: episode.id)
+    solved = sorted(solutions, key=lambda solution: solution.episode_id)
+    by_name = {house.name: house for house in houses}
+    _check_ids(ordered, folder)
+    for episode in ordered:
+        _check_to_freeze(episode, by_name)
+    if [solution.episode_id for solution in solved] != [episode.id for episode in ordered]:
+        raise EpisodeError(f"Pack {name!r}: solutions and episodes differ; every episode needs exactly one solution.")
+    used = {episode.house.name for episode in ordered}
+    contents = {
+        EPISODES: b"".join(_line(episode) for episode in ordered),
+        SOLUTIONS: b"".join(_line(solution) for solution in solved),
+        **{f"{HOUSES}/{house}.json": canonical_json(by_name[house].data) + b"\n" for house in sorted(used)},
+    }
+    manifest = Manifest(
+        name=name,
+        version=version,
+        description=description,
+        episodes=len(ordered),
+        houses=len(used),
+        families=count_families(ordered),
+        meta=dict(meta or {}),
+        files={path: hashlib.sha256(data).hexdigest() for path, data in sorted(contents.items())},
+    )
+    _write(folder, {**contents, MANIFEST: json.dumps(manifest.model_dump(), indent=1, sort_keys=True).encode() + b"\n"})
+    return Pack.load(folder)
+
+
+def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
+    """Returns how many episodes each family has, in the order of the table; absent families are left out."""
+    counts = dict.fromkeys(FAMILIES, 0)
+    for episode in episodes:
+        counts[episode.family] += 1
+    return {family: count for family, count in counts.items() if count}
+
+
+def check_house(episode: Episode, house: House) -> None:
+    """Raises PackMismatch or EpisodeError when an episode and its house do not belong together."""
+    if house.sha256 != episode.house.sha256:
+        raise PackMismatch(
+            f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
+            f"for {episode.house.sha256[:12]}.... Restore the house that it was made for, or author the episode anew."
+        )
+    document = house.document
+    known = {node.id for node, _ in house.objects()}
+    known |= {opening.id for opening in [*document.doors, *document.windows]}
+    parents = {change.placement.parent for change in episode.setup.objects.values() if change.placement}
+    named = {
+        "bindings or goal": set(episode.bound_ids()),
+        "setup": set(episode.setup.objects) | {parent for parent in parents if parent is not None},
+    }
+    for place, ids in named.items():
+        for object_id in sorted(ids - known):
+            raise EpisodeError(
+                f"Episode {episode.id!r}: {place} names {object_id!r}, absent from house {house.name!r}."
+                f"{_did_you_mean(object_id, sorted(known))}"
+            )
+
+
+def protocol_faults(episode: Episode) -> list[str]:
+    """Returns in what an episode departs from the table of families: budgets and start horizon."""
+    spec = FAMILIES[episode.family]
+    faults: list[str] = []
+    if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
+        faults.append(
+            f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, family {episode.family} "
+            f"has {spec.max_steps} and {spec.max_invalid}"
+        )
+    if spec.start_horizon is not None and episode.start.horizon != spec.start_horizon:
+        faults.append(
+            f"start horizon is {episode.start.horizon:g}, family {episode.family} starts at {spec.start_horizon:g}"
+        )
+    return faults
+
+
+def _check_to_freeze(episode: Episode, houses: Mapping[str, House]) -> None:
+    faults = protocol_faults(episode)
+    if faults:
+        raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
+    if episode.house.name not in houses:
+        raise EpisodeError(f"Episode {episode.id!r}: house {episode.house.name!r} was not given to be frozen with it.")
+    check_house(episode, houses[episode.house.name])
+
+
+def _check_ids(episodes: Sequence[Episode], folder: Path) -> None:
+    ids = [episode.id for episode in episodes]
+    for before, after in pairwise(ids):
+        if before == after:
+            raise EpisodeError(f"Pack {str(folder)!r}: two episodes have the id {before!r}; ids must be unique.")
+        if before > after:
+            raise EpisodeError(f"Pack {str(folder)!r}: episode {after!r} comes after {before!r}; sort them by id.")
+
+
+def _line(model: BaseModel) -> bytes:
+    return canonical_json(model.model_dump(mode="json")) + b"\n"
+
+
+def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
+    if folder.exists() and any(folder.iterdir()):
+        raise SettingError(f"Folder {str(folder)!r} is not empty; freeze into a new one. Packs are never overwritten.")
+    for path, data in contents.items():
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+
+
+def _read(folder: Path, name: str, limit: int) -> bytes:
+    path = folder / name
+    if not path.is_file():
+        raise PackMismatch(f"Pack {str(folder)!r}: {name} is missing. Is this the folder of a pack, and all of it?")
+    size = path.stat().st_size
+    if size > limit:
+        raise PackMismatch(f"Pack {str(folder)!r}: {name} has {size} bytes, more than the limit of {limit}.")
+    return path.read_bytes()
+
+
+def _manifest(folder: Path, raw: bytes) -> Manifest:
+    try:
+        manifest = Manifest.model_validate_json(raw)
+    except ValidationError as error:
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {_first_fault(error)}") from None
+    if manifest.schema_version != PACK_SCHEMA:
+        raise PackMismatch(
+            f"Pack {str(folder)!r}: schema {manifest.schema_version}, this version of vigil reads {PACK_SCHEMA}."
+        )
+    for name in (EPISODES, SOLUTIONS):
+        if name not in manifest.files:
+            raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
+    for name in manifest.files:
+        if name.startswith("/") or ".." in Path(name).parts:
+            raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} lists {name!r}, which lies outside the pack.")
+    return manifest
+
+
+def _verify(folder: Path, name: str, expected: str) -> None:
+    limit = MAX_HOUSE_BYTES if name.startswith(HOUSES) else MAX_LINES_BYTES
+    found = hashlib.sha256(_read(folder, name, limit)).hexdigest()
+    if found != expected:
+        raise PackMismatch(
+            f"Pack {str(folder)!r}: {name} has SHA-256 {found[:12]}..., the manifest says {expected[:12]}.... The file "
+            "was changed after freezing; restore it, or freeze a new pack."
+        )
+
+
+def _lines(folder: Path, name: str, model: type[_Line]) -> list[_Line]:
+    rows: list[_Line] = []
+    for number, line in enumerate(_read(folder, name, MAX_LINES_BYTES).splitlines(), start=1):
+        try:
+            rows.append(model.model_validate_json(line))
+        except ValidationError as error:
+            raise EpisodeError(f"Pack {str(folder)!r}: {name} line {number}: {_first_fault(error)}") from None
+    return rows
+
+
+def _first_fault(error: ValidationError) -> str:
+    fault = error.errors(include_url=False)[0]
+    place = ".".join(str(part) for part in fault["loc"]) or "the document"
+    return f"{place}: {fault['msg']}."
+
+
+def _did_you_mean(word: str, known: Sequence[str]) -> str:
+    close = get_close_matches(word, known, n=1)
+    return f" Did you mean {close[0]!r}?" if close else ""
