@@ -1,7 +1,9 @@
 """Frames: one OpenGL context per process, one MuJoCo render context per live scene."""
 
 import atexit
+import os
 import threading
+import weakref
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -12,7 +14,7 @@ from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose
 from vigil.sim.mujoco import frames, gl, held
 from vigil.sim.mujoco.binding import BACKEND, mujoco
-from vigil.sim.mujoco.model import GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
+from vigil.sim.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
 from vigil.sim.scene import Thing
 
 Quality = Literal["default", "fast"]
@@ -32,17 +34,23 @@ class _Window:
 
     def __init__(self) -> None:
         gl.demand(BACKEND)
-        self.thread = threading.get_ident()
+        self.thread, self.process = threading.get_ident(), os.getpid()
         try:
             self.context = mujoco.GLContext(FRAME_WIDTH, FRAME_HEIGHT)
             self.context.make_current()
         except (ImportError, RuntimeError, OSError) as error:
             raise SimulatorError(
-                f"OpenGL ({BACKEND.name}) was found but gives no context: {error}. Try MUJOCO_GL=osmesa, or {gl.ADVICE}."
+                f"OpenGL ({BACKEND.name}) was found but gives no context: {error}. "
+                f"Try MUJOCO_GL=osmesa, or {gl.ADVICE}."
             ) from error
 
     def enter(self) -> None:
         """Makes the context current. Raises SimulatorError in another thread than the first."""
+        if os.getpid() != self.process:
+            raise SimulatorError(
+                "A MuJoCo frame was asked for in a fork of a process that has drawn already; OpenGL does not survive "
+                "a fork. Start worker processes with the `spawn` or `forkserver` method."
+            )
         if threading.get_ident() != self.thread:
             raise SimulatorError(
                 "A MuJoCo frame was asked for in a second thread; OpenGL allows one per process. "
@@ -52,6 +60,7 @@ class _Window:
 
 
 _window: list[_Window] = []
+_cameras: "weakref.WeakSet[Camera]" = weakref.WeakSet()
 
 
 def _enter() -> _Window:
@@ -63,8 +72,14 @@ def _enter() -> _Window:
 
 
 def _close_window() -> None:
+    for camera in list(_cameras):
+        camera.close()
     while _window:
         _window.pop().context.free()
+
+
+def _view_of(agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
+    return frames.points(np.array(agent.eye)), frames.camera_axes(agent), FOVY_DEG
 
 
 class Camera:
@@ -88,21 +103,35 @@ class Camera:
         self._scene.flags[:] = 0
         for flag in (flags.mjRND_SHADOW, flags.mjRND_CULL_FACE, flags.mjRND_SKYBOX):
             self._scene.flags[int(flag)] = 1
+        _cameras.add(self)
         self._viewport = mujoco.MjrRect(0, 0, FRAME_WIDTH, FRAME_HEIGHT)
         self._buffer = np.empty((FRAME_HEIGHT, FRAME_WIDTH, 3), dtype=np.uint8)
 
-    def draw(self, agent: Pose, glowing: list[Thing], in_hand: Thing | None) -> np.ndarray:
-        """Returns the frame that the agent sees, (480, 640, 3) uint8, in the light of the `glowing` things."""
-        self._model.lamps.select(self._model.native, agent.eye, glowing)
-        if in_hand is None:
-            self._update(agent)
-        else:
+    def draw(self, agent: Pose, glowing: list[Thing], in_hand: list[Thing]) -> np.ndarray:
+        """Returns the frame that the agent sees, (480, 640, 3) uint8.
+
+        `glowing` are the things that give light; `in_hand` what is held, with what it carries after it.
+        """
+        self._context.shadowScale = self._model.lamps.select(self._model.native, agent.eye, glowing)
+        if in_hand:
             self._update_holding(agent, in_hand)
+        else:
+            self._update(*_view_of(agent))
+        return self._render()
+
+    def survey(self, eye: np.ndarray, axes: np.ndarray, fovy_deg: float, *, reach_m: float) -> np.ndarray:
+        """Returns a picture by daylight from anywhere; `eye` and `axes` (right, up, backward) in MuJoCo's frame.
+
+        Shadows fall within `reach_m` of the scene's middle.
+        """
+        self._model.lamps.daylight(self._model.native)
+        self._context.shadowClip = reach_m
+        self._update(eye, axes, fovy_deg)
         return self._render()
 
     def segment(self, agent: Pose) -> np.ndarray:
         """Returns the geom that each pixel shows, (480, 640) int32, -1 for none: a check on the rays."""
-        self._update(agent)
+        self._update(*_view_of(agent))
         flags = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
         self._scene.flags[flags] = 1
         picture = self._render().astype(np.int32)
@@ -114,34 +143,34 @@ class Camera:
     def close(self) -> None:
         """Frees the render context."""
         _enter()
+        _cameras.discard(self)
         self._context.free()
 
-    def _update(self, agent: Pose) -> None:
+    def _update(self, eye: np.ndarray, axes: np.ndarray, fovy_deg: float) -> None:
         _enter()
         native, data = self._model.native, self._model.data
-        native.cam_pos[0] = frames.points(np.array(agent.eye))
-        native.cam_quat[0] = frames.quaternion(frames.camera_axes(agent))
+        native.cam_pos[0], native.cam_quat[0], native.cam_fovy[0] = eye, frames.quaternion(axes), fovy_deg
         mujoco.mj_camlight(native, data)
         mujoco.mjv_updateScene(
             native, data, self._option, self._perturb, self._view, mujoco.mjtCatBit.mjCAT_ALL.value, self._scene
         )
-
         for place in self._without_shadow():
             self._scene.geoms[place].category = mujoco.mjtCatBit.mjCAT_DECOR.value
 
-    def _update_holding(self, agent: Pose, thing: Thing) -> None:
-        center, matrix, smaller = held.pose_in_hand(thing, agent)
-        held.put_in_hand(self._model, thing, center, matrix)
-        self._update(agent)
-        geoms = set(self._model.things[thing.id].geoms.tolist())
-        drawn = [geom for geom in self._drawn() if geom.objid in geoms]
-        held.bring_near(drawn, frames.points(np.array(agent.eye)), center, smaller)
+    def _update_holding(self, agent: Pose, things: list[Thing]) -> None:
+        center, matrix, smaller = held.pose_in_hand(things[0], agent)
+        held.put_in_hand(self._model, things, center, matrix)
+        eye, axes, fovy_deg = _view_of(agent)
+        self._update(eye, axes, fovy_deg)
+        geoms = {geom for thing in things for geom in self._model.things[thing.id].geoms.tolist()}
+        held.bring_near([geom for geom in self._drawn() if geom.objid in geoms], eye, center, smaller)
 
     def _without_shadow(self) -> np.ndarray:
-        """Returns the places in the drawing list of what casts no shadow: glass, and what is in the hand."""
+        """Returns the places in the drawing list of what casts no shadow: glass, ceilings and what is in the hand."""
         groups = self._model.native.geom_group
-        drawn = groups[groups != HIDDEN]
-        return np.flatnonzero((drawn == GLASS) | (drawn == HELD))
+        lets_light_through = (groups == GLASS) | (groups == HELD)
+        lets_light_through[self._model.ceilings] = True
+        return np.flatnonzero(lets_light_through[groups != HIDDEN])
 
     def _drawn(self) -> list[Any]:
         return [self._scene.geoms[number] for number in range(self._scene.ngeom)]

@@ -39,9 +39,7 @@ class MujocoEngine:
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
-        scene = self._scene
-        thing = scene.things[held] if scene is not None and held is not None else None
-        return self.camera.draw(agent, self._glowing(), thing)
+        return self.camera.draw(agent, self._glowing(), self._in_hand(held))
 
     def renderer(self) -> str:
         """Returns the GL renderer string; "none" when there is no GL."""
@@ -77,3 +75,9 @@ class MujocoEngine:
     def _glowing(self) -> list[Thing]:
         things = self._scene.things.values() if self._scene else ()
         return [thing for thing in things if thing.is_toggled and thing.is_present and thing.asset.glow is not None]
+
+    def _in_hand(self, held: str | None) -> list[Thing]:
+        if self._scene is None or held is None:
+            return []
+        carried = [thing for thing in self._scene.things.values() if thing.is_held and thing.id != held]
+        return [self._scene.things[held], *carried]

@@ -20,7 +20,7 @@ _ASPECT = 640 / 480
 
 
 def pose_in_hand(thing: Thing, agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
-    """Returns (centre, rotation matrix) in MuJoCo's frame at arm's length, and the factor that it is drawn smaller by."""
+    """Returns (centre, rotation matrix) in MuJoCo's frame at arm's length, and the factor to draw it smaller by."""
     right, up, back = frames.camera_axes(agent).T
     facing_the_eye = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     tilt, turn = frames.turn(np.array([1.0, 0.0, 0.0]), TILT_DEG), frames.turn(np.array([0.0, 0.0, 1.0]), TURN_DEG)
@@ -43,12 +43,13 @@ def bring_near(geoms: list, eye: np.ndarray, center: np.ndarray, smaller: float)
         geom.mat[:] *= NEARER * smaller
 
 
-def put_in_hand(model: Model, thing: Thing, center: np.ndarray, matrix: np.ndarray) -> None:
-    """Moves a held thing's bodies to the hand."""
-    body_position, body_matrix = frames.thing_place(thing)
-    for mocap, joint in model.things[thing.id].bodies:
-        position, joint_matrix = frames.thing_place(thing, joint)
-        relative = matrix @ body_matrix.T
-        model.data.mocap_pos[mocap] = center + relative @ (position - body_position)
-        model.data.mocap_quat[mocap] = frames.quaternion(relative @ joint_matrix)
+def put_in_hand(model: Model, things: list[Thing], center: np.ndarray, matrix: np.ndarray) -> None:
+    """Moves the bodies of the first thing to the hand, and those of what it carries along with it."""
+    first_position, first_matrix = frames.thing_place(things[0])
+    relative = matrix @ first_matrix.T
+    for thing in things:
+        for mocap, joint in model.things[thing.id].bodies:
+            position, joint_matrix = frames.thing_place(thing, joint)
+            model.data.mocap_pos[mocap] = center + relative @ (position - first_position)
+            model.data.mocap_quat[mocap] = frames.quaternion(relative @ joint_matrix)
     model.settle()

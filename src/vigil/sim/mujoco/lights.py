@@ -13,15 +13,20 @@ import shapely
 from vigil.pose import Vec3
 from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.binding import mujoco
-from vigil.sim.scene import Scene, Thing
+from vigil.sim.scene import RoomShape, Scene, Thing
 
-MAX_ROOM_LAMPS = 5
+MAX_ROOM_LAMPS = 3
 MAX_GLOWS = 2
-"""OpenGL's fixed pipeline has eight lights; the headlight is one."""
-AMBIENT = (0.43, 0.43, 0.425)
-HEADLIGHT = (0.14, 0.14, 0.14)
-LAMP = 0.62
-DROP_M = 0.05
+"""OpenGL's fixed pipeline has eight lights: the headlight, the fills, these."""
+AMBIENT = (0.42, 0.42, 0.42)
+HEADLIGHT = (0.07, 0.07, 0.07)
+FILLS = (((0.35, 0.2, 0.9), 0.26), ((-0.36, -0.42, -0.83), 0.2))
+"""(direction that the light travels in, strength): light from floor and walls, which nobody else computes."""
+LAMP, OTHER_LAMP = 0.5, 0.34
+FALLOFF, OTHER_FALLOFF = (1.0, 0.0, 0.02), (1.0, 0.0, 0.16)
+"""The lamp of the agent's room, and those of other rooms: weaker, since no wall stops their light."""
+DROP_M = 0.25
+SUN_M = 40.0
 GROUND_M = -0.12
 _SKY_PIXELS = 128
 
@@ -32,22 +37,42 @@ class Lamps:
 
     rooms: list[shapely.Polygon]
     centers: np.ndarray
+    colors: np.ndarray
+    shadow_scales: list[float]
+    """Share of half a turn that each room's shadows need."""
     room_lights: list[int]
     glow_lights: list[int]
+    sun: int
 
-    def select(self, native: "mujoco.MjModel", eye: Vec3, glowing: list[Thing]) -> None:
-        """Switches the lights for an agent at `eye`; `glowing` are the things that give light."""
-        native.light_active[:] = 0
-        native.light_castshadow[:] = 0
+    def select(self, native: "mujoco.MjModel", eye: Vec3, glowing: list[Thing]) -> float:
+        """Switches the lights for an agent at `eye`; `glowing` are the things that give light.
+
+        Returns the shadow scale of the room's lamp.
+        """
+        self._darken(native)
         here = int(np.argmin(shapely.distance(self.rooms, shapely.Point(eye.x, eye.z))))
         order = np.argsort(np.linalg.norm(self.centers - (eye.x, eye.z), axis=1), kind="stable")
         near = [here, *(int(room) for room in order if room != here)][:MAX_ROOM_LAMPS]
         for room in near:
-            native.light_active[self.room_lights[room]] = 1
-        native.light_castshadow[self.room_lights[here]] = 1
+            light, is_here = self.room_lights[room], room == here
+            native.light_active[light] = 1
+            native.light_castshadow[light] = is_here
+            native.light_diffuse[light] = self.colors[room] * (LAMP if is_here else OTHER_LAMP)
+            native.light_attenuation[light] = FALLOFF if is_here else OTHER_FALLOFF
         nearest = sorted(glowing, key=lambda thing: (thing.position.x - eye.x) ** 2 + (thing.position.z - eye.z) ** 2)
         for light, thing in zip(self.glow_lights, nearest, strict=False):
             _aim_glow(native, light, thing)
+        return self.shadow_scales[here]
+
+    def daylight(self, native: "mujoco.MjModel") -> None:
+        """Lights everything from above, through the ceilings, for pictures that no agent sees."""
+        self._darken(native)
+        native.light_active[self.sun] = 1
+        native.light_castshadow[self.sun] = 1
+
+    def _darken(self, native: "mujoco.MjModel") -> None:
+        native.light_active[[*self.room_lights, *self.glow_lights, self.sun]] = 0
+        native.light_castshadow[:] = 0
 
 
 def _aim_glow(native: "mujoco.MjModel", light: int, thing: Thing) -> None:
@@ -72,20 +97,51 @@ def settings(spec: "mujoco.MjSpec") -> None:
 def add_lamps(spec: "mujoco.MjSpec", scene: Scene) -> Lamps:
     """Adds one lamp to every room, and the lights that lamps of the house may need."""
     for room in scene.rooms:
-        rgb = 0.5 + 0.5 * np.array(room.light_rgb)
         x, y, z = room.light
         spec.worldbody.add_light(
             pos=frames.points(np.array([x, min(y, room.height) - DROP_M, z])),
             dir=[0.0, 0.0, -1.0],
             type=mujoco.mjtLightType.mjLIGHT_SPOT,
-            cutoff=89.0,
-            exponent=0.3,
-            attenuation=[1.0, 0.0, 0.02],
-            diffuse=rgb * LAMP,
-            specular=rgb * 0.3,
+            cutoff=180.0,
+            exponent=0.0,
+            specular=_color(room) * 0.25,
             ambient=[0.0, 0.0, 0.0],
             castshadow=False,
         )
+    _add_glows(spec)
+    _add_sun(spec, scene)
+    for direction, strength in FILLS:
+        spec.worldbody.add_light(
+            dir=direction,
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+            diffuse=[strength] * 3,
+            specular=[0.0] * 3,
+            castshadow=False,
+        )
+    count = len(scene.rooms)
+    return Lamps(
+        [shapely.Polygon(room.polygon) for room in scene.rooms],
+        np.array([[room.light.x, room.light.z] for room in scene.rooms]),
+        np.array([_color(room) for room in scene.rooms]),
+        [_shadow_scale(room) for room in scene.rooms],
+        list(range(count)),
+        list(range(count, count + MAX_GLOWS)),
+        count + MAX_GLOWS,
+    )
+
+
+def _color(room: RoomShape) -> np.ndarray:
+    return 0.5 + 0.5 * np.array(room.light_rgb)
+
+
+def _shadow_scale(room: RoomShape) -> float:
+    """Returns the share of half a turn that the lamp's shadow map spans so that it covers the floor, corners aside."""
+    farthest = float(np.linalg.norm(room.polygon - (room.light.x, room.light.z), axis=1).max())
+    height = min(room.light.y, room.height) - DROP_M
+    return float(np.degrees(np.arctan2(farthest, height))) / 180.0
+
+
+def _add_glows(spec: "mujoco.MjSpec") -> None:
     for _ in range(MAX_GLOWS):
         spec.worldbody.add_light(
             dir=[0.0, 0.0, -1.0],
@@ -97,12 +153,20 @@ def add_lamps(spec: "mujoco.MjSpec", scene: Scene) -> Lamps:
             specular=[0.0, 0.0, 0.0],
             castshadow=False,
         )
-    count = len(scene.rooms)
-    return Lamps(
-        [shapely.Polygon(room.polygon) for room in scene.rooms],
-        np.array([[room.light.x, room.light.z] for room in scene.rooms]),
-        list(range(count)),
-        list(range(count, count + MAX_GLOWS)),
+
+
+def _add_sun(spec: "mujoco.MjSpec", scene: Scene) -> None:
+    corners = np.concatenate([room.polygon for room in scene.rooms])
+    x, z = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    direction = np.array([0.28, 0.36, -0.89])
+    spec.worldbody.add_light(
+        pos=np.array([x, z, 0.0]) - SUN_M * direction,
+        dir=direction,
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        diffuse=[0.42, 0.42, 0.42],
+        specular=[0.15, 0.15, 0.15],
+        castshadow=False,
+        active=False,
     )
 
 

@@ -52,6 +52,11 @@ class Model:
     """Kind of each structural geom."""
     lamps: lights.Lamps
 
+    @property
+    def ceilings(self) -> list[int]:
+        """The ceilings' geoms."""
+        return [geom for geom, kind in self.structure_kinds.items() if kind == "ceiling"]
+
     def place(self, thing: Thing) -> None:
         """Takes over a thing's place and state; `settle` must follow."""
         placed = self.things[thing.id]
