@@ -1,0 +1,152 @@
+"""The house document: plan, openings and pieces written as ProcTHOR JSON (schema 1.0.0)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from vigil.assets.catalog import CATALOG
+from vigil.housegen.draw import GENERATOR_VERSION
+from vigil.housegen.floorplan import Plan, RoomPlan
+from vigil.housegen.lights import layer_of
+from vigil.housegen.openings import Opening
+from vigil.housegen.palette import Finish, material
+from vigil.housegen.stock import Piece
+from vigil.housegen.walls import wall_pieces
+from vigil.pose import Pose
+
+SCHEMA = "1.0.0"
+AGENT_Y = 0.95
+"""Height that ProcTHOR gives the agent's position (its middle)."""
+
+
+@dataclass(slots=True)
+class Parts:
+    """All that a document is written from."""
+
+    plan: Plan
+    openings: list[Opening]
+    pieces: list[Piece]
+    finishes: dict[int, Finish]
+    lights: list[dict[str, Any]]
+    facade: str
+    ceiling: tuple[float, float, float]
+    sky: str
+    start: Pose
+    spec_name: str
+    seed: int
+
+
+def write(parts: Parts) -> dict[str, Any]:
+    """Returns the document."""
+    return {
+        "rooms": [_room(room, parts) for room in parts.plan.rooms],
+        "walls": _walls(parts),
+        "doors": [_opening(opening) for opening in parts.openings if opening.is_door],
+        "windows": [_opening(opening) for opening in parts.openings if not opening.is_door],
+        "objects": _objects(parts),
+        "proceduralParameters": {
+            "ceilingMaterial": material("PureWhite", parts.ceiling),
+            "floorColliderThickness": 1.0,
+            "lights": parts.lights,
+            "receptacleHeight": 0.7,
+            "reflections": [],
+            "skyboxId": parts.sky,
+        },
+        "metadata": {
+            "schema": SCHEMA,
+            "roomSpecId": parts.spec_name,
+            "generator": {"name": "vigil", "version": GENERATOR_VERSION, "seed": parts.seed, "spec": parts.spec_name},
+            "warnings": {},
+            "agent": {
+                "position": {"x": parts.start.position.x, "y": AGENT_Y, "z": parts.start.position.z},
+                "rotation": {"x": 0, "y": parts.start.rotation, "z": 0},
+                "horizon": parts.start.horizon,
+                "standing": True,
+            },
+        },
+    }
+
+
+def _point(x: float, y: float, z: float) -> dict[str, float]:
+    return {"x": round(x, 4) + 0.0, "y": round(y, 4) + 0.0, "z": round(z, 4) + 0.0}
+
+
+def _room(room: RoomPlan, parts: Parts) -> dict[str, Any]:
+    return {
+        "id": room.id,
+        "roomType": room.kind,
+        "floorPolygon": [_point(x, 0.0, z) for x, z in room.corners],
+        "floorMaterial": material(parts.finishes[room.number].floor),
+        "ceilings": [],
+        "children": [],
+        "layer": layer_of(room.number),
+    }
+
+
+def _walls(parts: Parts) -> list[dict[str, Any]]:
+    height = parts.plan.height_m
+    inner: list[dict[str, Any]] = []
+    outer: list[dict[str, Any]] = []
+    for piece in wall_pieces(parts.plan):
+        finish = parts.finishes[piece.room]
+        (x0, z0), (x1, z1) = piece.start, piece.end
+        inner.append(
+            {
+                "id": piece.id,
+                "roomId": f"room|{piece.room}",
+                "polygon": [_point(x0, 0, z0), _point(x1, 0, z1), _point(x0, height, z0), _point(x1, height, z1)],
+                "material": material(finish.wall, finish.paint),
+                "layer": layer_of(piece.room),
+            }
+        )
+        if piece.behind is None:
+            outer.append(
+                {
+                    "id": piece.exterior_id,
+                    "roomId": f"room|{piece.room}",
+                    "polygon": [_point(x1, height, z1), _point(x0, height, z0), _point(x1, 0, z1), _point(x0, 0, z0)],
+                    "material": material(parts.facade),
+                    "layer": layer_of(piece.room),
+                }
+            )
+    return [*inner, *outer]
+
+
+def _opening(opening: Opening) -> dict[str, Any]:
+    other = opening.other
+    node: dict[str, Any] = {
+        "id": opening.id,
+        "assetId": opening.asset_id,
+        "room0": f"room|{opening.wall.room}",
+        "room1": f"room|{opening.wall.room if other is None else other.room}",
+        "wall0": opening.wall.id,
+        "wall1": opening.wall.exterior_id if other is None else other.id,
+        "holePolygon": [_point(opening.left, opening.bottom, 0), _point(opening.right, opening.top, 0)],
+        "assetPosition": _point(opening.middle, (opening.bottom + opening.top) / 2, 0),
+    }
+    if opening.openable is not None:
+        node["openable"] = opening.openable
+        node["openness"] = opening.openness
+    return node
+
+
+def _objects(parts: Parts) -> list[dict[str, Any]]:
+    counts: dict[int, int] = {}
+
+    def node_of(piece: Piece) -> dict[str, Any]:
+        number = counts.get(piece.room, 0)
+        counts[piece.room] = number + 1
+        node: dict[str, Any] = {
+            "id": f"{piece.category}|{piece.room}|{number}",
+            "assetId": piece.model.asset_id,
+            "position": _point(*piece.position),
+            "rotation": {"x": 0, "y": round(piece.yaw, 2) % 360.0, "z": 0},
+            "kinematic": not CATALOG[piece.category].is_pickupable,
+            "layer": layer_of(piece.room),
+        }
+        states = {"openness": piece.openness, "isOn": piece.is_on, "isDirty": piece.is_dirty}
+        node.update({key: value for key, value in states.items() if value is not None})
+        if piece.children:
+            node["children"] = [node_of(child) for child in piece.children]
+        return node
+
+    return [node_of(piece) for piece in parts.pieces]

@@ -1,0 +1,231 @@
+"""Furniture on the floor: what each kind of room gets, in what order, and where it goes."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vigil.housegen import groups
+from vigil.housegen.clusters import Anchor, Cluster, free_anchors, settle, single, wall_anchors
+from vigil.housegen.draw import chance, pick, shuffled
+from vigil.housegen.floor import Floor
+from vigil.housegen.household import Household
+from vigil.housegen.stock import Piece, draw_model
+
+FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
+"""Share of the floor covered at which a room counts as full."""
+
+ESSENTIAL = {
+    "Kitchen": ("Fridge", "CounterTop", "Stove"),
+    "LivingRoom": ("Sofa", "Television"),
+    "Bedroom": ("Bed",),
+    "Bathroom": ("Toilet", "Sink"),
+}
+"""Without these a room is no such room: another floor plan is tried."""
+
+EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
+    "Kitchen": (
+        ("GarbageCan", 0.9),
+        ("Cabinet", 0.75),
+        ("HousePlant", 0.35),
+        ("ShelvingUnit", 0.2),
+        ("Cart", 0.25),
+        ("GarbageBag", 0.15),
+        ("Stool", 0.2),
+    ),
+    "LivingRoom": (
+        ("FloorLamp", 0.85),
+        ("ShelvingUnit", 0.65),
+        ("HousePlant", 0.75),
+        ("ArmChair", 0.5),
+        ("SideTable", 0.5),
+        ("Box", 0.4),
+        ("Safe", 0.3),
+        ("Ottoman", 0.3),
+        ("DogBed", 0.25),
+        ("RoomDecor", 0.3),
+        ("GarbageCan", 0.3),
+        ("Footstool", 0.2),
+        ("VacuumCleaner", 0.2),
+        ("BasketBall", 0.15),
+        ("Boots", 0.2),
+        ("WateringCan", 0.15),
+        ("Dumbbell", 0.12),
+    ),
+    "Bedroom": (
+        ("Dresser", 0.95),
+        ("FloorLamp", 0.4),
+        ("ShelvingUnit", 0.3),
+        ("ArmChair", 0.3),
+        ("Safe", 0.35),
+        ("Box", 0.5),
+        ("LaundryHamper", 0.4),
+        ("HousePlant", 0.4),
+        ("GarbageCan", 0.35),
+        ("BasketBall", 0.3),
+        ("Dumbbell", 0.25),
+        ("Boots", 0.25),
+        ("Ottoman", 0.2),
+        ("DogBed", 0.15),
+        ("VacuumCleaner", 0.2),
+        ("BaseballBat", 0.15),
+        ("RoomDecor", 0.15),
+        ("Footstool", 0.2),
+    ),
+    "Bathroom": (
+        ("WashingMachine", 0.55),
+        ("LaundryHamper", 0.6),
+        ("GarbageCan", 0.35),
+        ("ClothesDryer", 0.3),
+        ("Plunger", 0.5),
+        ("ScrubBrush", 0.5),
+        ("Cart", 0.2),
+        ("Cabinet", 0.3),
+    ),
+}
+"""More furniture of a room: category and how likely it is there."""
+
+CORNER_LOVERS = frozenset(
+    {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
+    | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
+)
+TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool", "Boots", "Dumbbell"})
+"""Things that stand at any angle when there is room to turn."""
+
+
+class Furnisher:
+    """Furnishes one room."""
+
+    def __init__(self, floor: Floor, household: Household, rng: np.random.Generator) -> None:
+        self.floor = floor
+        self.household = household
+        self.rng = rng
+        self.pieces: list[Piece] = []
+
+    def furnish(self) -> list[Piece]:
+        """Returns the room's furniture, what stands on it as children."""
+        kind = self.floor.room.kind
+        {"Kitchen": self._kitchen, "LivingRoom": self._living, "Bedroom": self._bedroom, "Bathroom": self._bathroom}[
+            kind
+        ]()
+        for category, probability in EXTRAS[kind]:
+            is_full = self._covered() > FULL_SHARE[kind]
+            if not is_full and chance(self.rng, probability):
+                self._put_single(category)
+        return self.pieces
+
+    def has(self, category: str) -> bool:
+        """Whether the room has one already."""
+        return any(found.category == category for piece in self.pieces for found in piece.all())
+
+    def _covered(self) -> float:
+        return sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in self.floor.taken) / self.floor.area
+
+    def _kitchen(self) -> None:
+        with_fridge = chance(self.rng, 0.6)
+        for feet in ((6, 4), (5, 3), (4, 3), (6,), (5,), (4,)):
+            if self._put(groups.kitchen_run(self.rng, with_fridge, feet), _along_walls(0.2, 0.6)):
+                break
+            if self._put(groups.kitchen_run(self.rng, False, feet), _along_walls(0.2, 0.6)):
+                break
+        if not self.has("Fridge"):
+            self._put_single("Fridge")
+        if self.floor.area > 20 and chance(self.rng, 0.3):
+            self._put_free(groups.island_group(self.rng, pick(self.rng, (1, 2, 2))))
+        elif chance(self.rng, 0.85):
+            self._dining()
+
+    def _living(self) -> None:
+        roomy = self.floor.area > 15
+        wishes = [
+            (True, roomy and chance(self.rng, 0.6), chance(self.rng, 0.7)),
+            (True, False, False),
+            (False, False, False),
+        ]
+        for with_table, with_chair, with_rug in wishes:
+            group = groups.sofa_group(self.rng, with_table, with_chair, with_rug)
+            if self._put(group, _along_walls(-0.2, 0.8)):
+                break
+        sofa = next((piece for piece in self.pieces if piece.category == "Sofa"), None)
+        for _ in range(3):
+            if self._put(groups.media_group(self.rng), _opposite(sofa) if sofa else _along_walls(0.0, 0.5)):
+                break
+        if self.household.count("DiningTable") == 0 and self.floor.area > 17 and chance(self.rng, 0.75):
+            self._dining()
+        if self.household.count("Desk") == 0 and self.floor.area > 18 and chance(self.rng, 0.3):
+            self._put(groups.desk_group(self.rng), _along_walls(0.3, 0.2))
+
+    def _bedroom(self) -> None:
+        for tables in (pick(self.rng, (1, 2, 2)), 1, 0, 0):
+            if self._put(groups.bed_group(self.rng, tables), _along_walls(0.1, 0.5)):
+                break
+        if chance(self.rng, 0.75):
+            self._put(groups.desk_group(self.rng), _along_walls(0.4, 0.2))
+        self._put_single("Dresser")
+        if self.household.may_have("Television") and self.floor.area > 15 and chance(self.rng, 0.3):
+            bed = next((piece for piece in self.pieces if piece.category == "Bed"), None)
+            self._put(groups.media_group(self.rng), _opposite(bed) if bed else _along_walls(0.0, 0.5))
+
+    def _bathroom(self) -> None:
+        self._put(groups.bathtub_group(self.rng), _along_walls(1.0, 0.0))
+        self._put(groups.vanity_group(self.rng), _along_walls(0.2, 0.4))
+        self._put_single("Toilet")
+
+    def _dining(self) -> None:
+        at_wall = self.floor.area < 16 or chance(self.rng, 0.25)
+        for chairs in (4, 4, 3, 2, 2) if self.floor.area > 18 else (3, 2, 2, 1):
+            group = groups.dining_group(self.rng, chairs, at_wall)
+            if at_wall and self._put(group, _along_walls(0.1, 0.3)):
+                return
+            if not at_wall and self._put_free(group):
+                return
+
+    def _put_single(self, category: str) -> bool:
+        if not self.household.may_have(category) or (category != "SideTable" and self.has(category)):
+            return False
+        model = draw_model(category, self.rng)
+        likes = _along_walls(0.7, 0.1) if category in CORNER_LOVERS else _along_walls(0.2, 0.3)
+        small = max(model.size.x, model.size.z) < 0.6 and not model.asset.can_open
+        placed = self._put(single(model, 0.0 if small else None), likes)
+        if placed and category in TURNABLE:
+            self.pieces[-1].yaw = round(float(self.rng.uniform(0.0, 360.0)), 1)
+        return placed
+
+    def _put(self, cluster: Cluster, score: Callable[[Anchor], float]) -> bool:
+        return self._settle(cluster, wall_anchors(self.floor, cluster, self.rng), score)
+
+    def _put_free(self, cluster: Cluster) -> bool:
+        return self._settle(
+            cluster, shuffled(self.rng, free_anchors(self.floor, self.rng)), lambda anchor: anchor.centre
+        )
+
+    def _settle(self, cluster: Cluster, anchors: list[Anchor], score: Callable[[Anchor], float]) -> bool:
+        if any(not self.household.may_have(member.model.category) for member in cluster.members):
+            return False
+        noise = 0.5 * self.rng.random(len(anchors))
+        scores = np.array([score(anchor) for anchor in anchors]) + noise
+        placed = settle(self.floor, cluster, anchors, scores)
+        if placed is None:
+            return False
+        for piece in placed:
+            self.pieces.append(piece)
+            for found in piece.all():
+                self.household.add(found.category)
+        return True
+
+
+def _along_walls(corner: float, centre: float) -> Callable[[Anchor], float]:
+    """Returns a score of places that likes corners and middles of walls by the given weights."""
+    return lambda anchor: corner * anchor.corner + centre * anchor.centre
+
+
+def _opposite(piece: Piece) -> Callable[[Anchor], float]:
+    """Returns a score of places that likes to face `piece` from across the room."""
+
+    def score(anchor: Anchor) -> float:
+        sin, cos = np.sin(np.radians(piece.yaw)), np.cos(np.radians(piece.yaw))
+        dx, dz = anchor.x - piece.position.x, anchor.z - piece.position.z
+        ahead, aside = dx * sin + dz * cos, abs(dx * cos - dz * sin)
+        faces = abs((anchor.yaw - piece.yaw) % 360.0 - 180.0) < 1.0
+        return 3.0 * faces - 1.5 * aside - (5.0 if ahead < 1.2 else 0.0) - 0.15 * ahead
+
+    return score

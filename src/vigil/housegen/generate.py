@@ -1,0 +1,127 @@
+"""`generate(seed, spec)`: the stages in order, until a house passes its own checks."""
+
+import numpy as np
+from scipy import ndimage
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import SettingError
+from vigil.house import House
+from vigil.housegen import document, palette, states
+from vigil.housegen.check import check_house
+from vigil.housegen.draw import GENERATOR_VERSION, chance, generator, pick, shuffled
+from vigil.housegen.floor import Floor
+from vigil.housegen.floorplan import Plan, plan_rooms
+from vigil.housegen.furnish import ESSENTIAL, Furnisher
+from vigil.housegen.household import Household
+from vigil.housegen.lights import lights_of
+from vigil.housegen.openings import cut_openings
+from vigil.housegen.small_objects import Tidier
+from vigil.housegen.spec import HouseSpec
+from vigil.housegen.stock import Piece
+from vigil.housegen.wall_things import Hanger
+from vigil.pose import Pose, Vec3
+
+__all__ = ["GENERATOR_VERSION", "generate"]
+
+ATTEMPTS = 40
+START_HORIZON = 30.0
+
+
+def generate(seed: int, spec: HouseSpec) -> House:
+    """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
+    name = f"{spec.name}_{seed}"
+    faults: list[str] = []
+    for attempt in range(ATTEMPTS):
+        parts = _parts(seed, spec, attempt)
+        if parts is None:
+            continue
+        house = House(name, document.write(parts))
+        faults = [str(fault) for fault in check_house(house, AssetDatabase.default())]
+        if not faults:
+            return house
+    found = f" The last attempt's first fault: {faults[0]}" if faults else ""
+    raise SettingError(f"House {name!r}: no valid house in {ATTEMPTS} attempts; try another seed or more area.{found}")
+
+
+def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
+    """Returns one attempt at the house; None when a room lacks what makes it that room."""
+    key = (spec.model_dump_json(), seed, attempt)
+    plan = plan_rooms(spec, generator(*key, "plan"))
+    openings = cut_openings(plan, generator(*key, "openings"))
+    if openings is None:
+        return None
+    floors = {room.number: Floor(room, openings) for room in plan.rooms}
+    pieces = _furnished(plan, floors, spec, key)
+    if pieces is None:
+        return None
+    start = _start(plan, floors, generator(*key, "start"))
+    if start is None:
+        return None
+    look = generator(*key, "look")
+    return document.Parts(
+        plan=plan,
+        openings=openings,
+        pieces=pieces,
+        finishes=palette.finishes({room.number: room.kind for room in plan.rooms}, look),
+        lights=lights_of(plan, look),
+        facade=pick(look, palette.FACADES),
+        ceiling=pick(look, palette.PAINTS[:4]),
+        sky=pick(look, palette.SKIES),
+        start=start,
+        spec_name=spec.name,
+        seed=seed,
+    )
+
+
+def _furnished(plan: Plan, floors: dict[int, Floor], spec: HouseSpec, key: tuple[str, int, int]) -> list[Piece] | None:
+    household = Household()
+    standing: dict[int, list[Piece]] = {}
+    for room in plan.rooms:
+        furnisher = Furnisher(floors[room.number], household, generator(*key, "furnish", room.number))
+        standing[room.number] = furnisher.furnish()
+        if not all(furnisher.has(category) for category in ESSENTIAL[room.kind]):
+            return None
+    hanging = {
+        room.number: Hanger(
+            floors[room.number], standing[room.number], plan.height_m, household, generator(*key, "hang", room.number)
+        ).hang()
+        for room in plan.rooms
+    }
+    for room in shuffled(generator(*key, "order"), plan.rooms):
+        pieces = [*standing[room.number], *hanging[room.number]]
+        Tidier(room.kind, pieces, household, generator(*key, "tidy", room.number)).fill(spec.clutter)
+    everything = [piece for room in plan.rooms for piece in [*standing[room.number], *hanging[room.number]]]
+    states.set_states(everything, generator(*key, "states"))
+    return everything
+
+
+def _start(plan: Plan, floors: dict[int, Floor], rng: np.random.Generator) -> Pose | None:
+    """Returns a free place that the whole house can be reached from, looking along the longest free way."""
+    floor = floors[pick(rng, plan.rooms).number]
+    free = floor.free_grid([])
+    for rect in floor.clear:
+        free &= ~(
+            (floor.grid_x > rect[0]) & (floor.grid_x < rect[2]) & (floor.grid_z > rect[1]) & (floor.grid_z < rect[3])
+        )
+    labels, count = ndimage.label(free)  # type: ignore[misc]
+    if count == 0:
+        return None
+    main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1
+    rows, columns = np.nonzero(main)
+    index = int(rng.integers(len(rows)))
+    row, column = int(rows[index]), int(columns[index])
+    yaw = max((0.0, 90.0, 180.0, 270.0), key=lambda turn: (_run(free, row, column, turn), turn))
+    yaw = float(yaw) if chance(rng, 0.8) else pick(rng, (0.0, 90.0, 180.0, 270.0))
+    x, z = float(floor.grid_x[row, column]), float(floor.grid_z[row, column])
+    return Pose(position=Vec3(round(x, 3), 0.0, round(z, 3)), rotation=yaw, horizon=START_HORIZON)
+
+
+def _run(free: np.ndarray, row: int, column: int, yaw: float) -> int:
+    """Returns how many grid steps are free in a direction."""
+    step_row, step_column = {0.0: (1, 0), 90.0: (0, 1), 180.0: (-1, 0), 270.0: (0, -1)}[yaw]
+    steps = 0
+    while True:
+        row, column = row + step_row, column + step_column
+        if not (0 <= row < free.shape[0] and 0 <= column < free.shape[1] and free[row, column]):
+            return steps
+        steps += 1

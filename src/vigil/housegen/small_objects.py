@@ -1,0 +1,237 @@
+"""Small things on and in furniture: on the real surfaces of the assets, clear of each other."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.asset import Surface
+from vigil.assets.catalog import CATALOG
+from vigil.housegen.draw import chance, pick, pick_weighted, shuffled
+from vigil.housegen.household import Household
+from vigil.housegen.stock import Model, Piece, Rect, draw_model, turned_rect
+from vigil.pose import Vec3, rotate_floor
+
+GAP = 0.02
+EDGE = 0.012
+FULL_SHARE = 0.5
+"""Share of a surface covered at which nothing more is put there: things must find a free place later."""
+HIGHEST_M = 1.75
+"""Surfaces above it are out of sight."""
+SURFACE_TOLERANCE = 0.03
+
+ON_TOP: dict[str, float] = {
+    "CounterTop": 4.0,
+    "DiningTable": 3.5,
+    "CoffeeTable": 2.6,
+    "Desk": 3.0,
+    "SideTable": 1.4,
+    "Dresser": 2.4,
+    "TVStand": 1.2,
+    "ShelvingUnit": 4.5,
+    "Shelf": 1.8,
+    "Sofa": 1.2,
+    "ArmChair": 0.35,
+    "Bed": 1.6,
+    "Toilet": 0.8,
+    "Bathtub": 0.3,
+    "Sink": 0.3,
+    "Cart": 2.0,
+    "Stove": 0.8,
+    "Cabinet": 1.0,
+    "Ottoman": 0.2,
+}
+"""How many small things lie on a category, on average."""
+
+INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
+    "Fridge": (3.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
+    "Cabinet": (2.0, ("Bowl", "Plate", "Mug", "Cup", "Pot", "Pan", "Kettle", "SprayBottle", "PaperTowelRoll")),
+    "Dresser": (1.8, ("Watch", "Book", "CellPhone", "KeyChain", "CD", "CreditCard", "Pen", "Cloth", "RemoteControl")),
+    "SideTable": (1.1, ("Watch", "Pen", "Book", "CellPhone", "KeyChain", "CreditCard", "RemoteControl", "Pencil")),
+    "Desk": (1.3, ("Pen", "Pencil", "CD", "Watch", "CreditCard", "KeyChain", "CellPhone", "Book")),
+    "TVStand": (1.1, ("RemoteControl", "CD", "Book", "KeyChain", "Newspaper")),
+    "Microwave": (0.6, ("Mug", "Bowl", "Potato", "Plate", "Cup", "Bread")),
+    "Box": (1.0, ("Book", "CD", "KeyChain", "Candle", "Watch", "CellPhone", "TeddyBear", "Statue")),
+    "Safe": (1.2, ("Watch", "CreditCard", "KeyChain", "CellPhone")),
+    "LaundryHamper": (0.8, ("Cloth", "Towel")),
+    "WashingMachine": (0.6, ("Cloth", "Towel")),
+    "ClothesDryer": (0.5, ("Cloth", "Towel")),
+    "Stove": (0.4, ("Pan", "Pot")),
+    "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
+}
+"""What lies inside a category: how many things on average, and which."""
+
+STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
+    "Kitchen": (
+        ("Microwave", ("CounterTop", "DiningTable"), 0.95),
+        ("CoffeeMachine", ("CounterTop", "DiningTable"), 0.9),
+        ("Toaster", ("CounterTop", "DiningTable"), 0.85),
+        ("Mug", ("CounterTop", "DiningTable"), 0.8),
+        ("Apple", ("DiningTable", "CounterTop", "Fridge"), 0.8),
+        ("Egg", ("Fridge", "CounterTop"), 0.8),
+        ("Bowl", ("DiningTable", "CounterTop"), 0.7),
+        ("Plate", ("DiningTable", "CounterTop"), 0.7),
+        ("Kettle", ("Stove", "CounterTop"), 0.5),
+        ("Pan", ("Stove", "CounterTop"), 0.5),
+        ("SoapBottle", ("CounterTop",), 0.5),
+    ),
+    "LivingRoom": (
+        ("RemoteControl", ("CoffeeTable", "Sofa", "TVStand", "DiningTable"), 0.9),
+        ("Pillow", ("Sofa",), 0.8),
+        ("Book", ("CoffeeTable", "ShelvingUnit", "Sofa", "DiningTable"), 0.8),
+        ("Laptop", ("CoffeeTable", "DiningTable", "Desk", "Sofa"), 0.6),
+        ("Candle", ("CoffeeTable", "DiningTable", "SideTable"), 0.6),
+        ("Vase", ("ShelvingUnit", "CoffeeTable", "DiningTable", "SideTable"), 0.6),
+        ("DeskLamp", ("SideTable", "Desk"), 0.7),
+        ("HousePlant", ("ShelvingUnit", "TVStand", "SideTable"), 0.2),
+    ),
+    "Bedroom": (
+        ("Pillow", ("Bed",), 0.95),
+        ("Pillow", ("Bed",), 0.6),
+        ("DeskLamp", ("Desk", "SideTable", "Dresser"), 0.85),
+        ("AlarmClock", ("SideTable", "Dresser", "Desk"), 0.85),
+        ("Laptop", ("Desk", "Bed"), 0.8),
+        ("Desktop", ("Desk",), 0.25),
+        ("CellPhone", ("SideTable", "Desk", "Bed", "Dresser"), 0.7),
+        ("Watch", ("SideTable", "Dresser", "Desk"), 0.6),
+        ("Book", ("SideTable", "Desk", "Bed", "Dresser"), 0.7),
+        ("Pen", ("Desk", "SideTable"), 0.6),
+        ("TeddyBear", ("Bed",), 0.3),
+    ),
+    "Bathroom": (
+        ("SoapBottle", ("CounterTop", "Toilet"), 0.6),
+        ("SoapBar", ("CounterTop", "Bathtub"), 0.7),
+        ("ToiletPaper", ("Toilet", "CounterTop"), 0.8),
+        ("Cloth", ("CounterTop", "Bathtub", "Cart"), 0.5),
+        ("SprayBottle", ("CounterTop", "Toilet", "Cart"), 0.5),
+        ("Candle", ("CounterTop",), 0.3),
+    ),
+}
+"""What a room should have: category, where (first choice first), how likely."""
+
+AT_THE_BACK = frozenset(
+    {"Microwave", "CoffeeMachine", "Toaster", "Television", "DeskLamp", "HousePlant", "Vase", "Desktop"}
+)
+STRAIGHT = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
+"""Things that face the same way as what they stand on."""
+
+
+class Tidier:
+    """Puts small things into one room."""
+
+    def __init__(self, kind: str, furniture: list[Piece], household: Household, rng: np.random.Generator) -> None:
+        self.kind = kind
+        self.furniture = furniture
+        self.household = household
+        self.rng = rng
+
+    def fill(self, clutter: float) -> None:
+        """Puts the room's staples in their places, then more here and there, as children of the furniture."""
+        for category, supports, probability in STAPLES[self.kind]:
+            if chance(self.rng, probability):
+                self._put_on_one_of(category, supports)
+        for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
+            self._fill_inside(piece, clutter)
+        for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
+            self._fill_top(piece, clutter)
+
+    def _put_on_one_of(self, category: str, supports: Sequence[str]) -> None:
+        for support in supports:
+            for piece in shuffled(self.rng, [piece for piece in self.furniture if piece.category == support]):
+                inside = support == "Fridge"
+                if self._put(category, piece, inside):
+                    return
+
+    def _fill_inside(self, piece: Piece, clutter: float) -> None:
+        if piece.category not in INSIDE or not any(surface.is_inside for surface in piece.model.asset.surfaces):
+            return
+        mean, contents = INSIDE[piece.category]
+        for category in shuffled(self.rng, contents)[: int(self.rng.poisson(mean * clutter))]:
+            self._put(category, piece, True)
+
+    def _fill_top(self, piece: Piece, clutter: float) -> None:
+        mean = ON_TOP.get(piece.category, 0.0) * clutter
+        if piece.category == "CounterTop":
+            mean *= piece.model.size.x / 1.8
+        candidates = self._candidates(piece.category)
+        if not candidates or mean <= 0:
+            return
+        for _ in range(int(self.rng.poisson(mean))):
+            names, weights = zip(*candidates, strict=True)
+            self._put(pick_weighted(self.rng, names, weights), piece, False)
+
+    def _candidates(self, support: str) -> list[tuple[str, float]]:
+        found: list[tuple[str, float]] = []
+        for name, kind in CATALOG.items():
+            if support not in kind.rests_on or self.kind not in kind.rooms or not self.household.may_have(name):
+                continue
+            if kind.is_pickupable or name in AT_THE_BACK:
+                weight = 1.0 / (1.5 + kind.rests_on.index(support))
+                found.append((name, weight if kind.is_pickupable else 0.3 * weight))
+        return found
+
+    def _put(self, category: str, piece: Piece, inside: bool) -> bool:
+        if not self.household.may_have(category) or category == piece.category:
+            return False
+        accepts = CATALOG[piece.category].accepts
+        if not CATALOG[piece.category].is_receptacle or (accepts is not None and category not in accepts):
+            return False
+        surfaces = [surface for surface in piece.model.asset.surfaces if surface.is_inside == inside]
+        model = draw_model(category, self.rng)
+        for surface in shuffled(self.rng, surfaces):
+            child = _place(piece, surface, model, self.rng)
+            if child is not None:
+                piece.children.append(child)
+                self.household.add(category)
+                return True
+        return False
+
+
+def _place(piece: Piece, surface: Surface, model: Model, rng: np.random.Generator) -> Piece | None:
+    """Returns the model on a free spot of the surface; None when there is none."""
+    height = piece.position.y + surface.center.y
+    if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
+        return None
+    taken = _taken(piece, surface)
+    covered = sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in taken)
+    if covered + model.size.x * model.size.z > FULL_SHARE * surface.size_x * surface.size_z and taken:
+        return None
+    for _ in range(16):
+        turn = 0.0 if model.category in STRAIGHT else pick(rng, (0.0, 90.0, 180.0, 270.0)) + float(rng.uniform(-14, 14))
+        half = (-model.size.x / 2, -model.size.z / 2, model.size.x / 2, model.size.z / 2)
+        x0, z0, x1, z1 = turned_rect(half, 0.0, 0.0, turn)
+        free_x, free_z = surface.size_x / 2 - EDGE - x1, surface.size_z / 2 - EDGE - z1
+        if free_x < 0 or free_z < 0:
+            continue
+        x = float(rng.uniform(-free_x, free_x))
+        z = -free_z if _is_back(model, piece) else float(rng.uniform(-free_z, free_z))
+        rect = (x + x0, z + z0, x + x1, z + z1)
+        if all(_apart(rect, other) for other in taken):
+            dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
+            place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
+            yaw = round((piece.yaw + turn) % 360.0, 2)
+            return Piece(model, place, yaw, piece.room, surface=surface)
+    return None
+
+
+def _is_back(model: Model, piece: Piece) -> bool:
+    return model.category in AT_THE_BACK or (
+        model.category == "Pillow" and piece.category in ("Bed", "Sofa", "ArmChair")
+    )
+
+
+def _taken(piece: Piece, surface: Surface) -> list[Rect]:
+    """Returns the rectangles (in the surface's frame) of what stands on it already."""
+    height = piece.position.y + surface.center.y
+    rects: list[Rect] = []
+    for child in piece.children:
+        is_same = child.surface is surface or (child.surface is None and abs(child.bottom - height) < SURFACE_TOLERANCE)
+        if not is_same:
+            continue
+        x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
+        half = (-child.model.size.x / 2, -child.model.size.z / 2, child.model.size.x / 2, child.model.size.z / 2)
+        rects.append(turned_rect(half, x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw))
+    return rects
+
+
+def _apart(a: Rect, b: Rect) -> bool:
+    return a[2] + GAP <= b[0] or a[0] >= b[2] + GAP or a[3] + GAP <= b[1] or a[1] >= b[3] + GAP

@@ -1,0 +1,100 @@
+"""What kind of house is wanted: rooms, areas, ceiling. Named specs are a literal table."""
+
+from collections import Counter
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vigil.errors import SettingError
+
+RoomKind = Literal["Kitchen", "LivingRoom", "Bedroom", "Bathroom"]
+
+MAX_ROOMS = 10
+
+AREA_M2: dict[str, tuple[float, float, float]] = {
+    "Kitchen": (11.0, 18.0, 30.0),
+    "LivingRoom": (14.0, 22.0, 38.0),
+    "Bedroom": (11.0, 17.0, 30.0),
+    "Bathroom": (6.0, 8.5, 14.0),
+}
+"""Smallest, median and largest area of a room by its kind."""
+
+ALONE_AREA_SCALE = 1.25
+"""A house of one room is larger than the same room in a house of several (as in ProcTHOR)."""
+
+
+class HouseSpec(BaseModel):
+    """A wanted house. One of `choices` (kinds of rooms) is drawn by the seed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    choices: tuple[tuple[RoomKind, ...], ...] = Field(min_length=1)
+    area_m2: float | None = Field(default=None, gt=0.0)
+    """Total floor area; None draws each room's area by its kind."""
+    ceiling_m: tuple[float, float] = (2.5, 3.0)
+    """Lowest and highest ceiling."""
+    clutter: float = Field(default=1.0, ge=0.0, le=2.0)
+    """Scales how many small things lie about."""
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> "HouseSpec":
+        for rooms in self.choices:
+            _check_rooms(self, rooms)
+        low, high = self.ceiling_m
+        if not 2.3 <= low <= high <= 5.0:
+            raise SettingError(
+                f"House spec {self.name!r}: ceiling_m {self.ceiling_m} is not within 2.3 .. 5.0 m, lowest first."
+            )
+        return self
+
+
+def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
+    if not 1 <= len(rooms) <= MAX_ROOMS:
+        raise SettingError(f"House spec {spec.name!r}: {len(rooms)} rooms; a house has 1 to {MAX_ROOMS}.")
+    if spec.area_m2 is None:
+        return
+    least = sum(AREA_M2[kind][0] for kind in rooms)
+    most = sum(AREA_M2[kind][2] for kind in rooms) * (ALONE_AREA_SCALE if len(rooms) == 1 else 1.0)
+    if not least <= spec.area_m2 <= most:
+        raise SettingError(
+            f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {_counted(rooms)}; "
+            f"{least:g} to {most:g} m2 would fit. Change area_m2 or the rooms."
+        )
+
+
+def _counted(rooms: tuple[RoomKind, ...]) -> str:
+    return ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
+
+
+K, L, B, W = "Kitchen", "LivingRoom", "Bedroom", "Bathroom"
+
+_CHOICES: dict[str, tuple[tuple[RoomKind, ...], ...]] = {
+    "kitchen": ((K,),),
+    "living-room": ((L,),),
+    "bedroom": ((B,),),
+    "bathroom": ((W,),),
+    "1-room": ((K,), (L,), (B,)),
+    "kitchen-living": ((K, L),),
+    "bedroom-living": ((B, L),),
+    "bedroom-bathroom": ((B, W),),
+    "2-room": ((K, L), (B, L), (B, W), (K, B)),
+    "3-room": ((K, L, B), (L, B, W), (K, L, W), (K, B, W)),
+    "4-room": ((K, L, B, W),),
+    "5-room": ((K, L, B, B, W),),
+    "6-room": ((K, L, B, B, W, W), (K, L, L, B, B, W)),
+    "7-room": ((K, L, B, B, B, W, W), (K, L, L, B, B, W, W)),
+    "8-room": ((K, L, L, B, B, B, W, W),),
+    "9-room": ((K, L, L, B, B, B, B, W, W),),
+    "10-room": ((K, L, L, B, B, B, B, W, W, W), (K, K, L, L, B, B, B, W, W, W)),
+}
+
+SPECS: dict[str, HouseSpec] = {name: HouseSpec(name=name, choices=choices) for name, choices in _CHOICES.items()}
+
+
+def spec_for(name: str) -> HouseSpec:
+    """Returns the spec of that name; "4" means "4-room". Raises SettingError."""
+    wanted = f"{name}-room" if name.isdigit() else name
+    if wanted not in SPECS:
+        raise SettingError(f"House spec {name!r} is not known. Known: {', '.join(SPECS)}; or 1 to {MAX_ROOMS} rooms.")
+    return SPECS[wanted]

@@ -1,0 +1,115 @@
+"""The stock: assets that a house can be furnished with, and things put somewhere (`Piece`)."""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from vigil.assets import make
+from vigil.assets.asset import Asset, Surface
+from vigil.assets.sizes import AssetDatabase, own_asset_id
+from vigil.pose import Vec3, rotate_floor
+
+VARIANTS = 24
+"""Own asset ids that the generator draws from, per category."""
+
+Rect = tuple[float, float, float, float]
+"""x0, z0, x1, z1 on the floor (m)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """An asset with its id."""
+
+    asset_id: str
+    category: str
+    size: Vec3
+    asset: Asset
+
+
+@lru_cache(maxsize=4096)
+def model_of(asset_id: str, category: str) -> Model:
+    """Returns the asset of that id."""
+    entry = AssetDatabase.default().look_up(asset_id, f"{category}|0|0")
+    return Model(asset_id, entry.category, entry.size, make(entry.category, entry.size, entry.variant))
+
+
+def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> Model:
+    """Returns one of the category's own assets at random."""
+    return model_of(own_asset_id(category, int(rng.integers(variants))), category)
+
+
+@dataclass(slots=True, eq=False)
+class Piece:
+    """A thing of the house in its place; children rest on or in it."""
+
+    model: Model
+    position: Vec3
+    """Centre of its bounding box."""
+    yaw: float
+    room: int
+    children: list["Piece"] = field(default_factory=list)
+    surface: Surface | None = None
+    """The parent's surface that it rests on."""
+    openness: float | None = None
+    is_on: bool | None = None
+    is_dirty: bool | None = None
+    is_on_wall: bool = False
+
+    @property
+    def category(self) -> str:
+        """The catalogue's category."""
+        return self.model.category
+
+    @property
+    def bottom(self) -> float:
+        """Height of its lowest face."""
+        return self.position.y - self.model.size.y / 2
+
+    @property
+    def top(self) -> float:
+        """Height of its highest face."""
+        return self.position.y + self.model.size.y / 2
+
+    def out_of(self, x: float, z: float) -> tuple[float, float]:
+        """Returns the floor point of (x, z) in the asset's frame."""
+        dx, dz = rotate_floor(x, z, self.yaw)
+        return self.position.x + dx, self.position.z + dz
+
+    def footprint(self) -> Rect:
+        """Returns the upright rectangle about its box."""
+        return turned_rect(
+            (-self.model.size.x / 2, -self.model.size.z / 2, self.model.size.x / 2, self.model.size.z / 2),
+            self.position.x,
+            self.position.z,
+            self.yaw,
+        )
+
+    def all(self) -> list["Piece"]:
+        """Returns it and everything on and in it."""
+        return [self, *(piece for child in self.children for piece in child.all())]
+
+
+def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
+    """Returns the upright rectangle about `rect` turned by `yaw` about the origin and moved to (x, z)."""
+    corners = [rotate_floor(rect[i], rect[j], yaw) for i in (0, 2) for j in (1, 3)]
+    xs, zs = [corner[0] for corner in corners], [corner[1] for corner in corners]
+    return x + min(xs), z + min(zs), x + max(xs), z + max(zs)
+
+
+@lru_cache(maxsize=4096)
+def leaf_reach(model: Model) -> float:
+    """Returns how far (m) its doors and drawers come out in front when they open."""
+    asset, front = model.asset, model.size.z / 2
+    furthest = front
+    for joint in asset.joints:
+        corners = [corner for solid in asset.solids if solid.joint == joint.name for corner in solid.polygon]
+        if joint.kind == "slide":
+            furthest = max([furthest, *(z + max(joint.axis.z * joint.travel, 0.0) for _, z in corners)])
+        elif abs(joint.axis.y) > 0.5:
+            radius = max((float(np.hypot(x - joint.origin.x, z - joint.origin.z)) for x, z in corners), default=0.0)
+            furthest = max(furthest, joint.origin.z + radius)
+        else:
+            rise = max((solid.top - solid.bottom for solid in asset.solids if solid.joint == joint.name), default=0.0)
+            furthest = max(furthest, front + rise)
+    return furthest - front
