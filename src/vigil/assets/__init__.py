@@ -10,13 +10,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from vigil.assets import plain
+from vigil.assets import cookware, crockery, electronics, food, lighting, plain, storage
 from vigil.assets.asset import Asset
 from vigil.pose import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 
-_MODULES = (plain,)
+_MODULES = (
+    storage,
+    cookware,
+    crockery,
+    electronics,
+    food,
+    lighting,
+)
 
 MAKERS: dict[str, Maker] = {name: maker for module in _MODULES for name, maker in module.MAKERS.items()}
 

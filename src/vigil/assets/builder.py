@@ -13,8 +13,10 @@ import numpy as np
 
 from vigil.assets.asset import Asset, Glow, Joint, Mesh, Part, Solid, Surface
 from vigil.assets.meshes import Point3, bounds, merge, scale, translate
+from vigil.assets.shapes import span
 from vigil.pose import Vec3
 
+Range = tuple[float, float]
 UNBOUNDED_M = 10.0
 """Clearance of a surface with nothing above it."""
 
@@ -50,6 +52,10 @@ class Builder:
         """Adds meshes that look alike; a string is a material of the body."""
         key = Look(look) if isinstance(look, str) else look
         self._meshes.setdefault(key, []).extend(meshes)
+
+    def block(self, look: Look | str, x: Range, y: Range, z: Range, bevel: float = 0.0) -> None:
+        """Adds a box that spans a range along each axis."""
+        self.add(look, span((x[0], y[0], z[0]), (x[1], y[1], z[1]), bevel))
 
     def hinge(self, name: str, axis: Point3, origin: Point3, degrees: float) -> str:
         """Adds a joint that turns (see `Joint.axis` for the direction) and returns its name."""

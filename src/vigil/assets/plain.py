@@ -1,7 +1,6 @@
 """What stands for a category that has no maker of its own: a rounded box with a label."""
 
 import colorsys
-from collections.abc import Callable
 
 import numpy as np
 
@@ -9,8 +8,6 @@ from vigil.assets import shapes
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder
 from vigil.pose import Vec3
-
-MAKERS: dict[str, Callable[..., Asset]] = {}
 
 
 def labelled_box(category: str, size: Vec3, rng: np.random.Generator) -> Asset:
@@ -21,6 +18,6 @@ def labelled_box(category: str, size: Vec3, rng: np.random.Generator) -> Asset:
     radius = 0.12 * least
     builder.add(f"plastic/#{red:02x}{green:02x}{blue:02x}", shapes.rounded_box(size, (0, size.y / 2, 0), radius))
     label = shapes.panel(0.5 * size.x, 0.4 * size.y, (0, 0.55 * size.y, size.z / 2 - 1e-4 * size.z))
-    builder.add("paper/label", shapes.translate(label, (0, 0, 2e-4 * size.z)))
+    builder.add("print/label", shapes.translate(label, (0, 0, 2e-4 * size.z)))
     builder.surface("top", (0, size.y, 0), (size.x - 2 * radius, size.z - 2 * radius))
     return builder.build()
