@@ -1,5 +1,27 @@
-"""Simulators: the protocol that every backend keeps, and the backends by name.
+"""Simulators: the protocol, the engine-neutral embedded simulator and its engines."""
 
-A backend is told where to stand and what to do, never what is wanted: it knows neither episodes
-nor goals, and a `Report` never reaches it.
-"""
+from collections.abc import Callable
+from typing import Literal
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import SettingError
+from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.fake import FakeEngine
+
+Quality = Literal["default", "fast"]
+
+
+def _fake(assets: AssetDatabase, quality: Quality) -> EmbeddedSimulator:
+    del quality  # its pictures are always coarse
+    return EmbeddedSimulator(FakeEngine(), assets)
+
+
+BACKENDS: dict[str, Callable[[AssetDatabase, Quality], EmbeddedSimulator]] = {"fake": _fake}
+"""Backend name -> maker."""
+
+
+def make_simulator(name: str, *, assets: AssetDatabase, quality: Quality = "default") -> EmbeddedSimulator:
+    """Returns a simulator of the named backend. Raises SettingError on an unknown name."""
+    if name not in BACKENDS:
+        raise SettingError(f"Simulator backend {name!r} is unknown. Choose one of {', '.join(sorted(BACKENDS))}.")
+    return BACKENDS[name](assets, quality)

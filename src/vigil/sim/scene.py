@@ -28,14 +28,18 @@ class Thing:
     is_pickupable: bool = False
     is_openable: bool = False
     is_toggleable: bool = False
+    is_receptacle: bool = False
     openness: float = 0.0
     is_toggled: bool = False
     is_held: bool = False
+    """In the hand, or carried on or in what is in the hand."""
     is_present: bool = True
     is_structure: bool = False
     """A door, door frame or window: fills a hole and never moves as a whole."""
     parent_joint: str | None = None
     """The parent's joint that carries it (it lies in a drawer)."""
+    surface: str | None = None
+    """Name of the parent's surface on which it rests; None on the floor, or where no surface is known."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,134 @@
+"""Opening and closing: a leaf, lid or drawer moves all the way, or not at all when something is in its way.
+
+The moving solids are sampled finely along their motion. They stop for another thing's solid, a wall or the agent's body
+when they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or
+overlap a little at rest, as furniture in generated houses does, keep nothing shut.
+"""
+
+import math
+
+import numpy as np
+import shapely
+
+from vigil.sim.geometry import Prism, joint_of, part_motion, penetration, prisms_of
+from vigil.sim.scene import Thing
+from vigil.sim.state import AGENT, SceneState
+from vigil.sim.supports import carried_by, children, contents, joint_is_hinge, surface_named
+
+TOLERANCE_M = 0.015
+SAMPLE_M = 0.02
+MOVED_WITHIN = 0.005
+OWN_WALL_M = 0.12
+
+
+def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
+    """Returns the id of what stops the thing's parts on their way to openness `target`; None when nothing does."""
+    moving = {solid.joint for solid in thing.asset.solids if solid.joint}
+    path = [_moving_prisms(thing, openness, moving) for openness in _samples(thing, target)]
+    if not path or not path[0]:
+        return None
+    obstacles = _within_reach(_obstacles(state, thing), path)
+    if not obstacles:
+        return None
+    at_rest = _depths(path[0], obstacles)
+    for prisms in path[1:]:
+        excess = _depths(prisms, obstacles) - np.maximum(at_rest, 0.0)
+        if float(excess.max()) > TOLERANCE_M:
+            return obstacles[int(np.unravel_index(int(excess.argmax()), excess.shape)[1])][0]
+    return None
+
+
+def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
+    """Opens or closes without asking whether it can, drawers' contents along. Returns what changed, the thing first."""
+    moved: list[Thing] = []
+    for joint in thing.asset.joints:
+        along = carried_by(state.scene, thing, joint.name)
+        before, after = part_motion(thing, joint.name), part_motion(thing, joint.name, target)
+        moved += state.shift(along, after.after(before.inverse()))
+    thing.openness = target
+    state.mark(thing)
+    return [thing, *moved]
+
+
+def _moving_prisms(thing: Thing, openness: float, joints: set[str]) -> list[Prism]:
+    return [prism for prism in prisms_of(thing, openness) if prism.joint in joints]
+
+
+def _samples(thing: Thing, target: float) -> list[float]:
+    reach = max((_travel_m(thing, joint.name) for joint in thing.asset.joints), default=0.0)
+    count = max(2, math.ceil(reach * abs(target - thing.openness) / SAMPLE_M) + 1)
+    return [float(value) for value in np.linspace(thing.openness, target, count)]
+
+
+def _travel_m(thing: Thing, name: str) -> float:
+    """Returns the greatest distance that a joint's solids travel."""
+    joint = joint_of(thing.asset, name)
+    if joint is None or joint.kind == "slide":
+        return abs(joint.travel) if joint else 0.0
+    corners = [
+        (x, y, z)
+        for solid in thing.asset.solids
+        if solid.joint == name
+        for x, z in solid.polygon
+        for y in (solid.bottom, solid.top)
+    ]
+    arm = max((math.dist(corner, joint.origin) for corner in corners), default=0.0)
+    return arm * math.radians(abs(joint.travel))
+
+
+def _obstacles(state: SceneState, thing: Thing) -> list[tuple[str, Prism]]:
+    """Returns what can stop the thing's parts: not itself, what moves along, what lies inside, or its own wall."""
+    ignored = {thing.id}
+    for child in children(state.scene, thing.id):
+        if _goes_along_or_lies_inside(thing, child):
+            ignored.update(each.id for each in [child, *contents(state.scene, child.id)])
+    walls = _own_walls(state, thing) if thing.is_structure else set()
+    solids = [(owner, prism) for owner, prism in state.solids(ignored) if owner not in walls]
+    return [*solids, (AGENT, state.body())]
+
+
+def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
+    surface = surface_named(thing, child.surface)
+    if surface is None:
+        return thing.asset.size.y / 2 > child.position.y - thing.position.y
+    return surface.is_inside or (surface.joint is not None and not joint_is_hinge(thing, surface.joint))
+
+
+def _own_walls(state: SceneState, thing: Thing) -> set[str]:
+    middle = shapely.Point(thing.position.x, thing.position.z)
+    return {
+        panel.id
+        for panel in state.scene.panels
+        if shapely.LineString([panel.start, panel.end]).distance(middle) < OWN_WALL_M
+    }
+
+
+def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> list[tuple[str, Prism]]:
+    corners = np.concatenate([prism.polygon for prisms in path for prism in prisms])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    bottom, top = min(p.bottom for prisms in path for p in prisms), max(p.top for prisms in path for p in prisms)
+    near: list[tuple[str, Prism]] = []
+    for owner, prism in solids:
+        left, front, right, back = prism.bounds
+        if (
+            left < high[0]
+            and right > low[0]
+            and front < high[1]
+            and back > low[1]
+            and prism.bottom < top
+            and prism.top > bottom
+        ):
+            near.append((owner, prism))
+    return near
+
+
+def _depths(prisms: list[Prism], obstacles: list[tuple[str, Prism]]) -> np.ndarray:
+    """Returns (len(prisms), len(obstacles)) penetrations (m)."""
+    bounds = np.array([obstacle.bounds for _, obstacle in obstacles])
+    depths = np.full((len(prisms), len(obstacles)), -1.0)
+    for row, prism in enumerate(prisms):
+        left, front, right, back = prism.bounds
+        near = (bounds[:, 0] < right) & (bounds[:, 2] > left) & (bounds[:, 1] < back) & (bounds[:, 3] > front)
+        for column in np.flatnonzero(near):
+            depths[row, column] = penetration(prism, obstacles[column][1])
+    return depths

@@ -1,0 +1,141 @@
+"""House -> Scene: every object with its asset, children resting on what carries them, doors and windows in their holes.
+
+A house gives bounding-box centres. Children of ProcTHOR's houses hover a few centimetres over what they stand on, and
+things inside others (a fridge's shelf, a seat) lie at heights that the asset is asked to have a surface at.
+"""
+
+import re
+
+import numpy as np
+
+from vigil.assets import make
+from vigil.assets.asset import Asset
+from vigil.assets.catalog import CATALOG
+from vigil.assets.sizes import AssetDatabase, AssetEntry
+from vigil.errors import HouseError
+from vigil.house import Door, House, HouseObject, Opening
+from vigil.pose import Vec3, wrap_deg
+from vigil.sim.geometry import rotation_matrix, whole_box
+from vigil.sim.scene import Scene, Thing, WallPanel
+from vigil.sim.supports import level_surfaces, offset_from
+from vigil.sim.walls import panels_of, place_of_opening, rooms_of
+
+HOVER_M = 0.07
+"""A gap below a child that falls shut (measured in ProcTHOR's houses: 5 to 6 cm)."""
+SINK_M = 0.07
+"""How far below a surface a child may lie to be lifted onto it."""
+SURFACE_EDGE_M = 0.1
+LEVEL_STEP_M = 0.005
+
+
+def build_scene(house: House, assets: AssetDatabase) -> Scene:
+    """Returns the scene of a house. Raises HouseError."""
+    scene = Scene(rooms=rooms_of(house), panels=panels_of(house))
+    panels = {panel.id: panel for panel in scene.panels}
+    for node in house.document.objects:
+        _add(scene, node, None, assets)
+    for opening in [*house.document.doors, *house.document.windows]:
+        if opening.id in scene.things:
+            raise HouseError(
+                f"House {house.name!r}: opening {opening.id!r} has the id of an object; ids must be unique."
+            )
+        scene.things[opening.id] = _opening_thing(house, opening, panels)
+    return scene
+
+
+def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDatabase) -> None:
+    entry = assets.look_up(node.asset_id, node.id)
+    asset = make(entry.category, entry.size, entry.variant, _levels(node, entry, assets))
+    thing = _thing(node, asset, entry.category)
+    if parent is not None:
+        thing.parent = parent.id
+        settle(thing, parent)
+    else:
+        _settle_on_floor(thing)
+    scene.things[thing.id] = thing
+    for child in node.children:
+        _add(scene, child, thing, assets)
+
+
+def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:
+    kind = CATALOG[category]
+    openable = kind.is_openable and asset.can_open
+    return Thing(
+        id=node.id,
+        category=category,
+        asset=asset,
+        position=node.position.vec,
+        rotation=Vec3(node.rotation.x, wrap_deg(node.rotation.y), node.rotation.z),
+        is_pickupable=kind.is_pickupable,
+        is_openable=openable,
+        is_toggleable=kind.is_toggleable,
+        is_receptacle=kind.is_receptacle and bool(asset.surfaces),
+        openness=min(1.0, max(0.0, node.openness or 0.0)) if openable else 0.0,
+        is_toggled=bool(node.is_on) and kind.is_toggleable,
+    )
+
+
+def _opening_thing(house: House, opening: Opening, panels: dict[str, WallPanel]) -> Thing:
+    position, yaw, size = place_of_opening(house, opening, panels)
+    category = _opening_category(opening)
+    asset = make(category, size, _number(opening.asset_id))
+    is_door = isinstance(opening, Door) and asset.can_open
+    return Thing(
+        id=opening.id,
+        category=category,
+        asset=asset,
+        position=position,
+        rotation=Vec3(0.0, yaw, 0.0),
+        is_openable=is_door and bool(opening.openable),
+        openness=min(1.0, max(0.0, opening.openness or 0.0)) if is_door else 0.0,
+        is_structure=True,
+    )
+
+
+def _opening_category(opening: Opening) -> str:
+    if not isinstance(opening, Door):
+        return "Window"
+    return "Doorframe" if opening.asset_id.lower().startswith("doorframe") or opening.openable is None else "Doorway"
+
+
+def _number(asset_id: str) -> int:
+    digits = re.search(r"(\d+)$", asset_id)
+    return int(digits.group(1)) if digits else 0
+
+
+def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tuple[float, ...]:
+    """Returns the heights above the asset's bottom at which children rest inside its box, hovering pairs merged."""
+    base = node.position.y - entry.size.y / 2
+    bottoms = sorted(_bottom(child, assets.look_up(child.asset_id, child.id).size) - base for child in node.children)
+    levels: list[float] = []
+    for height in bottoms:
+        is_new = not levels or height > levels[-1] + HOVER_M
+        if is_new and 0.0 <= height < entry.size.y - LEVEL_STEP_M:
+            levels.append(round(round(height / LEVEL_STEP_M) * LEVEL_STEP_M, 4))
+    return tuple(levels)
+
+
+def _bottom(node: HouseObject, size: Vec3) -> float:
+    turn = rotation_matrix(Vec3(node.rotation.x, node.rotation.y, node.rotation.z))
+    return node.position.y - float(np.abs(turn[1]) @ np.array(size)) / 2
+
+
+def settle(thing: Thing, parent: Thing) -> None:
+    """Rests `thing` on the nearest of the parent's surfaces below or just above its bottom, when one is near enough."""
+    bottom = whole_box(thing).bottom
+    low = Vec3(thing.position.x, bottom, thing.position.z)
+    best: tuple[float, float, str, str | None] | None = None
+    for surface, frame in level_surfaces(parent):
+        x, height, z = offset_from(frame, low)
+        within = abs(x) <= surface.size_x / 2 + SURFACE_EDGE_M and abs(z) <= surface.size_z / 2 + SURFACE_EDGE_M
+        if within and -SINK_M < height < HOVER_M and (best is None or abs(height) < best[0]):
+            best = (abs(height), height, surface.name, surface.joint)
+    if best is not None:
+        _, height, thing.surface, thing.parent_joint = best
+        thing.position = Vec3(thing.position.x, thing.position.y - height, thing.position.z)
+
+
+def _settle_on_floor(thing: Thing) -> None:
+    gap = whole_box(thing).bottom
+    if 0.0 < gap < HOVER_M:
+        thing.position = Vec3(thing.position.x, thing.position.y - gap, thing.position.z)

@@ -1,0 +1,186 @@
+"""Where the body fits and how far it gets: a vertical cylinder swept through the floor plan.
+
+Obstacles are the solids of things that reach into 0.05 .. 1.8 m above the floor, leaves at their present openness
+included, and walls but for holes that a body passes through. A sweep is free when no obstacle comes nearer than the
+body's radius. **Touching at the start**: an obstacle that is already nearer than the radius (a leaf that was closed
+against the body, a start pose at a table's edge) only blocks a sweep that would come nearer still, so the
+body can always walk away from it and is never stuck for ever.
+"""
+
+import math
+
+import numpy as np
+import shapely
+
+from vigil.pose import Vec3
+from vigil.sim.geometry import Prism, prisms_of
+from vigil.sim.scene import Scene, Thing, WallPanel
+
+BODY_RADIUS_M = 0.2
+BODY_LOW_M = 0.05
+BODY_HIGH_M = 1.8
+TOUCH_M = 1e-6
+"""Slack of the distance test: exact contact is free."""
+GRID_M = 0.25
+EXTERIOR = "exterior"
+
+
+class FloorPlan:
+    """The obstacles of a scene in the floor plane, kept up to date thing by thing."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._inside = shapely.unary_union([shapely.Polygon(room.polygon).buffer(0) for room in scene.rooms])
+        self._inside = self._inside.buffer(0.005, join_style="mitre")
+        shapely.prepare(self._inside)
+        self._wall_shapes = [(panel.id, shape) for panel in scene.panels for shape in _wall_shapes(panel)]
+        self._thing_shapes: dict[str, list[shapely.Geometry]] = {}
+        self._tree: shapely.STRtree | None = None
+        self._shapes = np.empty(0, dtype=object)
+        self._owners: list[str] = []
+
+    def refresh(self, ids: set[str]) -> None:
+        """Takes over the present places and states of the named things."""
+        for thing_id in ids:
+            self._thing_shapes.pop(thing_id, None)
+        self._tree = None
+
+    def room_at(self, position: Vec3) -> str | None:
+        """Returns the id of the room whose floor holds a place; None outside."""
+        point = shapely.Point(position.x, position.z)
+        return next((room.id for room in self._scene.rooms if shapely.Polygon(room.polygon).covers(point)), None)
+
+    def can_stand(self, position: Vec3) -> bool:
+        """Whether the body fits there."""
+        point = shapely.Point(position.x, position.z)
+        return bool(self._inside.contains(point)) and not len(self._near(point))
+
+    def is_inside(self, shape: shapely.Geometry) -> bool:
+        """Whether a floor shape lies inside the rooms."""
+        return bool(self._inside.covers(shape))
+
+    def centre_is_free(self, position: Vec3) -> bool:
+        """Whether at least the body's axis is inside a room and in no obstacle."""
+        point = shapely.Point(position.x, position.z)
+        return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * 0.25))
+
+    def blocker(self, start: Vec3, end: Vec3) -> str | None:
+        """Returns the id of what stops the body between two places, the nearest to `start`; None when free."""
+        sweep = shapely.LineString([(start.x, start.z), (end.x, end.z)])
+        origin = shapely.Point(start.x, start.z)
+        hits = self._near(sweep)
+        if len(hits):
+            before = shapely.distance(self._shapes[hits], origin)
+            during = shapely.distance(self._shapes[hits], sweep)
+            ending = shapely.distance(self._shapes[hits], shapely.Point(end.x, end.z))
+            deeper = (during < np.minimum(before, BODY_RADIUS_M) - TOUCH_M) | (
+                (before <= TOUCH_M) & (ending <= TOUCH_M)
+            )
+            if deeper.any():
+                order = sorted(
+                    (float(distance), self._owners[hit])
+                    for hit, distance in zip(hits[deeper], before[deeper], strict=True)
+                )
+                return order[0][1]
+        return None if self._inside.covers(sweep) else EXTERIOR
+
+    def path_is_free(self, start: Vec3, end: Vec3) -> bool:
+        """Whether the body can be swept straight from one place to the other."""
+        return self.blocker(start, end) is None
+
+    def reachable(self, start: Vec3, step_m: float = GRID_M) -> np.ndarray:
+        """Returns the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
+        cells, free = self._free_grid(start, step_m)
+        index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
+        edges = [(a, index[near]) for (i, k), a in index.items() for near in ((i + 1, k), (i, k + 1)) if near in index]
+        links: dict[int, list[int]] = {}
+        if edges:
+            pairs = np.array(edges)
+            sweeps = shapely.linestrings(np.stack([free[pairs[:, 0]], free[pairs[:, 1]]], axis=1))
+            blocked = self._any_near(sweeps) | ~shapely.covers(self._inside, sweeps)
+            for a, b in pairs[~blocked]:
+                links.setdefault(int(a), []).append(int(b))
+                links.setdefault(int(b), []).append(int(a))
+        return free[_flood(index.get((0, 0)), links)]
+
+    def _free_grid(self, start: Vec3, step_m: float) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the cells (n, 2) in which the body fits, counted from `start`, with their places."""
+        left, low, right, high = self._inside.bounds
+        columns = np.arange(math.ceil((left - start.x) / step_m), math.floor((right - start.x) / step_m) + 1)
+        rows = np.arange(math.ceil((low - start.z) / step_m), math.floor((high - start.z) / step_m) + 1)
+        cells = np.stack(np.meshgrid(columns, rows, indexing="ij"), axis=-1).reshape(-1, 2)
+        places = np.array([start.x, start.z]) + cells * step_m
+        points = shapely.points(places)
+        fits = shapely.contains(self._inside, points) & ~self._any_near(points)
+        fits |= (cells == 0).all(axis=1)
+        return cells[fits], places[fits]
+
+    def _any_near(self, shapes: np.ndarray) -> np.ndarray:
+        tree = self._indexed()
+        near = np.zeros(len(shapes), dtype=bool)
+        near[tree.query(shapes, predicate="dwithin", distance=BODY_RADIUS_M - TOUCH_M)[0]] = True
+        return near
+
+    def _near(self, shape: shapely.Geometry, within_m: float = BODY_RADIUS_M) -> np.ndarray:
+        return np.sort(self._indexed().query(shape, predicate="dwithin", distance=within_m - TOUCH_M))
+
+    def _indexed(self) -> shapely.STRtree:
+        if self._tree is None:
+            owned = list(self._wall_shapes)
+            for thing in self._scene.things.values():
+                if thing.is_present and not thing.is_held:
+                    if thing.id not in self._thing_shapes:
+                        self._thing_shapes[thing.id] = thing_shapes(thing)
+                    owned.extend((thing.id, shape) for shape in self._thing_shapes[thing.id])
+            self._owners = [owner for owner, _ in owned]
+            self._shapes = np.array([shape for _, shape in owned] or [], dtype=object)
+            self._tree = shapely.STRtree(self._shapes)
+        return self._tree
+
+
+def thing_shapes(thing: Thing) -> list[shapely.Geometry]:
+    """Returns the floor shapes of the thing's solids that a body can meet."""
+    return [polygon_of(prism) for prism in prisms_of(thing) if prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M]
+
+
+def polygon_of(prism: Prism) -> shapely.Geometry:
+    """Returns the prism's floor shape; a line when it has no width."""
+    return shapely.Polygon(prism.polygon) if len(prism.polygon) > 2 else shapely.LineString(prism.polygon)
+
+
+def wall_prisms(panel: WallPanel) -> list[Prism]:
+    """Returns what is left of a panel around its holes, as prisms without thickness."""
+    start, end = np.array(panel.start), np.array(panel.end)
+    length = float(np.hypot(*(end - start)))
+    if length < 1e-9:
+        return []
+    direction, top = (end - start) / length, panel.bottom + panel.height
+    spans: list[tuple[float, float, float, float]] = []
+    along = 0.0
+    for hole in panel.holes:
+        spans.append((along, hole.left, panel.bottom, top))
+        spans.append((hole.left, hole.right, panel.bottom, panel.bottom + hole.bottom))
+        spans.append((hole.left, hole.right, panel.bottom + hole.top, top))
+        along = max(along, hole.right)
+    spans.append((along, length, panel.bottom, top))
+    return [
+        Prism(np.array([start + direction * left, start + direction * right]), low, high)
+        for left, right, low, high in spans
+        if right - left > 1e-6 and high - low > 1e-6
+    ]
+
+
+def _wall_shapes(panel: WallPanel) -> list[shapely.Geometry]:
+    return [polygon_of(prism) for prism in wall_prisms(panel) if prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M]
+
+
+def _flood(first: int | None, links: dict[int, list[int]]) -> list[int]:
+    if first is None:
+        return []
+    seen, queue = {first}, [first]
+    for cell in queue:
+        for near in links.get(cell, ()):
+            if near not in seen:
+                seen.add(near)
+                queue.append(near)
+    return sorted(seen)
