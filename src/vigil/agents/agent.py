@@ -1,0 +1,28 @@
+"""The protocol of an agent that plays synchronously, next to the simulator."""
+
+from typing import Protocol, runtime_checkable
+
+from vigil.actions import Reply
+from vigil.observation import Observation
+
+
+class Agent(Protocol):
+    """Plays one episode at a time: `start`, then one reply to each observation."""
+
+    name: str
+    """For run headers."""
+
+    def start(self, instruction: str) -> None:
+        """Forgets the episode before and takes over the instruction of the next."""
+
+    def act(self, observation: Observation) -> Reply:
+        """Returns the reply to an observation. Raises InfrastructureError for what is not the agent's doing."""
+        ...
+
+
+@runtime_checkable
+class Closeable(Protocol):
+    """An agent that holds something (a process, a connection) to give back."""
+
+    def close(self) -> None:
+        """Gives back what the agent holds."""

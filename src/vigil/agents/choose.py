@@ -1,0 +1,27 @@
+"""Agents by name, as `--agent` takes them: a scripted agent, or `exec:COMMAND`."""
+
+from vigil.agents.agent import Agent
+from vigil.agents.exec_agent import PREFIX, ExecAgent
+from vigil.agents.scripted import SCRIPTS, scripted_agent
+from vigil.errors import SettingError
+from vigil.profile import Profile
+
+
+def is_exec(name: str) -> bool:
+    """Whether `name` is `exec:COMMAND`."""
+    return name.startswith(PREFIX)
+
+
+def is_known(name: str) -> bool:
+    """Whether `make_agent` knows the name."""
+    return is_exec(name) or name in SCRIPTS
+
+
+def make_agent(name: str, profile: Profile, seed: int = 0) -> Agent:
+    """Returns the agent of that name; `seed` is for the scripted ones. Raises SettingError on an unknown one."""
+    if is_exec(name):
+        return ExecAgent(name.removeprefix(PREFIX), profile)
+    if name in SCRIPTS:
+        return scripted_agent(name, seed)
+    known = ", ".join(SCRIPTS)
+    raise SettingError(f"Agent {name!r} does not exist. Choose one of: {known}, or exec:COMMAND.")

@@ -1,0 +1,42 @@
+"""What a vision-language model is sent: the system prompt, a bounded text history, and the current frame.
+
+No client lives here: `vigil.runner.inspect_task` sends the messages and brings back the reply. Source: `protocol.md`
+section 2.1.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vigil.agents.picture import Picture
+from vigil.observation import Feedback
+from vigil.profile import Profile
+from vigil.prompt import Turn, frame_stub, past_turn, recent, system_prompt
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One message of a chat; only the last one carries a picture."""
+
+    role: Literal["system", "user", "assistant"]
+    text: str
+    picture: Picture | None = None
+
+
+class Conversation:
+    """The messages of one episode. Text-only history is the only memory; past pictures are dropped."""
+
+    def __init__(self, profile: Profile, instruction: str) -> None:
+        self._profile = profile
+        self._system = Message("system", system_prompt(instruction, profile))
+        self._turns: list[Turn] = []
+
+    def messages(self, picture: Picture, feedback: Feedback | None) -> list[Message]:
+        """Returns all that the model is sent for the current observation."""
+        messages = [self._system]
+        for turn in recent(self._turns, self._profile):
+            messages += [Message("user", turn.stub), Message("assistant", turn.reply)]
+        return [*messages, Message("user", frame_stub("current", feedback), picture)]
+
+    def add(self, feedback: Feedback | None, reply: str) -> None:
+        """Takes a finished turn into the history: its observation's stub and the raw reply to it."""
+        self._turns.append(past_turn(feedback, reply, self._profile))

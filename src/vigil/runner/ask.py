@@ -1,0 +1,90 @@
+"""Asking a model for one reply: what is tried again, how long to wait, and what counts as the agent's own doing.
+
+Source: `protocol.md` section 2.3. Transport failures, rate limits, outages and time-outs are tried again and then raise
+ModelAPIError, which ends an episode as `error`. A rejection because of content or length that repeats three times is a
+reply of the agent's: a protocol failure.
+"""
+
+import asyncio
+import re
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vigil.actions import Reply
+from vigil.agents.model import Message
+from vigil.errors import ModelAPIError
+
+Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
+"""Sends messages to a model and returns its reply. Raises ModelAPIError."""
+Send = Ask
+"""The same, one attempt. Raises ModelTrouble."""
+
+MAX_REJECTIONS = 3
+_REJECTION_STATUS = frozenset({400, 403, 413, 422})
+_REJECTION_WORDS = re.compile(
+    r"context.?(length|window)|maximum.{0,20}length|max_model_len|too (long|large|many tokens)|(prompt|input).{0,40}"
+    r"(exceed|longer)|content.?(policy|filter|management)|safety|moderation|flagged|inappropriate|blocked|"
+    r"data_inspection|usage polic",
+    re.IGNORECASE,
+)
+
+
+class ModelTrouble(Exception):
+    """One attempt to get a reply failed."""
+
+    def __init__(
+        self, message: str, *, can_retry: bool = False, is_rejection: bool = False, wait_s: float | None = None
+    ) -> None:
+        super().__init__(message)
+        self.can_retry = can_retry
+        self.is_rejection = is_rejection
+        self.wait_s = wait_s
+        """What the provider asked to wait."""
+
+
+def is_rejection(status: int | None, message: str) -> bool:
+    """Whether a provider's error answer rejects the request because of its content or length."""
+    return status in _REJECTION_STATUS and _REJECTION_WORDS.search(message) is not None
+
+
+@dataclass(slots=True)
+class Patience:
+    """How often to try again and how long to wait: doubling, with jitter, unless the provider says otherwise."""
+
+    retries: int = 8
+    first_wait_s: float = 1.0
+    longest_wait_s: float = 60.0
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+    """For jitter alone: nothing that is scored depends on it."""
+
+    def wait_s(self, attempt: int, asked_s: float | None) -> float:
+        """Returns how long to wait after failed attempt number `attempt` (from 1)."""
+        longest = min(self.longest_wait_s, self.first_wait_s * 2.0 ** (attempt - 1))
+        own = longest * (0.5 + 0.5 * float(self.rng.random()))
+        return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
+
+
+def persistent(send: Send, patience: Patience) -> Ask:
+    """Returns `send` with retries."""
+
+    async def ask(messages: Sequence[Message]) -> Reply:
+        failures = rejections = 0
+        while True:
+            try:
+                return await send(messages)
+            except ModelTrouble as trouble:
+                if trouble.is_rejection:
+                    rejections += 1
+                    if rejections == MAX_REJECTIONS:
+                        return Reply(text="", finish_reason="rejected", provider_rejected=True)
+                    wait = patience.wait_s(rejections, trouble.wait_s)
+                else:
+                    failures += 1
+                    if not trouble.can_retry or failures > patience.retries:
+                        raise ModelAPIError(f"{trouble} (after {failures} attempts)") from trouble
+                    wait = patience.wait_s(failures, trouble.wait_s)
+            await asyncio.sleep(wait)
+
+    return ask

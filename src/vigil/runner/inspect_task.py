@@ -1,0 +1,299 @@
+"""Models run through Inspect: the only module that imports `inspect_ai`.
+
+Inspect brings the providers, the limit on connections, and a log for its viewer. Ours are the messages (a fixed history
+contract), the retries (`vigil.runner.ask`), the Env, and the records that decide: `episodes.jsonl`, not Inspect's log.
+"""
+
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from inspect_ai import Task
+from inspect_ai import eval as inspect_eval
+from inspect_ai.dataset import MemoryDataset, Sample
+from inspect_ai.event import ModelEvent
+from inspect_ai.log import EvalLog
+from inspect_ai.model import (
+    ChatMessage,
+    ChatMessageAssistant,
+    ChatMessageSystem,
+    ChatMessageUser,
+    Content,
+    ContentImage,
+    ContentReasoning,
+    ContentText,
+    GenerateConfig,
+    Model,
+    ModelOutput,
+    ModelUsage,
+    get_model,
+)
+from inspect_ai.model._model import use_model_event_sink
+from inspect_ai.scorer import Score, Scorer, Target, grouped, mean, scorer
+from inspect_ai.solver import Generate, Solver, TaskState, solver
+
+from vigil.actions import Reply, Usage
+from vigil.agents.model import Message
+from vigil.episode import Episode
+from vigil.errors import ModelAPIError, SettingError, VigilError
+from vigil.profile import ImageFormat
+from vigil.prompt import frame_stub
+from vigil.record import EpisodeRecord
+from vigil.runner.ask import Ask, ModelTrouble, Patience, Send, is_rejection, persistent
+from vigil.runner.preflight import check_sight
+from vigil.runner.serving import Serving
+from vigil.runner.wire import Ticket
+from vigil.scoring import settle
+
+REQUEST_SECONDS = 600
+PlayOne = Callable[[Ticket, Ask], Awaitable[EpisodeRecord]]
+"""Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A model with how it is called."""
+
+    serving: Serving
+    sampling: dict[str, Any] = field(default_factory=dict)
+    """Fields of Inspect's GenerateConfig; only what the user set."""
+    max_connections: int = 16
+    request_seconds: int = REQUEST_SECONDS
+    patience: Patience = field(default_factory=Patience)
+
+    def model(self) -> Model:
+        """Returns a client of its own. Raises SettingError when the provider cannot be used."""
+        config = GenerateConfig(
+            **self.sampling,
+            max_connections=self.max_connections,
+            max_retries=0,
+            attempt_timeout=self.request_seconds,
+        )
+        try:
+            return get_model(
+                self.serving.name,
+                config=config,
+                base_url=self.serving.base_url,
+                api_key=self.serving.api_key,
+                memoize=False,
+                **dict(self.serving.arguments),
+            )
+        except Exception as error:
+            raise SettingError(f"Model {self.serving.name!r} cannot be used: {error}") from error
+
+
+# --- one attempt at one reply -----------------------------------------------------------------------------------------
+
+
+class _LastCall:
+    """Takes Inspect's model events: they hold the provider's answer verbatim, and would hold every frame in memory."""
+
+    def __init__(self) -> None:
+        self.event: ModelEvent | None = None
+
+    def on_pending(self, event: ModelEvent) -> None:
+        self.event = event
+
+    def on_complete(self, event: ModelEvent) -> None:
+        self.event = event
+
+    def message(self) -> dict[str, Any] | None:
+        """Returns the message of a chat completion as the server sent it; None for other kinds of answers."""
+        call = self.event.call if self.event is not None else None
+        choices = call.response.get("choices") if call is not None and call.response else None
+        first = choices[0] if isinstance(choices, list) and choices else None
+        message = first.get("message") if isinstance(first, dict) else None
+        return message if isinstance(message, dict) else None
+
+
+def sender(model: Model) -> Send:
+    """Returns the function that sends messages to `model` once."""
+
+    async def send(messages: Sequence[Message]) -> Reply:
+        last_call = _LastCall()
+        try:
+            with use_model_event_sink(last_call):
+                output = await model.generate([_chat_message(message) for message in messages])
+        except Exception as error:
+            raise _trouble(model, error) from error
+        return _reply(output, last_call.message())
+
+    return send
+
+
+def _chat_message(message: Message) -> ChatMessage:
+    if message.role == "system":
+        return ChatMessageSystem(content=message.text)
+    if message.role == "assistant":
+        return ChatMessageAssistant(content=message.text)
+    if message.picture is None:
+        return ChatMessageUser(content=message.text)
+    content: list[Content] = [ContentText(text=message.text), ContentImage(image=message.picture.data_uri)]
+    return ChatMessageUser(content=content)
+
+
+def _trouble(model: Model, error: Exception) -> ModelTrouble:
+    cause = error.__cause__ if type(error).__name__ == "RetryError" else None
+    root = cause if isinstance(cause, Exception) else error
+    status = getattr(root, "status_code", None)
+    message = getattr(root, "provider_message", None) or str(root) or type(root).__name__
+    if is_rejection(status, message):
+        return ModelTrouble(message, is_rejection=True)
+    can_retry = status is None or status in (408, 409, 429) or status >= 500
+    decision = model.api.should_retry(root)
+    return ModelTrouble(
+        f"{type(root).__name__}: {message}"[:1000], can_retry=can_retry, wait_s=getattr(decision, "retry_after", None)
+    )
+
+
+def _reply(output: ModelOutput, message: dict[str, Any] | None) -> Reply:
+    """Returns the reply verbatim: Inspect cuts `<think>` out of any place of a text, the protocol off its start."""
+    if output.empty:
+        raise ModelTrouble("The provider's answer holds no reply.", can_retry=True)
+    is_refused_request = output.stop_reason == "model_length" and output.usage is None
+    if output.stop_reason == "content_filter" or is_refused_request:
+        raise ModelTrouble(output.completion, is_rejection=True)
+    parts = output.message.content
+    reasoning = [part.reasoning for part in parts if isinstance(part, ContentReasoning)] if _is_list(parts) else []
+    return Reply(
+        text=_text(output, message),
+        finish_reason=output.stop_reason,
+        reasoning_chars=sum(map(len, reasoning)),
+        usage=_usage(output.usage),
+        seconds=output.time or 0.0,
+    )
+
+
+def _is_list(content: str | list[Content]) -> bool:
+    return not isinstance(content, str)
+
+
+def _text(output: ModelOutput, message: dict[str, Any] | None) -> str:
+    if message is not None:
+        raw = message.get("content") or message.get("refusal")
+        if raw is None or isinstance(raw, str):
+            return raw or ""
+    return output.completion
+
+
+def _usage(usage: ModelUsage | None) -> Usage | None:
+    if usage is None:
+        return None
+    cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
+    return Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
+
+
+async def preflight(endpoint: Endpoint, name: str, image_format: ImageFormat) -> None:
+    """Raises ModelAPIError unless pictures reach the model."""
+    model = endpoint.model()
+    try:
+        await check_sight(persistent(sender(model), endpoint.patience), name, image_format)
+    finally:
+        await model.api.aclose()
+
+
+# --- a run inside an Inspect evaluation -------------------------------------------------------------------------------
+
+
+def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, log_dir: Path) -> None:
+    """Plays all `tickets`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
+    model = endpoint.model()
+    ask = persistent(sender(model), endpoint.patience)
+    stop: list[VigilError] = []
+    logs = inspect_eval(
+        _task(tickets, _agent(tickets, play_one, lambda: ask, stop)),
+        model=model,
+        log_dir=str(log_dir),
+        display="none",
+        score_display=False,
+        max_samples=endpoint.max_connections,
+        fail_on_error=False,
+        log_images=False,
+        log_realtime=False,
+        log_model_api=False,
+        ctl_server=False,
+        acp_server=False,
+    )
+    if stop:
+        raise stop[0]
+    _check(logs)
+
+
+def _check(logs: list[EvalLog]) -> None:
+    for log in logs:
+        if log.status == "cancelled":
+            raise KeyboardInterrupt
+        faults = [sample.error.message for sample in log.samples or [] if sample.error is not None]
+        if log.status != "success" or faults:
+            what = log.error.message if log.error is not None else "; ".join(faults[:3])
+            raise ModelAPIError(f"Inspect's evaluation ended as {log.status!r}: {what}. See {log.location}.")
+
+
+def _task(tickets: Sequence[Ticket], agent: Solver, **more: Any) -> Task:
+    samples = [
+        Sample(
+            id=_sample_id(ticket),
+            input=ticket.episode.instruction,
+            metadata={"family": ticket.episode.family, "episode": ticket.episode.model_dump(mode="json")},
+        )
+        for ticket in tickets
+    ]
+    return Task(dataset=MemoryDataset(samples, name="vigil"), solver=agent, scorer=vigil_score(), name="vigil", **more)
+
+
+def _sample_id(ticket: Ticket) -> str:
+    return ticket.episode.id if ticket.epoch == 1 else f"{ticket.episode.id}@{ticket.epoch}"
+
+
+def _agent(tickets: Sequence[Ticket], play_one: PlayOne, ask_of: Callable[[], Ask], stop: list[VigilError]) -> Solver:
+    by_id = {_sample_id(ticket): ticket for ticket in tickets}
+
+    @solver(name="vigil_agent")
+    def vigil_agent() -> Solver:
+        async def solve(state: TaskState, generate: Generate) -> TaskState:
+            if stop:
+                return state
+            ticket = by_id[str(state.sample_id)]
+            if state.epoch > 1:
+                ticket = Ticket(ticket.episode, state.epoch, ticket.attempt)
+            try:
+                record = await play_one(ticket, ask_of())
+            except VigilError as error:
+                stop.append(error)
+                return state
+            state.metadata["record"] = record.model_dump(mode="json")
+            state.messages = _dialogue(record)
+            state.completed = True
+            return state
+
+        return solve
+
+    return vigil_agent()
+
+
+def _dialogue(record: EpisodeRecord) -> list[ChatMessage]:
+    """Returns the episode as Inspect's viewer shows it."""
+    messages: list[ChatMessage] = []
+    for step in record.steps:
+        messages.append(ChatMessageUser(content=frame_stub("past", None)))
+        messages.append(ChatMessageAssistant(content=step.reply.text))
+    return messages
+
+
+@scorer(metrics={"*": [grouped(mean(), "family")]})
+def vigil_score() -> Scorer:
+    """Scores a sample from its record alone, so that `inspect score` can do so again."""
+
+    async def score(state: TaskState, target: Target) -> Score | None:
+        if "record" not in state.metadata:
+            return None
+        record = EpisodeRecord.model_validate(state.metadata["record"])
+        if record.end == "error":
+            return None
+        outcome = settle(Episode.model_validate(state.metadata["episode"]), record)
+        value = {"W": float(outcome.W), "W_strict": float(outcome.W_strict), "B": float(outcome.B)}
+        value |= {label: float(outcome.label == label) for label in ("FR", "NR", "IL", "Other")}
+        return Score(value=dict(value), answer=outcome.reported, explanation=outcome.subtype)
+
+    return score

@@ -1,0 +1,52 @@
+"""One episode, played by a model in the main process with its Env in a simulator worker."""
+
+from datetime import UTC, datetime
+
+from vigil.agents.model import Conversation
+from vigil.errors import ModelAPIError, SimulatorError
+from vigil.profile import Profile
+from vigil.record import Boundary, EpisodeRecord, ErrorFact
+from vigil.runner.ask import Ask
+from vigil.runner.pool import LiveEpisode, WorkerLost
+from vigil.runner.wire import Ticket, View
+
+
+async def play_live(live: LiveEpisode, profile: Profile, ask: Ask, run_id: str) -> EpisodeRecord:
+    """Returns the record of one episode; whatever fails around the agent ends it as `error`. Raises InputError."""
+    started = datetime.now(UTC)
+    try:
+        return await _play(live, profile, ask)
+    except ModelAPIError as error:
+        record = await live.fail("model", str(error))
+        return record or lost_record(live.ticket, run_id, "model", str(error), started)
+    except SimulatorError as error:
+        boundary: Boundary = "worker" if isinstance(error, WorkerLost) else "simulator"
+        return lost_record(live.ticket, run_id, boundary, str(error), started)
+    finally:
+        live.close()
+
+
+async def _play(live: LiveEpisode, profile: Profile, ask: Ask) -> EpisodeRecord:
+    conversation = Conversation(profile, live.ticket.episode.instruction)
+    answer = await live.begin()
+    while isinstance(answer, View):
+        reply = await ask(conversation.messages(answer.picture, answer.feedback))
+        conversation.add(answer.feedback, reply.text)
+        answer = await live.advance(reply)
+    return answer
+
+
+def lost_record(ticket: Ticket, run_id: str, boundary: Boundary, message: str, started: datetime) -> EpisodeRecord:
+    """Returns the record of an episode of which nothing is left but how it failed."""
+    return EpisodeRecord(
+        run_id=run_id,
+        episode_id=ticket.episode.id,
+        epoch=ticket.epoch,
+        attempt=ticket.attempt,
+        started=started,
+        ended=datetime.now(UTC),
+        initial=None,
+        steps=(),
+        end="error",
+        error=ErrorFact(boundary=boundary, message=message),
+    )

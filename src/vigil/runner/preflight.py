@@ -1,0 +1,46 @@
+"""One call before a run that proves that pictures reach the model: it must read a number off a generated picture.
+
+Some servers drop images without a word; a run against such a server would measure a blind model.
+"""
+
+import hashlib
+import re
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from vigil.agents.model import Message
+from vigil.agents.picture import encode
+from vigil.errors import ModelAPIError
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.profile import ImageFormat
+from vigil.runner.ask import Ask
+
+QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
+FONT_PX = 200
+
+
+def number_for(name: str) -> str:
+    """Returns the four digits that `name` (of a model) is asked to read."""
+    return str(1000 + int.from_bytes(hashlib.sha256(name.encode()).digest()[:4], "big") % 9000)
+
+
+def draw_number(number: str) -> np.ndarray:
+    """Returns a frame with `number` in the middle, (480, 640, 3) uint8."""
+    image = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT), "white")
+    middle = (FRAME_WIDTH / 2, FRAME_HEIGHT / 2)
+    ImageDraw.Draw(image).text(middle, number, fill="black", font=ImageFont.load_default(FONT_PX), anchor="mm")
+    return np.asarray(image)
+
+
+async def check_sight(ask: Ask, model: str, image_format: ImageFormat) -> None:
+    """Raises ModelAPIError unless the model reads the number in a picture."""
+    number = number_for(model)
+    reply = await ask([Message("user", QUESTION, encode(draw_number(number), image_format))])
+    if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
+        shown = "rejected the request" if reply.provider_rejected else f"answered {reply.text[:200]!r}"
+        raise ModelAPIError(
+            f"Model {model!r} was shown a picture of the number {number} and {shown}: pictures do not seem to reach "
+            "it, or it cannot read. Check that the model takes images and that the server passes them on, or skip this "
+            "check with --no-preflight."
+        )

@@ -1,0 +1,94 @@
+"""Live progress of a run: counts, time left, and W and B so far (settled by the same code as any report)."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from vigil.episode import Episode
+from vigil.record import EpisodeRecord
+from vigil.scoring import Outcome, settle
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where a run stands."""
+
+    total: int
+    """Episodes, times epochs."""
+    done: int
+    """With a row without error."""
+    errors: int
+    W: float | None
+    """Rates over the episodes that are done; None before the first."""
+    B: float | None
+    steps: int
+    """Replies taken in this session."""
+    elapsed_s: float
+    """Since the simulators were ready in this session."""
+    eta_s: float | None
+    """None before anything is done in this session."""
+    latest: Outcome | None
+    """The episode that has just ended; None for one that ended as an error."""
+
+
+OnProgress = Callable[[Progress], None]
+
+
+class Tally:
+    """Counts what is done and tells it onwards."""
+
+    def __init__(
+        self, episodes: Sequence[Episode], epochs: int, records: Sequence[EpisodeRecord], on_progress: OnProgress
+    ) -> None:
+        """`records` are the rows that stand already."""
+        self._by_id = {episode.id: episode for episode in episodes}
+        self._total = len(episodes) * epochs
+        self._on_progress = on_progress
+        self._done = self._W = self._B = 0
+        self._errors = self._fresh = self._steps = 0
+        self.errors_in_a_row = 0
+        self._started = time.monotonic()
+        for record in records:
+            if record.end != "error":
+                self._add(settle(self._by_id[record.episode_id], record))
+
+    def start(self) -> None:
+        """Starts the clock and tells where the run stands."""
+        self._started = time.monotonic()
+        self._tell(None)
+
+    def count(self, episode: Episode, record: EpisodeRecord) -> None:
+        """Takes in an episode that has just ended, and tells where the run stands."""
+        self._fresh += 1
+        self._steps += len(record.steps)
+        outcome = None
+        if record.end == "error":
+            self._errors += 1
+            self.errors_in_a_row += 1
+        else:
+            self.errors_in_a_row = 0
+            outcome = settle(episode, record)
+            self._add(outcome)
+        self._tell(outcome)
+
+    def _add(self, outcome: Outcome) -> None:
+        self._done += 1
+        self._W += outcome.W
+        self._B += outcome.B
+
+    def _tell(self, latest: Outcome | None) -> None:
+        elapsed = time.monotonic() - self._started
+        left = self._total - self._done - self._errors
+        self._on_progress(
+            Progress(
+                total=self._total,
+                done=self._done,
+                errors=self._errors,
+                W=self._W / self._done if self._done else None,
+                B=self._B / self._done if self._done else None,
+                steps=self._steps,
+                elapsed_s=elapsed,
+                eta_s=elapsed / self._fresh * left if self._fresh else None,
+                latest=latest,
+            )
+        )

@@ -1,0 +1,232 @@
+"""A run's folder: `run.json` says what the run is, the append-only `episodes.jsonl` decides what has been played.
+
+The same command continues a run; a command with other settings is refused by name of the difference.
+"""
+
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from vigil.errors import RecordError
+from vigil.record import EPISODES_FILE, SCHEMA_VERSION, EpisodeRecord, RecordLog, RunHeader, RunSpec, read_records
+from vigil.runner.wire import Facts
+
+HEADER_FILE = "run.json"
+FRAMES_FOLDER = "frames"
+LOGS_FOLDER = "logs"
+INSPECT_FOLDER = "inspect"
+DISTRIBUTION = "vigil-bench"
+_MAY_DIFFER = frozenset({"base_url"})
+"""A model that is served from another address is the same model."""
+
+
+class RunFolder:
+    """A run on disk, open for writing. Use `create_or_resume`, and close it."""
+
+    def __init__(self, path: Path, header: RunHeader, log: RecordLog) -> None:
+        self.path = path
+        self.header = header
+        self._log = log
+
+    @classmethod
+    def create_or_resume(cls, path: Path, spec: RunSpec) -> "RunFolder":
+        """Returns the folder of the run `spec`, new or to be continued. Raises RecordError when another is there."""
+        path.mkdir(parents=True, exist_ok=True)
+        if not (path / HEADER_FILE).exists() and (path / EPISODES_FILE).exists():
+            raise RecordError(
+                f"Folder {str(path)!r} has {EPISODES_FILE} without {HEADER_FILE}: nobody knows which run it belongs "
+                "to. Restore the header, or choose another folder."
+            )
+        log = RecordLog(path / EPISODES_FILE)
+        try:
+            header = _resume(path, spec) if (path / HEADER_FILE).exists() else _create(path, spec)
+            _check_rows(path, header, log)
+        except RecordError:
+            log.close()
+            raise
+        return cls(path, header, log)
+
+    @property
+    def torn(self) -> Path | None:
+        """Where the torn last line of a killed run was put aside; None when there was none."""
+        return self._log.torn
+
+    @property
+    def frames(self) -> Path:
+        """Where frames are kept when asked."""
+        return self.path / FRAMES_FOLDER
+
+    @property
+    def logs(self) -> Path:
+        """Where simulator workers write what they have to say."""
+        return self.path / LOGS_FOLDER
+
+    @property
+    def inspect_logs(self) -> Path:
+        """Where Inspect's own log of a model's run goes."""
+        return self.path / INSPECT_FOLDER
+
+    def records(self) -> list[EpisodeRecord]:
+        """Returns the rows that stand, sorted by episode and epoch."""
+        return [self._log.rows[key] for key in sorted(self._log.rows)]
+
+    def is_done(self, episode_id: str, epoch: int) -> bool:
+        """Whether a row without error stands."""
+        return self._log.is_done((episode_id, epoch))
+
+    def append(self, record: EpisodeRecord) -> None:
+        """Writes one row, on disk when this returns."""
+        self._log.append(record)
+
+    def note_facts(self, facts: Facts) -> None:
+        """Completes the header with what the backend says about itself.
+
+        Raises RecordError when the run was begun with another version of the simulator.
+        """
+        recorded = self.header.simulator_version
+        if recorded and recorded != facts.simulator:
+            raise RecordError(
+                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, this is {facts.simulator!r}. Continue "
+                "it with the same version, or start another run in another folder."
+            )
+        self._update(simulator_version=facts.simulator, renderer=facts.renderer)
+
+    def note_end(self) -> None:
+        """Completes the header with the time at which the run ended."""
+        self._update(ended=datetime.now(UTC))
+
+    def close(self) -> None:
+        """Releases the folder to other processes."""
+        self._log.close()
+
+    def _update(self, **fields: Any) -> None:
+        self.header = self.header.model_copy(update=fields)
+        write_header(self.path, self.header)
+
+
+def read_header(path: Path) -> RunHeader:
+    """Returns the header in a run's folder. Raises RecordError."""
+    file = path / HEADER_FILE
+    if not file.is_file():
+        raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
+    try:
+        found = json.loads(file.read_bytes())
+        found_version = found.get("schema_version") if isinstance(found, dict) else None
+        if found_version != SCHEMA_VERSION:
+            raise RecordError(
+                f"{str(file)!r} has schema {found_version!r}; this version of vigil reads {SCHEMA_VERSION}."
+            )
+        return RunHeader.model_validate(found)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise RecordError(f"{str(file)!r}: {'.'.join(map(str, fault['loc']))}: {fault['msg']}.") from None
+    except ValueError as error:
+        raise RecordError(f"{str(file)!r} is not JSON: {error}.") from None
+
+
+def read_run(path: Path) -> tuple[RunHeader, list[EpisodeRecord]]:
+    """Returns a run's header and all its rows in file order, without touching the folder. Raises RecordError."""
+    return read_header(path), read_records(path / EPISODES_FILE)
+
+
+def write_header(path: Path, header: RunHeader) -> None:
+    """Writes `run.json` whole or not at all."""
+    partial = path / f"{HEADER_FILE}.{os.getpid()}"
+    with partial.open("wb") as file:
+        file.write(header.model_dump_json(indent=1).encode() + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+    partial.replace(path / HEADER_FILE)
+
+
+def package_version() -> str:
+    """Returns the version of the installed distribution."""
+    return version(DISTRIBUTION)
+
+
+def source_state() -> tuple[str | None, bool | None]:
+    """Returns the commit of VIGIL's own checkout and whether it is dirty; (None, None) outside one."""
+    root = Path(__file__).parents[3]
+    if not (root / ".git").exists():
+        return None, None
+    commit = _git(root, "rev-parse", "HEAD")
+    status = _git(root, "status", "--porcelain", "--untracked-files=no")
+    return commit, None if status is None else bool(status)
+
+
+def host_facts() -> dict[str, str]:
+    """Returns what may matter about this machine when two runs are compared."""
+    return {
+        "platform": platform.platform(),
+        "machine": platform.machine(),
+        "python": platform.python_version(),
+        "numpy": version("numpy"),
+        "cpus": str(os.cpu_count()),
+    }
+
+
+def _git(root: Path, *arguments: str) -> str | None:
+    try:
+        done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True, timeout=10)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def _create(path: Path, spec: RunSpec) -> RunHeader:
+    commit, is_dirty = source_state()
+    header = RunHeader(
+        run_id=path.resolve().name,
+        spec=spec,
+        package_version=package_version(),
+        commit=commit,
+        is_dirty=is_dirty,
+        started=datetime.now(UTC),
+        host=host_facts(),
+    )
+    write_header(path, header)
+    return header
+
+
+def _resume(path: Path, spec: RunSpec) -> RunHeader:
+    header = read_header(path)
+    differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
+    if header.package_version != package_version():
+        differences.append(f"package_version: {header.package_version!r} there, {package_version()!r} here")
+    if differences:
+        raise RecordError(
+            f"Folder {str(path)!r} holds another run: {'; '.join(differences)}. Give the same settings to continue it, "
+            "or another --log-dir for a new run."
+        )
+    return header
+
+
+def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
+    if isinstance(there, dict) and isinstance(here, dict):
+        for name in sorted(there.keys() | here.keys()):
+            if name not in _MAY_DIFFER:
+                yield from _differences(f"{place}.{name}".lstrip("."), there.get(name), here.get(name))
+    elif there != here:
+        yield f"{place}: {_shown(there)} there, {_shown(here)} here"
+
+
+def _shown(value: Any) -> str:
+    return f"{len(value)} of them" if isinstance(value, list) and len(value) > 3 else repr(value)
+
+
+def _check_rows(path: Path, header: RunHeader, log: RecordLog) -> None:
+    known = set(header.spec.episode_ids)
+    for episode_id, epoch in sorted(log.rows):
+        if episode_id not in known or epoch > header.spec.epochs:
+            raise RecordError(
+                f"{str(path / EPISODES_FILE)!r} has a row of episode {episode_id!r} (epoch {epoch}), which is not part "
+                "of this run. The file was changed; restore it, or start another run in another folder."
+            )

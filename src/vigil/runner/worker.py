@@ -1,0 +1,201 @@
+"""A simulator worker: the process that holds Env and simulator, and answers one request at a time.
+
+Started as `python -m vigil.runner.worker FD` by `vigil.runner.pool`, with one end of a socket pair. It ends when the
+other end is closed.
+"""
+
+import faulthandler
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import Connection
+
+from vigil.agents.agent import Agent, Closeable
+from vigil.agents.choose import make_agent
+from vigil.agents.picture import encode
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.errors import SimulatorError, VigilError
+from vigil.observation import Observation
+from vigil.pack import Pack
+from vigil.record import EpisodeRecord
+from vigil.runner.frames import FrameStore
+from vigil.runner.play import play
+from vigil.runner.verify import Difference, resimulate
+from vigil.runner.wire import (
+    Advance,
+    AskFacts,
+    Beat,
+    Begin,
+    Done,
+    Drop,
+    Facts,
+    Fail,
+    Failed,
+    Plan,
+    Play,
+    Request,
+    Resimulate,
+    Ticket,
+    View,
+)
+from vigil.sim import make_simulator
+from vigil.sim.protocol import Simulator
+
+
+@dataclass(slots=True)
+class Stage:
+    """A simulator with its Env, and the episode that goes on there."""
+
+    simulator: Simulator
+    env: Env
+    ticket: Ticket | None = None
+    observation: Observation | None = None
+
+
+class Theatre:
+    """What one worker holds: the pack, its stages, and the agent that plays inside."""
+
+    def __init__(self, plan: Plan, beat: Callable[[], None]) -> None:
+        """`beat` tells the main process that the worker is alive."""
+        self._plan = plan
+        self._beat = beat
+        self._pack = Pack.load(plan.pack)
+        self._assets = AssetDatabase.load(plan.asset_database) if plan.asset_database else AssetDatabase.default()
+        self._frames = FrameStore(plan.frames) if plan.frames else None
+        self._live: dict[int, Stage] = {}
+        self._spare: list[Stage] = []
+        self._agents: dict[int, Agent] = {}
+
+    def answer(self, request: Request) -> object:
+        """Returns what `request` asks for. Raises VigilError."""
+        match request:
+            case AskFacts():
+                return self._facts()
+            case Play(ticket):
+                return self._play(ticket)
+            case Begin(session, ticket):
+                return self._begin(session, ticket)
+            case Advance(session, reply):
+                stage = self._live[session]
+                stage.observation = stage.env.step(reply)
+                return self._view_or_record(stage)
+            case Fail(session, boundary, message):
+                stage = self._live[session]
+                stage.env.fail(boundary, message)
+                return self._record(stage)
+            case Drop(session):
+                return self._drop(session)
+            case Resimulate(ticket, record):
+                return self._resimulate(ticket, record)
+
+    def close(self) -> None:
+        """Ends the agents' programs and frees the simulators."""
+        for agent in self._agents.values():
+            if isinstance(agent, Closeable):
+                agent.close()
+        for stage in [*self._live.values(), *self._spare]:
+            stage.simulator.close()
+
+    def _facts(self) -> Facts:
+        stage = self._take_stage()
+        self._spare.append(stage)
+        return Facts(stage.simulator.name, stage.simulator.renderer())
+
+    def _play(self, ticket: Ticket) -> EpisodeRecord:
+        stage = self._take_stage()
+        stage.ticket = ticket
+        try:
+            agent = self._agent_for(ticket, stage.simulator)
+            play(ticket.episode, stage.env, agent, self._watch)
+            return self._record(stage)
+        finally:
+            self._spare.append(stage)
+
+    def _watch(self, observation: Observation) -> None:
+        self._beat()
+        if self._frames is not None:
+            self._frames.keep(observation.rgb)
+
+    def _agent_for(self, ticket: Ticket, simulator: Simulator) -> Agent:
+        plan = self._plan
+        if plan.agent_factory is not None:
+            return plan.agent_factory(plan.agent, ticket.episode, simulator)
+        seed = plan.seed + ticket.epoch - 1
+        if seed not in self._agents:
+            self._agents[seed] = make_agent(plan.agent, plan.profile, seed)
+        return self._agents[seed]
+
+    def _begin(self, session: int, ticket: Ticket) -> View | EpisodeRecord:
+        stage = self._take_stage()
+        self._live[session] = stage
+        stage.ticket = ticket
+        stage.observation = stage.env.reset(ticket.episode)
+        return self._view_or_record(stage)
+
+    def _view_or_record(self, stage: Stage) -> View | EpisodeRecord:
+        observation = stage.observation
+        if observation is None:
+            return self._record(stage)
+        rgb = observation.rgb
+        if self._frames is not None:
+            self._frames.keep(rgb)
+        return View(encode(rgb, self._plan.profile.image_format), observation.feedback)
+
+    def _record(self, stage: Stage) -> EpisodeRecord:
+        ticket = stage.ticket
+        assert ticket is not None
+        return stage.env.record(run_id=self._plan.run_id, epoch=ticket.epoch, attempt=ticket.attempt)
+
+    def _drop(self, session: int) -> None:
+        stage = self._live.pop(session, None)
+        if stage is None:
+            return
+        stage.observation = None
+        if self._spare:
+            stage.simulator.close()
+        else:
+            self._spare.append(stage)
+
+    def _resimulate(self, ticket: Ticket, record: EpisodeRecord) -> list[Difference]:
+        stage = self._take_stage()
+        try:
+            return resimulate(ticket.episode, record, stage.env, beat=self._beat)
+        finally:
+            self._spare.append(stage)
+
+    def _take_stage(self) -> Stage:
+        """Returns a free stage; one is kept at hand, since building a simulator takes time and memory."""
+        if self._spare:
+            return self._spare.pop()
+        simulator = make_simulator(self._plan.backend, assets=self._assets, quality=self._plan.quality)
+        return Stage(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
+
+
+def serve(connection: Connection) -> None:
+    """Answers requests until the other end closes the connection."""
+    plan = connection.recv()
+    theatre: Theatre | None = None
+    try:
+        while True:
+            request = connection.recv()
+            try:
+                theatre = theatre or Theatre(plan, partial(connection.send, Beat()))
+                answer: Done | Failed = Done(theatre.answer(request))
+            except VigilError as error:
+                answer = Failed(error)
+            except Exception:  # noqa: BLE001 - a fault of the simulator's is told, and the worker lives on
+                answer = Failed(SimulatorError(traceback.format_exc(limit=-8)))
+            connection.send(answer)
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return  # the main process has gone or wants no more
+    finally:
+        if theatre is not None:
+            theatre.close()
+
+
+if __name__ == "__main__":
+    faulthandler.enable()
+    serve(Connection(int(sys.argv[1])))
