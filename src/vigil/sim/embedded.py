@@ -6,7 +6,8 @@ agent that nobody looks at draws nothing.
 
 import copy
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -160,6 +161,38 @@ class EmbeddedSimulator:
     def room_at(self, position: Vec3) -> str | None:
         """Returns the id of the room whose floor holds a place; None outside."""
         return self._now().state.plan.room_at(position)
+
+    def sees_from(self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False) -> np.ndarray:
+        """Returns which of n points on an object rays from `eye`, which may be anywhere, meet before all else."""
+        offsets = points - np.array(eye)
+        away = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
+        rays, thing = offsets / away[:, None], self._thing(object_id)
+        return self._now().sight.meets(eye, rays, thing, through_glass=through_glass)
+
+    @contextmanager
+    def rehearsal(self) -> Iterator[None]:
+        """Undoes at its end all that is done inside."""
+        state = self._now().state
+        agent, held = state.agent, state.held
+        before = {thing_id: copy.copy(thing) for thing_id, thing in state.scene.things.items()}
+        try:
+            yield
+        finally:
+            state.agent, state.held = agent, held
+            for thing_id, thing in state.scene.things.items():
+                if _restore(thing, before[thing_id]):
+                    state.mark(thing)
+            self._flush()
+
+    @contextmanager
+    def standing_at(self, pose: Pose) -> Iterator[None]:
+        """Stands the agent elsewhere for the time being, wherever that is."""
+        with self.rehearsal():
+            state = self._now().state
+            state.agent = pose
+            state.carry_along()
+            self._flush()
+            yield
 
     def _now(self) -> _Loaded:
         if self._loaded is None:

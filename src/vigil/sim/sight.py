@@ -164,6 +164,10 @@ class Sight:
         pixels = window.pixels()
         return pixels[self._cast(agent, pixels, through_glass=False) == self._index[thing.id]]
 
+    def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
+        """Returns which unit directions (n, 3) from any eye meet the thing before all else."""
+        return self._engine.cast(eye, rays, through_glass=through_glass).things == self._index[thing.id]
+
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
         """Returns what is seen of each thing; one cast for all of them."""
         windows = [(thing, window_of(agent, thing)) for thing in things if thing.is_present and not thing.is_held]
