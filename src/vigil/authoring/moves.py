@@ -3,6 +3,7 @@
 One `navigate` walks many steps, and any angle is allowed, so each straight stretch costs at most two actions.
 """
 
+import json
 import math
 from collections.abc import Iterator
 
@@ -11,12 +12,12 @@ from vigil.actions import (
     HORIZON_UP_DEG,
     MAX_STEPS_PER_ACTION,
     STEP_M,
+    Action,
     Intent,
     InteractPixel,
     Look,
     Navigate,
-    Report,
-    Status,
+    Reply,
 )
 from vigil.pose import Pose, Vec3, turn_between, yaw_towards
 
@@ -65,6 +66,7 @@ def click(intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
     return InteractPixel(intent=intent, x=pixel[0], y=pixel[1])
 
 
-def close_with(status: Status, summary: str) -> Report:
-    """Returns the closing report."""
-    return Report(status=status, summary=summary)
+def reply_of(action: Action) -> Reply:
+    """Returns the reply that says an action, as any agent would write it (pixel coordinates)."""
+    arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
+    return Reply(text=json.dumps({"skill_name": action.skill_name, "arguments": arguments}))
