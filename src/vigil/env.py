@@ -105,10 +105,15 @@ class Env:
         return self._observe(effect)
 
     def fail(self, boundary: Boundary, message: str) -> None:
-        """Ends the episode as `error`, because of something that is not the agent's doing."""
+        """Ends the episode as `error`, because of something that is not the agent's doing.
+
+        An episode that has ended already stays as it is.
+        """
+        if self._end is not None:
+            return
         self._error = ErrorFact(boundary=boundary, message=message)
-        if boundary == "simulator":
-            self._loaded = None
+        if boundary != "model":
+            self._loaded = None  # the scene may be broken: load it afresh
         self._finish("error")
 
     def record(self, *, run_id: str = "", epoch: int = 1, attempt: int = 1) -> EpisodeRecord:
