@@ -41,6 +41,8 @@ class Builder:
     def __init__(self, category: str, size: Vec3) -> None:
         self.category = category
         self.width, self.height, self.depth = size
+        self.across: Range = (-size.x / 2, size.x / 2)
+        self.through: Range = (-size.z / 2, size.z / 2)
         self._size = size
         self._meshes: dict[Look, list[Mesh]] = {}
         self._joints: list[Joint] = []
