@@ -332,7 +332,8 @@ def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, hig
     quads = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     inner = mapbox_earcut.triangulate_float64(outline, np.array([count], np.uint32)).reshape(-1, 3).astype(int)
     corners = outline[inner]
-    turn = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    first_edge, second_edge = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    turn = first_edge[:, 0] * second_edge[:, 1] - first_edge[:, 1] * second_edge[:, 0]
     inner = np.where((turn > 0)[:, None], inner, inner[:, ::-1])
     lid, floor = np.c_[outline, np.full(count, high)], np.c_[outline, np.full(count, low)]
     vertices = np.concatenate([sides, lid, floor])
