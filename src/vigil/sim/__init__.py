@@ -7,6 +7,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.sim.fake import FakeEngine
+from vigil.sim.mujoco.engine import MujocoEngine
 
 Quality = Literal["default", "fast"]
 
@@ -16,7 +17,11 @@ def _fake(assets: AssetDatabase, quality: Quality) -> EmbeddedSimulator:
     return EmbeddedSimulator(FakeEngine(), assets)
 
 
-BACKENDS: dict[str, Callable[[AssetDatabase, Quality], EmbeddedSimulator]] = {"fake": _fake}
+def _mujoco(assets: AssetDatabase, quality: Quality) -> EmbeddedSimulator:
+    return EmbeddedSimulator(MujocoEngine(quality), assets)
+
+
+BACKENDS: dict[str, Callable[[AssetDatabase, Quality], EmbeddedSimulator]] = {"mujoco": _mujoco, "fake": _fake}
 """Backend name -> maker."""
 
 

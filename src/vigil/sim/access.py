@@ -65,13 +65,8 @@ def _travel_m(thing: Thing, name: str) -> float:
     joint = joint_of(thing.asset, name)
     if joint is None or joint.kind == "slide":
         return abs(joint.travel) if joint else 0.0
-    corners = [
-        (x, y, z)
-        for solid in thing.asset.solids
-        if solid.joint == name
-        for x, z in solid.polygon
-        for y in (solid.bottom, solid.top)
-    ]
+    carried = [solid for solid in thing.asset.solids if solid.joint == name]
+    corners = [(x, y, z) for solid in carried for x, z in solid.polygon for y in (solid.bottom, solid.top)]
     arm = max((math.dist(corner, joint.origin) for corner in corners), default=0.0)
     return arm * math.radians(abs(joint.travel))
 
@@ -96,11 +91,8 @@ def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
 
 def _own_walls(state: SceneState, thing: Thing) -> set[str]:
     middle = shapely.Point(thing.position.x, thing.position.z)
-    return {
-        panel.id
-        for panel in state.scene.panels
-        if shapely.LineString([panel.start, panel.end]).distance(middle) < OWN_WALL_M
-    }
+    lines = [(panel.id, shapely.LineString([panel.start, panel.end])) for panel in state.scene.panels]
+    return {panel_id for panel_id, line in lines if line.distance(middle) < OWN_WALL_M}
 
 
 def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> list[tuple[str, Prism]]:
@@ -110,14 +102,8 @@ def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> l
     near: list[tuple[str, Prism]] = []
     for owner, prism in solids:
         left, front, right, back = prism.bounds
-        if (
-            left < high[0]
-            and right > low[0]
-            and front < high[1]
-            and back > low[1]
-            and prism.bottom < top
-            and prism.top > bottom
-        ):
+        is_beside = left >= high[0] or right <= low[0] or front >= high[1] or back <= low[1]
+        if not is_beside and prism.bottom < top and prism.top > bottom:
             near.append((owner, prism))
     return near
 

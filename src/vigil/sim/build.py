@@ -22,8 +22,8 @@ from vigil.sim.walls import panels_of, place_of_opening, rooms_of
 
 HOVER_M = 0.07
 """A gap below a child that falls shut (measured in ProcTHOR's houses: 5 to 6 cm)."""
-SINK_M = 0.07
-"""How far below a surface a child may lie to be lifted onto it."""
+ADAPT_M = 0.25
+"""How far a child without a surface that near is moved, because its parent's asset has its surfaces elsewhere."""
 SURFACE_EDGE_M = 0.1
 LEVEL_STEP_M = 0.005
 
@@ -36,9 +36,7 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
         _add(scene, node, None, assets)
     for opening in [*house.document.doors, *house.document.windows]:
         if opening.id in scene.things:
-            raise HouseError(
-                f"House {house.name!r}: opening {opening.id!r} has the id of an object; ids must be unique."
-            )
+            raise HouseError(f"House {house.name!r}: opening {opening.id!r} has another's id; ids must be unique.")
         scene.things[opening.id] = _opening_thing(house, opening, panels)
     return scene
 
@@ -79,15 +77,15 @@ def _opening_thing(house: House, opening: Opening, panels: dict[str, WallPanel])
     position, yaw, size = place_of_opening(house, opening, panels)
     category = _opening_category(opening)
     asset = make(category, size, _number(opening.asset_id))
-    is_door = isinstance(opening, Door) and asset.can_open
+    leaf = opening if isinstance(opening, Door) and asset.can_open else None
     return Thing(
         id=opening.id,
         category=category,
         asset=asset,
         position=position,
         rotation=Vec3(0.0, yaw, 0.0),
-        is_openable=is_door and bool(opening.openable),
-        openness=min(1.0, max(0.0, opening.openness or 0.0)) if is_door else 0.0,
+        is_openable=leaf is not None and bool(leaf.openable),
+        openness=min(1.0, max(0.0, leaf.openness or 0.0)) if leaf else 0.0,
         is_structure=True,
     )
 
@@ -121,14 +119,14 @@ def _bottom(node: HouseObject, size: Vec3) -> float:
 
 
 def settle(thing: Thing, parent: Thing) -> None:
-    """Rests `thing` on the nearest of the parent's surfaces below or just above its bottom, when one is near enough."""
+    """Rests `thing` on the parent's surface whose height is nearest to its bottom, when one is near enough."""
     bottom = whole_box(thing).bottom
     low = Vec3(thing.position.x, bottom, thing.position.z)
     best: tuple[float, float, str, str | None] | None = None
     for surface, frame in level_surfaces(parent):
         x, height, z = offset_from(frame, low)
         within = abs(x) <= surface.size_x / 2 + SURFACE_EDGE_M and abs(z) <= surface.size_z / 2 + SURFACE_EDGE_M
-        if within and -SINK_M < height < HOVER_M and (best is None or abs(height) < best[0]):
+        if within and abs(height) < ADAPT_M and (best is None or abs(height) < best[0]):
             best = (abs(height), height, surface.name, surface.joint)
     if best is not None:
         _, height, thing.surface, thing.parent_joint = best

@@ -26,7 +26,7 @@ from vigil.actions import (
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.house import House
-from vigil.pose import Pose, Vec3, distance, heading, wrap_deg
+from vigil.pose import Pose, Vec3, distance, floor_distance, heading, wrap_deg
 from vigil.sim.build import build_scene
 from vigil.sim.engine import Engine
 from vigil.sim.geometry import box_of
@@ -80,8 +80,8 @@ class EmbeddedSimulator:
         if not state.plan.centre_is_free(start.position):
             x, _, z = start.position
             raise EpisodeError(
-                f"House {loaded.house.name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every room. "
-                "Choose a start from the free places (`can_stand`)."
+                f"House {loaded.house.name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every "
+                "room. Choose a start from the free places (`can_stand`)."
             )
 
     def step(self, action: PhysicalAction) -> Effect:
@@ -259,14 +259,11 @@ class EmbeddedSimulator:
         thing, point = loaded.sight.click(state.agent, action.x, action.y)
         near = loaded.sight.near(state.agent, action.x, action.y)
         result = interact(state, action.intent, Click(thing, point))
-        reach_m = (
-            None if point is None else math.hypot(point.x - state.agent.position.x, point.z - state.agent.position.z)
-        )
         return Effect(
             hit=thing.id if thing else None,
             hit_category=thing.category if thing else None,
             near=near,
-            click_m=reach_m,
+            click_m=None if point is None else floor_distance(state.agent.position, point),
             too_far=result.refusal == "too_far",
             blocked_by=result.blocked_by,
             refusal=result.refusal,
@@ -298,12 +295,8 @@ class EmbeddedSimulator:
 def _over(thing: Thing, asked: list[Thing]) -> tuple[str, ...]:
     if thing.is_held or not thing.is_present:
         return ()
-    others = (
-        other
-        for other in asked
-        if other is not thing and other.is_receptacle and other.is_present and not other.is_held
-    )
-    return tuple(sorted(other.id for other in others if rests_over(thing, other)))
+    receptacles = (other for other in asked if other.is_receptacle and other.is_present and not other.is_held)
+    return tuple(sorted(other.id for other in receptacles if other is not thing and rests_over(thing, other)))
 
 
 def _sweeps(magnitude: float) -> list[float]:
@@ -313,22 +306,13 @@ def _sweeps(magnitude: float) -> list[float]:
     return [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else [])
 
 
-_FIELDS = (
-    "position",
-    "rotation",
-    "parent",
-    "openness",
-    "is_toggled",
-    "is_held",
-    "is_present",
-    "parent_joint",
-    "surface",
-)
+_PLACE = ("position", "rotation", "parent", "parent_joint", "surface")
+_STATE = ("openness", "is_toggled", "is_held", "is_present")
 
 
 def _restore(thing: Thing, initial: Thing) -> bool:
     """Makes a thing as it was when loaded. Returns whether that changed it."""
-    changed = [name for name in _FIELDS if getattr(thing, name) != getattr(initial, name)]
+    changed = [name for name in (*_PLACE, *_STATE) if getattr(thing, name) != getattr(initial, name)]
     for name in changed:
         setattr(thing, name, getattr(initial, name))
     return bool(changed)

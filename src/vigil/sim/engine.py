@@ -1,5 +1,7 @@
 """The seam between the engine-neutral simulator and what draws and casts rays for it."""
 
+# pyright: reportReturnType=false
+
 from dataclasses import dataclass
 from typing import Protocol
 

@@ -143,25 +143,24 @@ class FakeEngine:
         return RayHits(thing, roles, distance)
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
-        """Returns a coarse flat-coloured frame, (480, 640, 3) uint8; the held thing is a square at the bottom centre."""
+        """Returns a coarse flat-coloured frame, (480, 640, 3) uint8; the held thing is a square at the bottom."""
         xs, ys = np.arange(DRAW_STRIDE // 2, WIDTH, DRAW_STRIDE), np.arange(DRAW_STRIDE // 2, HEIGHT, DRAW_STRIDE)
         pixels = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
         row, distance = self._meet(agent.eye, directions(agent, pixels), True, None)
         boxes, _, _ = self._joined()
-        colours = np.concatenate(
-            [self._shell_colours, *(_colour(self._things[index]) for index in boxes.thing if index >= 0)]
-        )
-        picture = np.where(row[:, None] >= 0, colours[row], np.array([_SKY]))
-        is_lit = np.array([thing.is_toggled for thing in self._things] + [False])[
-            np.where(row >= 0, boxes.thing[row], -1)
-        ]
-        bears = (boxes.roles[row] & BEARS_TOGGLE > 0) & (row >= 0)
-        picture = np.where((is_lit & bears)[:, None], 1.0, picture)
+        owner = np.where(row >= 0, boxes.thing[row], -1)
+        tints = np.concatenate([*(_colour(thing) for thing in self._things), np.zeros((1, 3))])
+        shell = self._shell_colours[np.minimum(row, len(self._shell_colours) - 1)]
+        picture = np.where(owner[:, None] >= 0, tints[owner], np.where(row[:, None] >= 0, shell, np.array([_SKY])))
+        is_on = np.array([*(thing.is_toggled for thing in self._things), False])[owner]
+        picture[is_on & (boxes.roles[row] & BEARS_TOGGLE > 0)] = 1.0
         shade = 1.0 / (1.0 + 0.04 * np.minimum(distance, 20.0))
         coarse = (picture * shade[:, None] * 255).astype(np.uint8).reshape(len(ys), len(xs), 3)
         if held is not None:
             thing = next(thing for thing in self._things if thing.id == held)
-            coarse[-len(ys) // 5 :, len(xs) * 7 // 16 : len(xs) * 9 // 16] = (_colour(thing)[0] * 255).astype(np.uint8)
+            coarse[-(len(ys) // 5) :, len(xs) * 7 // 16 : len(xs) * 9 // 16] = (_colour(thing)[0] * 255).astype(
+                np.uint8
+            )
         return np.ascontiguousarray(coarse.repeat(DRAW_STRIDE, axis=0).repeat(DRAW_STRIDE, axis=1))
 
     def renderer(self) -> str:

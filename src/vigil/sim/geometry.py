@@ -134,19 +134,16 @@ def _moved(solid: Solid, motion: Motion) -> Prism:
 
 def convex_hull(points: np.ndarray) -> np.ndarray:
     """Returns the corners (n, 2) of the convex hull of (m, 2) points."""
-    hull = shapely.convex_hull(shapely.multipoints(points))
-    if hull.geom_type == "Polygon":
-        return np.array(hull.exterior.coords)[:-1]  # type: ignore[union-attr]
-    return np.array(hull.coords)
+    hull = shapely.MultiPoint(points).convex_hull
+    corners = shapely.get_coordinates(hull)
+    return corners[:-1] if isinstance(hull, shapely.Polygon) else corners
 
 
 def box_of(thing: Thing) -> Box:
     """Returns the upright box of the thing's body without moving leaves."""
-    size = thing.asset.size
-    low, high = thing.asset.body or (
-        Vec3(-size.x / 2, -size.y / 2, -size.z / 2),
-        Vec3(size.x / 2, size.y / 2, size.z / 2),
-    )
+    if thing.asset.body is None:
+        return whole_box(thing)
+    low, high = thing.asset.body
     return upright_box(thing, np.array(low), np.array(high))
 
 
@@ -163,18 +160,6 @@ def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
     size = np.abs(tilt) @ (high - low)
     middle = place_of(thing)(((low + high) / 2)[None])[0]
     return Box(center=Vec3(*map(float, middle)), size=Vec3(*map(float, size)), yaw=wrap_deg(thing.rotation.y))
-
-
-def box_prism(box: Box, shrink_m: float = 0.0) -> Prism:
-    """Returns a box as a prism, each of its sides drawn in by `shrink_m`."""
-    corners = np.array([(corner.x, corner.z) for corner in box.corners()[:4]])
-    middle = np.array([box.center.x, box.center.z])
-    factor = np.array([max(1e-3, 1.0 - 2 * shrink_m / max(extent, 1e-6)) for extent in (box.size.x, box.size.z)])
-    half = (corners[1] - corners[0]) / 2 * factor[0], (corners[2] - corners[1]) / 2 * factor[1]
-    polygon = np.array(
-        [middle - half[0] - half[1], middle + half[0] - half[1], middle + half[0] + half[1], middle - half[0] + half[1]]
-    )
-    return Prism(polygon, box.bottom + shrink_m, box.top - shrink_m)
 
 
 def penetration(a: Prism, b: Prism) -> float:

@@ -73,15 +73,10 @@ class FloorPlan:
             before = shapely.distance(self._shapes[hits], origin)
             during = shapely.distance(self._shapes[hits], sweep)
             ending = shapely.distance(self._shapes[hits], shapely.Point(end.x, end.z))
-            deeper = (during < np.minimum(before, BODY_RADIUS_M) - TOUCH_M) | (
-                (before <= TOUCH_M) & (ending <= TOUCH_M)
-            )
+            deeper = during < np.minimum(before, BODY_RADIUS_M) - TOUCH_M
+            deeper |= (before <= TOUCH_M) & (ending <= TOUCH_M)
             if deeper.any():
-                order = sorted(
-                    (float(distance), self._owners[hit])
-                    for hit, distance in zip(hits[deeper], before[deeper], strict=True)
-                )
-                return order[0][1]
+                return min(zip(before[deeper].tolist(), (self._owners[hit] for hit in hits[deeper]), strict=True))[1]
         return None if self._inside.covers(sweep) else EXTERIOR
 
     def path_is_free(self, start: Vec3, end: Vec3) -> bool:
@@ -96,7 +91,7 @@ class FloorPlan:
         links: dict[int, list[int]] = {}
         if edges:
             pairs = np.array(edges)
-            sweeps = shapely.linestrings(np.stack([free[pairs[:, 0]], free[pairs[:, 1]]], axis=1))
+            sweeps = np.array(shapely.linestrings(np.stack([free[pairs[:, 0]], free[pairs[:, 1]]], axis=1)), ndmin=1)
             blocked = self._any_near(sweeps) | ~shapely.covers(self._inside, sweeps)
             for a, b in pairs[~blocked]:
                 links.setdefault(int(a), []).append(int(b))
@@ -110,7 +105,7 @@ class FloorPlan:
         rows = np.arange(math.ceil((low - start.z) / step_m), math.floor((high - start.z) / step_m) + 1)
         cells = np.stack(np.meshgrid(columns, rows, indexing="ij"), axis=-1).reshape(-1, 2)
         places = np.array([start.x, start.z]) + cells * step_m
-        points = shapely.points(places)
+        points = np.array(shapely.points(places), ndmin=1)
         fits = shapely.contains(self._inside, points) & ~self._any_near(points)
         fits |= (cells == 0).all(axis=1)
         return cells[fits], places[fits]
@@ -143,7 +138,7 @@ def thing_shapes(thing: Thing) -> list[shapely.Geometry]:
     return [polygon_of(prism) for prism in prisms_of(thing) if prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M]
 
 
-def polygon_of(prism: Prism) -> shapely.Geometry:
+def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
     """Returns the prism's floor shape; a line when it has no width."""
     return shapely.Polygon(prism.polygon) if len(prism.polygon) > 2 else shapely.LineString(prism.polygon)
 

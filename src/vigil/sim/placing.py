@@ -66,9 +66,8 @@ class Spot:
 def bulk_of(state: SceneState, held: Thing) -> Bulk:
     """Returns the bulk of a thing in the hand with all that rests on it."""
     inverse = place_of(held).inverse()
-    points = [
-        _in_frame(prism, inverse) for thing in [held, *contents(state.scene, held.id)] for prism in prisms_of(thing)
-    ]
+    stack = [held, *contents(state.scene, held.id)]
+    points = [_in_frame(prism, inverse) for thing in stack for prism in prisms_of(thing)]
     half = np.array(held.asset.size) / 2
     points.append(np.stack([-half, half]))
     stacked = np.concatenate(points)
@@ -125,15 +124,14 @@ def _yaw_of(frame: Motion) -> float:
 def _spots(
     bulk: Bulk, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[tuple[tuple[float, ...], Spot]]:
-    """Returns all spots on a surface within reach of the click that the edges and the clearance allow, with sort keys."""
+    """Returns the spots on a surface near the click that its edges and clearance allow, with sort keys."""
     if bulk.height > surface.clearance + SLACK_M:
         return []
     local = offset_from(frame, clicked)
     half = np.array([surface.size_x, surface.size_z]) / 2
     nearest = np.clip([local.x, local.z], -half, half)
-    steps = (
-        np.arange(-math.floor(SPOT_WITHIN_M / SPOT_STEP_M), math.floor(SPOT_WITHIN_M / SPOT_STEP_M) + 1) * SPOT_STEP_M
-    )
+    reach = math.floor(SPOT_WITHIN_M / SPOT_STEP_M)
+    steps = np.arange(-reach, reach + 1) * SPOT_STEP_M
     places = nearest + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
     gaps = np.sqrt(((places - [local.x, local.z]) ** 2).sum(axis=1) + local.y**2)
     keep = (np.abs(places) <= half + 1e-9).all(axis=1) & (gaps <= SPOT_WITHIN_M + 1e-9)
@@ -179,7 +177,7 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
 def _landing(state: SceneState, held: Thing, bulk: Bulk, x: float, z: float) -> Spot | None:
     """Returns the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
     yaw = held.rotation.y
-    footprint = shapely.polygons(bulk.footprint(np.array([x]), np.array([z]), np.array([yaw])))[0]
+    footprint = shapely.Polygon(bulk.footprint(np.array([x]), np.array([z]), np.array([yaw]))[0])
     below = [(owner, prism) for owner, prism in state.solids(set()) if polygon_of(prism).intersects(footprint)]
     below = [(owner, prism) for owner, prism in below if prism.bottom < DROP_FROM_M + bulk.height]
     things = {owner: state.scene.things[owner] for owner, _ in below if owner in state.scene.things}

@@ -1,5 +1,7 @@
 """The protocol that every simulator backend keeps."""
 
+# pyright: reportReturnType=false
+
 from collections.abc import Iterable
 from typing import Protocol
 

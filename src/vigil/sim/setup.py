@@ -41,15 +41,11 @@ def unknown_object(object_id: str, scene: Scene, house_name: str) -> str:
 def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
     if change.openness is not None and change.openness != thing.openness:
         if not thing.asset.can_open:
-            raise EpisodeError(
-                f"Setup: object {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`."
-            )
+            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
         set_openness(state, thing, change.openness)
     if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
         if not thing.is_toggleable:
-            raise EpisodeError(
-                f"Setup: object {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`."
-            )
+            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
         thing.is_toggled = change.is_toggled
         state.mark(thing)
 
@@ -61,9 +57,8 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
     if placement.parent is not None:
         parent = state.scene.things.get(placement.parent)
         if parent is None:
-            raise EpisodeError(
-                f"Setup: parent of {thing.id!r}: {unknown_object(placement.parent, state.scene, house_name)}"
-            )
+            missing = unknown_object(placement.parent, state.scene, house_name)
+            raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
     thing.parent, thing.surface, thing.parent_joint = placement.parent, None, None
     state.move(thing, placement.position, placement.rotation)
     if parent is not None:
@@ -78,8 +73,6 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
 
 def _fill_hand(state: SceneState, thing: Thing) -> None:
     if not thing.is_pickupable or not thing.is_present:
-        raise EpisodeError(
-            f"Setup: {thing.id!r} ({thing.category}) cannot be in the hand: it is absent or not pickupable."
-        )
+        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
     state.take(thing)
     state.carry_along()

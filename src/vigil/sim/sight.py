@@ -78,7 +78,7 @@ def directions(agent: Pose, pixels: np.ndarray) -> np.ndarray:
 
 
 def project(agent: Pose, points: np.ndarray) -> np.ndarray:
-    """Returns (n, 3): frame x and y (pixels, continuous) and depth (m) along the view; x, y mean nothing at depth <= 0."""
+    """Returns (n, 3): x and y (pixels, continuous), and depth (m) along the view; only a depth > 0 has an x and y."""
     local = (points - np.array(agent.eye)) @ camera_axes(agent).T
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
     x = WIDTH / 2 + FOCAL_PX * local[:, 0] / depth

@@ -1,4 +1,4 @@
-"""The changing part of a loaded scene: where the agent is, what it holds, what changed, and every solid's present place."""
+"""The changing part of a loaded scene: the agent, its hand, what changed, and every solid's present place."""
 
 from dataclasses import dataclass, field
 

@@ -56,14 +56,8 @@ def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel
 
 def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomShape:
     floor = _floor(room)
-    tops = [
-        max(point.y for point in wall.polygon)
-        for wall in document.walls
-        if wall.room_id == room.id and not _is_exterior(wall)
-    ]
-    height = max(
-        tops, default=max((point.y for wall in document.walls for point in wall.polygon), default=DEFAULT_HEIGHT_M)
-    )
+    own = [wall for wall in document.walls if wall.room_id == room.id and not _is_exterior(wall)]
+    height = max((point.y for wall in own or document.walls for point in wall.polygon), default=DEFAULT_HEIGHT_M)
     light = _light_of(room, floor, lights)
     if light is None:
         inner = floor.representative_point() if not floor.contains(floor.centroid) else floor.centroid
