@@ -10,19 +10,35 @@ from functools import lru_cache
 
 import numpy as np
 
-from vigil.assets import cookware, crockery, electronics, food, lighting, plain, storage
+from vigil.assets import (
+    beds,
+    cookware,
+    crockery,
+    electronics,
+    food,
+    lighting,
+    plain,
+    seating,
+    sofas,
+    storage,
+    tables,
+)
 from vigil.assets.asset import Asset
 from vigil.pose import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 
 _MODULES = (
-    storage,
+    beds,
     cookware,
     crockery,
     electronics,
     food,
     lighting,
+    seating,
+    sofas,
+    storage,
+    tables,
 )
 
 MAKERS: dict[str, Maker] = {name: maker for module in _MODULES for name, maker in module.MAKERS.items()}

@@ -180,8 +180,9 @@ def footstool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
         builder.block(
             finish.material, builder.across, (0.48 * height, 0.48 * height + 0.025), (-0.1 * depth, depth / 2), 0.004
         )
-        side = [(-depth / 2, 0), (depth / 2 - 0.01, 0), (depth / 2 - 0.01, 0.48 * height), (0.08 * depth, 0.48 * height),
-                (0.08 * depth, height - 0.025), (-depth / 2, height - 0.025)]  # fmt: skip
+        z0, step, front = -depth / 2, 0.08 * depth, depth / 2 - 0.01
+        low, high = 0.48 * height, height - 0.025
+        side = [(z0, 0), (front, 0), (front, low), (step, low), (step, high), (z0, high)]
         for x in (-width / 2 + 0.03, width / 2 - 0.03):
             builder.add(finish.material, shapes.extrude(side, x - 0.01, x + 0.01, "x"))
         builder.surface("step", (0, height, -0.2 * depth), (0.85 * width, 0.5 * depth))

@@ -96,8 +96,8 @@ def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.add(finish.material, hollow((-width / 2, 0, -depth / 2), (width / 2, height, front - 0.004), 0.014))
     builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.06))
     builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, front - 0.004))
-    add_drawer(builder, "drawer0", (-width / 2 + 0.016, 0.016, -depth / 2 + 0.02), (width / 2 - 0.016, height - 0.016, front),
-               fronts, 0.65 * depth)  # fmt: skip
+    low, high = (-width / 2 + 0.016, 0.016, -depth / 2 + 0.02), (width / 2 - 0.016, height - 0.016, front)
+    add_drawer(builder, "drawer0", low, high, fronts, 0.65 * depth)
     return builder.build((finish.word,))
 
 
