@@ -2,8 +2,27 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+import shapely
+from shapely import Polygon, STRtree
+
+from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.house import House, Room
+from vigil.housegen.solids import Body, Prism, bodies_of
+from vigil.housegen.walkable import LEAST_SHARE, Walkable, walkable_of
+
+SCHEMA = "1.0.0"
+OVERLAP_M = 0.005
+HOVER_M = 0.02
+WALL_M = 0.1
+"""Things whose box comes this near a wall count as hanging on it."""
+OUTSIDE_M = 0.02
+SWEEP = (0.25, 0.5, 0.75, 1.0)
+REACH_M = 1.5
+BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
+"""Furniture that only belongs in certain rooms."""
+NEEDS = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,6 +32,8 @@ class Fault:
     rule: str
     subject: str
     message: str
+    other: str | None = None
+    """Id of the other thing concerned."""
 
     def __str__(self) -> str:
         return f"{self.rule}: {self.subject}: {self.message}"
@@ -20,4 +41,243 @@ class Fault:
 
 def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     """Returns the house's faults, in a fixed order."""
-    return []
+    faults = [*_schema(house), *_references(house), *_rooms(house), *_holes(house)]
+    bodies, unknown = bodies_of(house, assets)
+    faults += [Fault("asset", house.name, message) for message in unknown]
+    faults += [*_hovering(house, bodies), *_outside(house, bodies), *_belonging(house, bodies)]
+    pairs = _Pairs(bodies)
+    faults += pairs.overlaps()
+    if not any(fault.rule == "room-shape" for fault in faults):
+        ground = walkable_of(house, bodies)
+        faults += [*_walking(house, ground), *_start(house, ground), *_access(bodies, ground, pairs)]
+    return faults
+
+
+def _schema(house: House) -> list[Fault]:
+    found = house.document.metadata.get("schema")
+    if found == SCHEMA:
+        return []
+    return [Fault("schema", house.name, f"metadata.schema is {found!r}, expected {SCHEMA!r}")]
+
+
+def _references(house: House) -> list[Fault]:
+    document = house.document
+    rooms, walls = {room.id for room in document.rooms}, {wall.id for wall in document.walls}
+    faults = [
+        Fault("reference", wall.id, f"names room {wall.room_id!r}, which is not in the house")
+        for wall in document.walls
+        if wall.room_id not in rooms and "exterior" not in wall.room_id
+    ]
+    for opening in [*document.doors, *document.windows]:
+        if opening.wall1 is not None and opening.wall1 not in walls:
+            faults.append(Fault("reference", opening.id, f"names wall {opening.wall1!r}, which is not in the house"))
+    return faults
+
+
+def floor_of(room: Room) -> Polygon:
+    """Returns a room's floor as a shape."""
+    return Polygon([(point.x, point.z) for point in room.floor_polygon])
+
+
+def _rooms(house: House) -> list[Fault]:
+    faults: list[Fault] = []
+    floors = {room.id: floor_of(room) for room in house.document.rooms}
+    for room_id, floor in floors.items():
+        if not floor.is_valid:
+            faults.append(Fault("room-shape", room_id, f"floor is no simple polygon: {shapely.is_valid_reason(floor)}"))
+        elif floor.area < 1.0:
+            faults.append(Fault("room-shape", room_id, f"floor of {floor.area:.2f} m2; a room has at least 1 m2"))
+    if faults:
+        return faults
+    ids = list(floors)
+    for index, first in enumerate(ids):
+        for second in ids[index + 1 :]:
+            shared = floors[first].intersection(floors[second]).area
+            if shared > 0.01:
+                faults.append(Fault("rooms-overlap", first, f"shares {shared:.2f} m2 of floor with {second!r}"))
+    return faults
+
+
+def _holes(house: House) -> list[Fault]:
+    faults: list[Fault] = []
+    walls = {wall.id: wall for wall in house.document.walls}
+    spans: dict[str, list[tuple[float, float, float, float, str]]] = {}
+    for opening in [*house.document.doors, *house.document.windows]:
+        polygon = walls[opening.wall0].polygon
+        bottom = min(point.y for point in polygon)
+        ends = [(point.x, point.z) for point in polygon if point.y <= bottom + 1e-6][:2]
+        height = max(point.y for point in polygon) - bottom
+        length = float(np.hypot(ends[0][0] - ends[-1][0], ends[0][1] - ends[-1][1]))
+        xs, ys = [point.x for point in opening.hole_polygon], [point.y for point in opening.hole_polygon]
+        if min(xs) < -1e-3 or max(xs) > length + 1e-3 or min(ys) < -1e-3 or max(ys) > height + 1e-3:
+            size = f"{min(xs):.2f}..{max(xs):.2f} x {min(ys):.2f}..{max(ys):.2f}"
+            faults.append(
+                Fault("hole", opening.id, f"hole {size} is outside its wall of {length:.2f} x {height:.2f} m")
+            )
+        for left, right, low, high, other in spans.get(opening.wall0, []):
+            if min(right, max(xs)) - max(left, min(xs)) > 1e-3 and min(high, max(ys)) - max(low, min(ys)) > 1e-3:
+                faults.append(Fault("hole", opening.id, f"hole overlaps that of {other!r}"))
+        spans.setdefault(opening.wall0, []).append((min(xs), max(xs), min(ys), max(ys), opening.id))
+    return faults
+
+
+def _hovering(house: House, bodies: list[Body]) -> list[Fault]:
+    heights = [point.y for wall in house.document.walls for point in wall.polygon]
+    ceiling = max(heights, default=0.0)
+    lines = [floor_of(room).exterior for room in house.document.rooms]
+    faults: list[Fault] = []
+    for body in bodies:
+        hangs = body.is_opening or body.is_tilted or abs(body.position.y + body.asset.size.y / 2 - ceiling) < WALL_M
+        if hangs or (body.gap is not None and abs(body.gap) <= HOVER_M) or _on_wall(body, lines):
+            continue
+        if body.parent is not None and (_on_wall(body.parent, lines) or body.gap is not None):
+            if body.gap is not None and abs(body.gap) > HOVER_M:
+                faults.append(Fault("hovering", body.id, f"{body.gap:.3f} m above {body.parent.id!r}"))
+            continue
+        over = "nothing" if body.parent is None else f"no surface of {body.parent.id!r}"
+        faults.append(Fault("hovering", body.id, f"its bottom at {body.bottom:.3f} m rests on {over}"))
+    return faults
+
+
+def _on_wall(body: Body, lines: list[shapely.LinearRing]) -> bool:
+    shape = Polygon(body.box_corners())
+    return any(shape.distance(line) < WALL_M for line in lines)
+
+
+def _outside(house: House, bodies: list[Body]) -> list[Fault]:
+    floors = [floor_of(room) for room in house.document.rooms]
+    if not all(floor.is_valid for floor in floors):
+        return []
+    grown = [floor.buffer(OUTSIDE_M, join_style="mitre") for floor in floors]
+    shapely.prepare(grown)
+    faults: list[Fault] = []
+    for body in bodies:
+        if body.is_opening or body.is_tilted:
+            continue
+        shape = Polygon(body.box_corners())
+        if not any(floor.contains(shape) for floor in grown):
+            inside = max(floor.intersection(shape).area for floor in floors) / max(shape.area, 1e-9)
+            faults.append(Fault("outside-room", body.id, f"{100 * (1 - inside):.0f} % of its box is outside its room"))
+    return faults
+
+
+def _belonging(house: House, bodies: list[Body]) -> list[Fault]:
+    kinds = {room.id: room.room_type for room in house.document.rooms}
+    floors = {room.id: floor_of(room) for room in house.document.rooms}
+    faults: list[Fault] = []
+    present: dict[str, set[str]] = {room_id: set() for room_id in kinds}
+    for body in bodies:
+        room = next((key for key, floor in floors.items() if _holds(floor, body)), None)
+        if room is None:
+            continue
+        present[room].add(body.category)
+        if body.category in BELONGS and kinds[room] not in BELONGS[body.category]:
+            faults.append(Fault("misplaced", body.id, f"a {CATALOG[body.category].spoken} in a {kinds[room]}"))
+    for room_id, kind in kinds.items():
+        if kind in NEEDS and NEEDS[kind] not in present[room_id]:
+            faults.append(Fault("room-lacks", room_id, f"a {kind} without a {NEEDS[kind]}"))
+    return faults
+
+
+def _holds(floor: Polygon, body: Body) -> bool:
+    return bool(shapely.contains_xy(floor, body.position.x, body.position.z))
+
+
+class _Pairs:
+    """Finds solids that share room."""
+
+    def __init__(self, bodies: list[Body]) -> None:
+        self.bodies = bodies
+        self.prisms: list[Prism] = []
+        self.owners: list[Body] = []
+        for body in bodies:
+            if body.is_tilted:
+                continue
+            for prism in body.prisms():
+                self.prisms.append(prism)
+                self.owners.append(body)
+        self.shapes = np.array([_shrunk(prism) for prism in self.prisms], dtype=object)
+        self.tree = STRtree(self.shapes)
+
+    def overlaps(self) -> list[Fault]:
+        """Returns a fault for each pair of things that share more than 5 mm of room."""
+        faults: list[Fault] = []
+        seen: set[tuple[str, str]] = set()
+        first, second = self.tree.query(self.shapes, predicate="intersects")
+        for a, b in zip(first.tolist(), second.tolist(), strict=True):
+            one, two = self.owners[a], self.owners[b]
+            key = (one.id, two.id)
+            depth = _depth(self.prisms[a], self.prisms[b])
+            if a >= b or one is two or key in seen or depth <= OVERLAP_M or _may_share(one, two):
+                continue
+            seen.add(key)
+            faults.append(Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id))
+        return faults
+
+    def struck_by(self, body: Body, openness: float) -> Body | None:
+        """Returns the first other thing that the body's moving solids hit at an openness."""
+        for prism in body.prisms(openness):
+            if prism.joint is None:
+                continue
+            for index in self.tree.query(_shrunk(prism), predicate="intersects").tolist():
+                other = self.owners[index]
+                if other is not body and not _may_share(body, other) and _depth(prism, self.prisms[index]) > OVERLAP_M:
+                    return other
+        return None
+
+
+def _may_share(one: Body, two: Body) -> bool:
+    """Whether two things may share room: contents and their holder, legs and a rug, a spout over its basin."""
+    if one in two.ancestors() or two in one.ancestors() or (one.is_opening and two.is_opening):
+        return True
+    pair = {one.category, two.category}
+    return "Rug" in pair or pair == {"Sink", "Faucet"}
+
+
+def _shrunk(prism: Prism) -> Polygon:
+    polygon = prism.polygon
+    inner = polygon.buffer(-OVERLAP_M / 2, join_style="mitre")
+    return inner if isinstance(inner, Polygon) and not inner.is_empty else Polygon([polygon.centroid.coords[0]] * 4)
+
+
+def _depth(one: Prism, two: Prism) -> float:
+    return min(one.top, two.top) - max(one.bottom, two.bottom)
+
+
+def _walking(house: House, ground: Walkable) -> list[Fault]:
+    faults: list[Fault] = []
+    for room in house.document.rooms:
+        if not ground.reaches(floor_of(room)):
+            faults.append(
+                Fault("unreachable-room", room.id, "no place in it can be walked to from the rest of the house")
+            )
+    if ground.share < LEAST_SHARE:
+        message = f"one can walk over {100 * ground.share:.0f} % of the free floor, expected {100 * LEAST_SHARE:.0f} %"
+        faults.append(Fault("free-floor", house.name, message))
+    return faults
+
+
+def _start(house: House, ground: Walkable) -> list[Fault]:
+    start = house.start
+    if start is None:
+        return [Fault("start", house.name, "metadata.agent proposes no start")]
+    if ground.is_near_main(start.position.x, start.position.z):
+        return []
+    return [
+        Fault("start", house.name, f"the agent's start at {start.position.x:.2f}, {start.position.z:.2f} is not free")
+    ]
+
+
+def _access(bodies: list[Body], ground: Walkable, pairs: _Pairs) -> list[Fault]:
+    """Returns a fault for each openable thing whose leaf is blocked, or before which nobody can stand."""
+    faults: list[Fault] = []
+    for body in bodies:
+        kind = CATALOG[body.category]
+        if not body.can_open or body.is_tilted or not kind.is_openable or kind.is_pickupable:
+            continue
+        struck = next((hit for openness in SWEEP if (hit := pairs.struck_by(body, openness)) is not None), None)
+        if struck is not None:
+            faults.append(Fault("blocked-opening", body.id, f"cannot open: {struck.id!r} is in the way", struck.id))
+        elif not ground.can_serve(body, REACH_M):
+            faults.append(Fault("no-access", body.id, "nobody can stand within reach of it clear of its leaf"))
+    return faults

@@ -11,7 +11,7 @@ from vigil.housegen.floor import WALL_GAP, Floor, wall_yaw
 from vigil.housegen.stock import Model, Piece, Rect, leaf_reach, turned_rect
 from vigil.pose import Vec3, rotate_floor
 
-TALL_M = 0.95
+TALL_M = 0.97
 """Furniture higher than this does not stand before a window."""
 STAND_M = 0.45
 """Floor that the agent's body needs before what it opens, besides the leaf's own reach."""

@@ -129,14 +129,22 @@ def _opening(opening: Opening) -> dict[str, Any]:
     return node
 
 
-def _objects(parts: Parts) -> list[dict[str, Any]]:
+def _number(pieces: list[Piece]) -> None:
+    """Gives every piece its object id: category, room, number within the room."""
     counts: dict[int, int] = {}
+    for top in pieces:
+        for piece in top.all():
+            number = counts.get(piece.room, 0)
+            counts[piece.room] = number + 1
+            piece.id = f"{piece.category}|{piece.room}|{number}"
+
+
+def _objects(parts: Parts) -> list[dict[str, Any]]:
+    _number(parts.pieces)
 
     def node_of(piece: Piece) -> dict[str, Any]:
-        number = counts.get(piece.room, 0)
-        counts[piece.room] = number + 1
         node: dict[str, Any] = {
-            "id": f"{piece.category}|{piece.room}|{number}",
+            "id": piece.id,
             "assetId": piece.model.asset_id,
             "position": _point(*piece.position),
             "rotation": {"x": 0, "y": round(piece.yaw, 2) % 360.0, "z": 0},

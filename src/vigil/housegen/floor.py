@@ -1,5 +1,7 @@
 """One room's floor while it is furnished: what is taken, what must stay free, where one can still walk."""
 
+import itertools
+
 import numpy as np
 from scipy import ndimage
 from shapely import Polygon, contains_xy
@@ -135,8 +137,8 @@ def _outside_rects(polygon: Polygon) -> list[Rect]:
         (-far, -far, far, zs[0]),
         (-far, zs[-1], far, far),
     ]
-    for x0, x1 in zip(xs, xs[1:], strict=False):
-        for z0, z1 in zip(zs, zs[1:], strict=False):
+    for x0, x1 in itertools.pairwise(xs):
+        for z0, z1 in itertools.pairwise(zs):
             if not contains_xy(polygon, (x0 + x1) / 2, (z0 + z1) / 2):
                 rects.append((x0, z0, x1, z1))
     return rects

@@ -7,7 +7,7 @@ geometry is in whole decimetres, so that walls of neighbours coincide exactly.
 
 import math
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from shapely import MultiPolygon, Polygon, box
@@ -245,7 +245,7 @@ def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
     for line in getattr(common, "geoms", [common]):
         points = list(line.coords)
         runs: dict[tuple[bool, float], float] = {}
-        for (ax, az), (bx, bz) in zip(points, points[1:], strict=False):
+        for (ax, az), (bx, bz) in pairwise(points):
             key = (ax == bx, ax if ax == bx else az)
             runs[key] = runs.get(key, 0.0) + math.dist((ax, az), (bx, bz))
         best = max([best, *runs.values()])

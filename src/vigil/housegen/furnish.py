@@ -88,8 +88,8 @@ CORNER_LOVERS = frozenset(
     {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
     | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
 )
-TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool", "Boots", "Dumbbell"})
-"""Things that stand at any angle when there is room to turn."""
+TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
+"""Things without a front: any quarter turn does, where their sides are about equal."""
 
 
 class Furnisher:
@@ -186,8 +186,8 @@ class Furnisher:
         likes = _along_walls(0.7, 0.1) if category in CORNER_LOVERS else _along_walls(0.2, 0.3)
         small = max(model.size.x, model.size.z) < 0.6 and not model.asset.can_open
         placed = self._put(single(model, 0.0 if small else None), likes)
-        if placed and category in TURNABLE:
-            self.pieces[-1].yaw = round(float(self.rng.uniform(0.0, 360.0)), 1)
+        if placed and category in TURNABLE and abs(model.size.x - model.size.z) < 0.02:
+            self.pieces[-1].yaw = pick(self.rng, (0.0, 90.0, 180.0, 270.0))
         return placed
 
     def _put(self, cluster: Cluster, score: Callable[[Anchor], float]) -> bool:

@@ -7,7 +7,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.house import House
 from vigil.housegen import document, palette, states
-from vigil.housegen.check import check_house
+from vigil.housegen.check import Fault, check_house
 from vigil.housegen.draw import GENERATOR_VERSION, chance, generator, pick, shuffled
 from vigil.housegen.floor import Floor
 from vigil.housegen.floorplan import Plan, plan_rooms
@@ -24,23 +24,59 @@ from vigil.pose import Pose, Vec3
 __all__ = ["GENERATOR_VERSION", "generate"]
 
 ATTEMPTS = 40
+KEPT = frozenset({category for needed in ESSENTIAL.values() for category in needed} | {"Faucet"})
 START_HORIZON = 30.0
+
+
+MENDINGS = 4
 
 
 def generate(seed: int, spec: HouseSpec) -> House:
     """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
     name = f"{spec.name}_{seed}"
-    faults: list[str] = []
+    faults: list[Fault] = []
     for attempt in range(ATTEMPTS):
         parts = _parts(seed, spec, attempt)
         if parts is None:
             continue
-        house = House(name, document.write(parts))
-        faults = [str(fault) for fault in check_house(house, AssetDatabase.default())]
+        house, faults = _mended(name, parts)
         if not faults:
             return house
     found = f" The last attempt's first fault: {faults[0]}" if faults else ""
     raise SettingError(f"House {name!r}: no valid house in {ATTEMPTS} attempts; try another seed or more area.{found}")
+
+
+def _mended(name: str, parts: document.Parts) -> tuple[House, list[Fault]]:
+    """Returns the house without the small things and extras that are in the way, and the faults that stay."""
+    assets = AssetDatabase.default()
+    house = House(name, document.write(parts))
+    faults = check_house(house, assets)
+    for _ in range(MENDINGS):
+        pieces = {piece.id: piece for top in parts.pieces for piece in top.all()}
+        guilty = [_guilty(fault, pieces) for fault in faults]
+        if not faults or any(piece is None for piece in guilty):
+            break
+        _remove(parts.pieces, {id(piece) for piece in guilty})
+        house = House(name, document.write(parts))
+        faults = check_house(house, assets)
+    return house, faults
+
+
+def _guilty(fault: Fault, pieces: dict[str, Piece]) -> Piece | None:
+    """Returns the piece whose removal ends the fault at the least loss; None when nothing may go."""
+    concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
+    if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
+        return None
+    free = [
+        piece for piece in concerned if piece.category not in KEPT and not any(c.category in KEPT for c in piece.all())
+    ]
+    return min(free, key=lambda piece: piece.model.size.x * piece.model.size.y * piece.model.size.z, default=None)
+
+
+def _remove(pieces: list[Piece], unwanted: set[int]) -> None:
+    pieces[:] = [piece for piece in pieces if id(piece) not in unwanted]
+    for piece in pieces:
+        _remove(piece.children, unwanted)
 
 
 def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:

@@ -188,7 +188,7 @@ def _windows(room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np
             break
         wall = pick_weighted(rng, walls, [piece.length for piece in walls])
         width = pick(rng, (0.6, 0.8)) if kind == "Bathroom" else pick(rng, (0.9, 1.2, 1.5, 1.8))
-        height = 0.6 if kind == "Bathroom" else pick(rng, (0.9, 1.1, 1.2))
+        height = 0.6 if kind == "Bathroom" else pick(rng, (0.8, 0.95, 1.1))
         span = free.choose(wall, width, rng)
         if span is None:
             continue

@@ -8,7 +8,7 @@ from vigil.assets.asset import Surface
 from vigil.assets.catalog import CATALOG
 from vigil.housegen.draw import chance, pick, pick_weighted, shuffled
 from vigil.housegen.household import Household
-from vigil.housegen.stock import Model, Piece, Rect, draw_model, turned_rect
+from vigil.housegen.stock import Model, Piece, Rect, draw_model, leaf_reach, turned_rect
 from vigil.pose import Vec3, rotate_floor
 
 GAP = 0.02
@@ -18,6 +18,8 @@ FULL_SHARE = 0.5
 HIGHEST_M = 1.75
 """Surfaces above it are out of sight."""
 SURFACE_TOLERANCE = 0.03
+LID_BEHIND = 0.1
+"""How far an open laptop's lid leans back."""
 
 ON_TOP: dict[str, float] = {
     "CounterTop": 4.0,
@@ -205,12 +207,20 @@ def _place(piece: Piece, surface: Surface, model: Model, rng: np.random.Generato
         x = float(rng.uniform(-free_x, free_x))
         z = -free_z if _is_back(model, piece) else float(rng.uniform(-free_z, free_z))
         rect = (x + x0, z + z0, x + x1, z + z1)
-        if all(_apart(rect, other) for other in taken):
+        reach = turned_rect(_with_leaf(model), x, z, turn)
+        if all(_apart(rect, other) for other in taken) and all(_apart(reach, other) for other in taken):
             dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
             place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
             yaw = round((piece.yaw + turn) % 360.0, 2)
             return Piece(model, place, yaw, piece.room, surface=surface)
     return None
+
+
+def _with_leaf(model: Model) -> Rect:
+    """Returns the model's rectangle with the room that its lid or door needs before and behind it."""
+    half_x, half_z = model.size.x / 2, model.size.z / 2
+    behind = LID_BEHIND if model.category == "Laptop" else 0.0
+    return -half_x, -half_z - behind, half_x, half_z + leaf_reach(model)
 
 
 def _is_back(model: Model, piece: Piece) -> bool:
@@ -228,7 +238,7 @@ def _taken(piece: Piece, surface: Surface) -> list[Rect]:
         if not is_same:
             continue
         x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
-        half = (-child.model.size.x / 2, -child.model.size.z / 2, child.model.size.x / 2, child.model.size.z / 2)
+        half = _with_leaf(child.model)
         rects.append(turned_rect(half, x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw))
     return rects
 

@@ -1,4 +1,4 @@
-"""States at the start: what is open, on or dirty. Openness stays clear of half-open, so every state is one or the other."""
+"""States at the start: what is open, on or dirty. Nothing is half-open: every state is one or the other."""
 
 import numpy as np
 

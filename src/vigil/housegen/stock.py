@@ -55,6 +55,8 @@ class Piece:
     is_on: bool | None = None
     is_dirty: bool | None = None
     is_on_wall: bool = False
+    id: str = ""
+    """The document's object id; given when the house is written."""
 
     @property
     def category(self) -> str:

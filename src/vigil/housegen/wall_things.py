@@ -14,6 +14,10 @@ NEAR_WALL = 0.3
 """Furniture whose back is nearer to a wall than this covers the wall up to its height."""
 SIDE_GAP = 0.06
 ABOVE_GAP = 0.12
+SILL_M = 0.08
+"""How far a window's frame comes out of the wall."""
+BELOW_BLINDS_M = 0.5
+"""Height below blinds that things on furniture need."""
 BUMP_M = 0.06
 """Things that come further out of the wall than this take up floor."""
 PAINTINGS = {"Kitchen": (0, 2), "LivingRoom": (1, 3), "Bedroom": (1, 3), "Bathroom": (0, 1)}
@@ -96,18 +100,20 @@ class Hanger:
             for low, high, down, up in self._spans[index]
         )
 
-    def _hang(self, model: Model, index: int, along: float, middle: float, out: float = 0.0) -> Piece | None:
+    def _hang(self, model: Model, index: int, along: float, middle: float, under: Model | None = None) -> Piece | None:
+        """Hangs a thing with its centre there, `under` in front of it; returns None where it does not fit."""
         size = model.size
-        span = (along - size.x / 2, along + size.x / 2, middle - size.y / 2, middle + size.y / 2)
+        drop = size.y / 2 if under is None else max(size.y / 2, under.size.y - size.y / 2)
+        span = (along - size.x / 2, along + size.x / 2, middle - drop, middle + size.y / 2)
         edge = self.floor.edges[index]
         if not self._is_free(index, span) or not self.household.may_have(model.category):
             return None
-        depth = size.z + out
+        depth = size.z + (under.size.z if under else 0.0)
         bump = rect_of(edge.at(span[0]), edge.at(span[1], depth))
         if not self._leaves_room(bump, depth, span[2]):
             return None
         self._spans[index].append(span)
-        x, z = edge.at(along, out + size.z / 2 + 0.002)
+        x, z = edge.at(along, size.z / 2 + 0.002)
         piece = Piece(model, Vec3(x, middle, z), wall_yaw(edge), self.floor.room.number, is_on_wall=True)
         self.household.add(model.category)
         self.hung.append(piece)
@@ -128,10 +134,9 @@ class Hanger:
         return True
 
     def _anywhere(self, category: str, middle: float) -> Piece | None:
-        model = draw_model(category, self.rng)
-        return self._along_some_wall(model, middle)
+        return self._along_some_wall(draw_model(category, self.rng), middle)
 
-    def _along_some_wall(self, model: Model, middle: float) -> Piece | None:
+    def _along_some_wall(self, model: Model, middle: float, under: Model | None = None) -> Piece | None:
         if not self.household.may_have(model.category):
             return None
         for index in shuffled(self.rng, range(len(self.floor.edges))):
@@ -140,7 +145,7 @@ class Hanger:
             if high <= low:
                 continue
             for along in [edge.length / 2, *self.rng.uniform(low, high, 5)]:
-                piece = self._hang(model, index, float(along), middle)
+                piece = self._hang(model, index, float(along), middle, under)
                 if piece is not None:
                     return piece
         return None
@@ -182,11 +187,11 @@ class Hanger:
 
     def _towel(self, holder: str, towel: str, middle: float) -> None:
         """Hangs a towel rail, with a towel over it."""
-        rail = self._anywhere(holder, middle)
-        if rail is None or not self.household.may_have(towel):
+        rail_model, model = draw_model(holder, self.rng), draw_model(towel, self.rng)
+        if not self.household.may_have(towel):
             return
-        model = draw_model(towel, self.rng)
-        if model.size.x > rail.model.size.x:
+        rail = self._along_some_wall(rail_model, middle, model)
+        if rail is None:
             return
         x, z = rail.out_of(0.0, rail.model.size.z / 2 + model.size.z / 2 + 0.003)
         cloth = Piece(model, Vec3(x, rail.top - model.size.y / 2, z), rail.yaw, rail.room, is_on_wall=True)
@@ -246,10 +251,10 @@ class Hanger:
 
     def _dress(self, wall: WallPiece, along: float, middle: float, model: Model) -> None:
         """Hangs curtains or blinds before a window when nothing stands in their place."""
-        x, z = wall.at(along, model.size.z / 2 + 0.03)
+        x, z = wall.at(along, model.size.z / 2 + SILL_M)
         piece = Piece(model, Vec3(x, middle, z), wall_yaw(wall), self.floor.room.number, is_on_wall=True)
         shape = box(*piece.footprint())
-        low = piece.bottom
+        low = piece.bottom - (0.0 if model.category == "Curtains" else BELOW_BLINDS_M)
         in_way = any(
             found.top > low - 0.02 and shape.intersects(box(*found.footprint()))
             for top in [*self.furniture, *self.hung]
@@ -259,7 +264,7 @@ class Hanger:
         doors = any(shape.intersects(box(*rect)) for rect in self.floor.clear)
         if in_way or not fits or doors or piece.top > self.height_m - 0.05:
             return
-        if low < 1.8 and not self.floor.can_walk([piece.footprint()], []):
+        if not self.floor.can_walk([piece.footprint()], []):
             return
         self.floor.taken.append(piece.footprint())
         self._spans = [

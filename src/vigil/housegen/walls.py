@@ -1,5 +1,6 @@
 """Walls: every room's edges, cut where the neighbour behind them changes."""
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -87,7 +88,7 @@ def _cut(edge: WallPiece, others: list[RoomPlan]) -> list[WallPiece]:
                 cuts.add(round(along, 4))
     marks = sorted(cuts)
     pieces: list[WallPiece] = []
-    for left, right in zip(marks, marks[1:], strict=False):
+    for left, right in itertools.pairwise(marks):
         probe = Point(edge.at((left + right) / 2, -0.05))
         behind = next((other.number for other in others if other.polygon.contains(probe)), None)
         start, end = _rounded(edge.at(left)), _rounded(edge.at(right))
