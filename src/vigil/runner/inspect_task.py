@@ -4,12 +4,14 @@ Inspect brings the providers, the limit on connections, and a log for its viewer
 contract), the retries (`vigil.runner.ask`), the Env, and the records that decide: `episodes.jsonl`, not Inspect's log.
 """
 
+import json
+import os
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from inspect_ai import Task
+from inspect_ai import Task, task
 from inspect_ai import eval as inspect_eval
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.event import ModelEvent
@@ -35,18 +37,24 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 
 from vigil.actions import Reply, Usage
 from vigil.agents.model import Message
-from vigil.episode import Episode
+from vigil.episode import Episode, Family
 from vigil.errors import ModelAPIError, SettingError, VigilError
-from vigil.profile import ImageFormat
+from vigil.pack import Pack
+from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVariant, ReplyPolicy
 from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
 from vigil.runner.ask import Ask, ModelTrouble, Patience, Send, is_rejection, persistent
+from vigil.runner.live import play_live
+from vigil.runner.pool import SimulatorPool
 from vigil.runner.preflight import check_sight
 from vigil.runner.serving import Serving
+from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.wire import Ticket
 from vigil.scoring import settle
 
 REQUEST_SECONDS = 600
+PREFLIGHT_RETRIES = 2
+_TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
 PlayOne = Callable[[Ticket, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
 
@@ -140,11 +148,9 @@ def _trouble(model: Model, error: Exception) -> ModelTrouble:
     message = getattr(root, "provider_message", None) or str(root) or type(root).__name__
     if is_rejection(status, message):
         return ModelTrouble(message, is_rejection=True)
-    can_retry = status is None or status in (408, 409, 429) or status >= 500
-    decision = model.api.should_retry(root)
-    return ModelTrouble(
-        f"{type(root).__name__}: {message}"[:1000], can_retry=can_retry, wait_s=getattr(decision, "retry_after", None)
-    )
+    can_retry = model.should_retry(root) or isinstance(root, _TRANSPORT_ERRORS) or status in (408, 409, 429)
+    wait_s = getattr(model.api.should_retry(root), "retry_after", None)
+    return ModelTrouble(f"{type(root).__name__}: {message}"[:1000], can_retry=can_retry, wait_s=wait_s)
 
 
 def _reply(output: ModelOutput, message: dict[str, Any] | None) -> Reply:
@@ -188,7 +194,8 @@ async def preflight(endpoint: Endpoint, name: str, image_format: ImageFormat) ->
     """Raises ModelAPIError unless pictures reach the model."""
     model = endpoint.model()
     try:
-        await check_sight(persistent(sender(model), endpoint.patience), name, image_format)
+        patience = replace(endpoint.patience, retries=min(endpoint.patience.retries, PREFLIGHT_RETRIES))
+        await check_sight(persistent(sender(model), patience), name, image_format)
     finally:
         await model.api.aclose()
 
@@ -297,3 +304,60 @@ def vigil_score() -> Scorer:
         return Score(value=dict(value), answer=outcome.reported, explanation=outcome.subtype)
 
     return score
+
+
+@task
+def vigil(
+    pack: str = "starter",
+    family: Family | None = None,
+    profile: str = BASELINE,
+    prompt_variant: PromptVariant = "default",
+    coordinates: Coordinates | None = None,
+    reply_policy: ReplyPolicy = "strict",
+    image_format: ImageFormat = "png",
+    backend: str = "mujoco",
+    workers: int | None = None,
+) -> Task:
+    """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
+
+    Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
+    """
+    settings = RunSettings(
+        pack=pack,
+        model="inspect/model",
+        families=(family,) if family else (),
+        profile=profile,
+        prompt_variant=prompt_variant,
+        coordinates=coordinates,
+        reply_policy=reply_policy,
+        image_format=image_format,
+        backend=backend,
+        workers=workers,
+    )
+    _, episodes, spec = plan_run(settings)
+    tickets = [Ticket(episode) for episode in episodes]
+    metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
+    return _task(tickets, _agent(tickets, _Guest(settings).play_one, _active_ask, []), metadata=metadata)
+
+
+class _Guest:
+    """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed."""
+
+    def __init__(self, settings: RunSettings) -> None:
+        self._settings = settings
+        self._pools: dict[Profile, SimulatorPool] = {}
+
+    async def play_one(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
+        settings = replace(self._settings, model=str(get_model()))
+        profile = profile_of(settings)
+        if profile not in self._pools:
+            plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
+            self._pools[profile] = SimulatorPool(plan, settings.workers or os.cpu_count() or 1)
+        record = await play_live(self._pools[profile].live(ticket), profile, ask, "inspect")
+        if record.error is not None:
+            raise RuntimeError(f"{record.error.boundary}: {record.error.message}")
+        return record
+
+
+def _active_ask() -> Ask:
+    return persistent(sender(get_model()), Patience())

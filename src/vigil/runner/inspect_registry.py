@@ -1,0 +1,5 @@
+"""What Inspect finds through the entry point, so that `inspect eval vigil/vigil --model provider/model` works."""
+
+from vigil.runner.inspect_task import vigil, vigil_score
+
+__all__ = ["vigil", "vigil_score"]

@@ -1,0 +1,164 @@
+"""Settings of a run, and what they come to: the pack, the episodes, the profile, the run's identity."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vigil.agents.choose import is_exec, make_agent
+from vigil.episode import Episode, Family
+from vigil.errors import SettingError
+from vigil.pack import Pack, Selection
+from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVariant, ReplyPolicy, coordinates_for
+from vigil.prompt import policy_sha256, policy_version
+from vigil.record import AgentKind, RunSpec
+from vigil.runner.pool import PATIENCE_S
+from vigil.runner.serving import serving, without_secrets
+from vigil.runner.wire import Plan, PrivilegedFactory, Quality
+from vigil.sim import BACKENDS
+
+RUNS_FOLDER = Path("runs")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSettings:
+    """All that `vigil run` takes. Exactly one of `agent` and `model` is set."""
+
+    pack: str | Path = "starter"
+    agent: str | None = None
+    """A scripted agent, `exec:COMMAND`, or a privileged one that `agent_factory` makes."""
+    agent_factory: PrivilegedFactory | None = None
+    model: str | None = None
+    """`provider/model` as Inspect knows it."""
+    base_url: str | None = None
+    log_dir: Path | None = None
+    """The run's folder; None for one under `runs/` that the same settings find again."""
+    families: tuple[Family, ...] = ()
+    episode_ids: tuple[str, ...] = ()
+    limit: int | None = None
+    epochs: int = 1
+    workers: int | None = None
+    """Simulator processes; None for one a CPU."""
+    max_connections: int = 16
+    """Requests to the model, and episodes alive, at once."""
+    profile: str = BASELINE
+    prompt_variant: PromptVariant = "default"
+    coordinates: Coordinates | None = None
+    """None takes the published table's entry for the model."""
+    reply_policy: ReplyPolicy = "strict"
+    image_format: ImageFormat = "png"
+    temperature: float | None = None
+    top_p: float | None = None
+    max_tokens: int | None = None
+    reasoning_effort: str | None = None
+    extra_body: Mapping[str, Any] = field(default_factory=dict)
+    model_args: Mapping[str, Any] = field(default_factory=dict)
+    backend: str = "mujoco"
+    render_quality: Quality = "default"
+    asset_database: Path | None = None
+    save_frames: bool = False
+    preflight: bool = True
+    retries: int = 8
+    first_wait_s: float = 1.0
+    request_seconds: int = 600
+    patience_s: float = PATIENCE_S
+    seed: int = 0
+
+
+def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
+    """Returns the pack, the episodes to play and the run's identity. Raises InputError."""
+    _check(settings)
+    pack = Pack.load(settings.pack)
+    episodes = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
+    profile = profile_of(settings)
+    sampling = {
+        "temperature": settings.temperature,
+        "top_p": settings.top_p,
+        "max_tokens": settings.max_tokens,
+        "reasoning_effort": settings.reasoning_effort,
+        "extra_body": dict(settings.extra_body) or None,
+    }
+    spec = RunSpec(
+        agent=settings.model or settings.agent or "",
+        agent_kind=_kind(settings),
+        base_url=settings.base_url,
+        sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
+        model_args=without_secrets(settings.model_args),
+        profile=profile,
+        prompt_policy=policy_version(profile),
+        prompt_policy_sha256=policy_sha256(profile),
+        pack=pack.name,
+        pack_sha256=pack.sha256,
+        episode_ids=tuple(episode.id for episode in episodes),
+        epochs=settings.epochs,
+        seed=settings.seed,
+        simulator=settings.backend,
+        render_quality=settings.render_quality,
+    )
+    return pack, episodes, spec
+
+
+def profile_of(settings: RunSettings) -> Profile:
+    """Returns the condition of evaluation that the settings ask for."""
+    fitting = coordinates_for(settings.model) if settings.model else "pixel"
+    return Profile.model_validate(
+        {
+            "name": settings.profile,
+            "prompt_variant": settings.prompt_variant,
+            "coordinates": settings.coordinates or fitting,
+            "reply_policy": settings.reply_policy,
+            "image_format": settings.image_format,
+        }
+    )
+
+
+def worker_plan(
+    settings: RunSettings, pack: Pack, profile: Profile, *, run_id: str = "", frames: Path | None = None
+) -> Plan:
+    """Returns what the simulator workers are told."""
+    return Plan(
+        pack=pack.folder,
+        run_id=run_id,
+        profile=profile,
+        backend=settings.backend,
+        quality=settings.render_quality,
+        asset_database=settings.asset_database,
+        frames=frames,
+        agent=settings.agent or "",
+        agent_factory=settings.agent_factory,
+        seed=settings.seed,
+    )
+
+
+def log_dir(settings: RunSettings, spec: RunSpec) -> Path:
+    """Returns the run's folder: as set, or one under `runs/` named after what the run is."""
+    if settings.log_dir is not None:
+        return settings.log_dir
+    identity = spec.model_copy(update={"base_url": None}).model_dump_json()
+    words = "".join(char if char.isalnum() or char in "._" else "-" for char in f"{spec.pack}-{spec.agent}")
+    return RUNS_FOLDER / f"{words[:80].strip('-')}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
+
+
+def _kind(settings: RunSettings) -> AgentKind:
+    if settings.model is not None:
+        return "model"
+    if settings.agent_factory is not None:
+        return "privileged"
+    return "exec" if is_exec(settings.agent or "") else "scripted"
+
+
+def _check(settings: RunSettings) -> None:
+    if (settings.agent is None) == (settings.model is None):
+        raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
+    for name, least in (("epochs", 1), ("max_connections", 1), ("retries", 0), ("request_seconds", 1)):
+        if getattr(settings, name) < least:
+            raise SettingError(f"Setting {name} is {getattr(settings, name)}; it must be {least} or more.")
+    if settings.workers is not None and settings.workers < 1:
+        raise SettingError(f"Setting workers is {settings.workers}; it must be 1 or more.")
+    if settings.backend not in BACKENDS:
+        raise SettingError(f"Simulator {settings.backend!r} does not exist. Choose one of: {', '.join(BACKENDS)}.")
+    if settings.agent is not None and settings.agent_factory is None:
+        make_agent(settings.agent, Profile())
+    if settings.model is not None:
+        serving(settings.model, settings.base_url, settings.model_args)
