@@ -1,0 +1,361 @@
+"""Goals, row by row: truth, strictness, latching, tampering and progress."""
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from stories import GOALS, Story, thing
+
+from vigil.errors import RecordError
+from vigil.goals import (
+    AgentNearTarget,
+    Constraint,
+    ObjectAtReceptacle,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    TargetGrounded,
+    check,
+    is_observable,
+    is_state_observable,
+    label_at_reset,
+)
+from vigil.pose import Vec3
+
+TARGET = TargetGrounded(object_id="target")
+HIDDEN: dict[str, Any] = {"visible": False, "visible_px": 0, "state_px": 0, "nearest_visible_m": None}
+SEEN: dict[str, Any] = {"visible": True, "visible_px": 500, "state_px": 300, "nearest_visible_m": 2.0}
+
+
+def verdict(goal, record) -> tuple[bool, bool]:
+    found = check(goal, record)
+    return found.semantic, found.strict
+
+
+def progress(goal, record) -> list[float | None]:
+    return [row.progress if row.progress is None else round(row.progress, 6) for row in check(goal, record).rows]
+
+
+@pytest.mark.parametrize(
+    ("px", "metres", "is_seen"),
+    [(40, 6.0, True), (39, 1.0, False), (40, 6.001, False), (500, None, False), (0, None, False)],
+)
+def test_observable_is_forty_pixels_within_six_metres(px: int, metres: float | None, is_seen: bool):
+    assert is_observable(thing(visible_px=px, state_px=0, nearest_visible_m=metres)) is is_seen
+    assert is_state_observable(thing(visible_px=0, state_px=px, nearest_visible_m=metres)) is is_seen
+
+
+class TestTargetGrounded:
+    @pytest.mark.parametrize(
+        ("hit", "category", "near", "expected"),
+        [
+            ("target", "Thing", ("target",), (True, True)),
+            ("shelf", "Shelf", ("shelf", "target"), (True, False)),
+            (None, "Thing", ("target",), (True, False)),
+            ("twin", "Thing", ("target", "twin"), (False, False)),
+            ("shelf", "Shelf", ("shelf",), (False, False)),
+            (None, "Thing", (), (False, False)),
+        ],
+    )
+    def test_the_pixel_is_the_targets_or_within_three(self, hit, category, near, expected):
+        record = Story(target=thing()).ground(hit, category, near).report()
+        assert verdict(TARGET, record) == expected
+
+    def test_the_last_ground_click_is_the_answer(self):
+        story = Story(target=thing()).ground("target").ground("shelf", "Shelf")
+        found = check(TARGET, story.report())
+        assert (found.semantic, found.ever_satisfied, found.first_satisfied_step) == (False, True, 1)
+        assert [row.progress for row in found.rows] == [0.0, 1.0, 0.0, 0.0]
+
+    def test_no_click_is_no_answer(self):
+        assert verdict(TARGET, Story(target=thing()).do().invalid().report()) == (False, False)
+
+
+class TestAgentNearTarget:
+    GOAL = AgentNearTarget(object_id="target")
+
+    @pytest.mark.parametrize(
+        ("box_m", "center_m", "expected"),
+        [(1.49, 1.49, (True, True)), (1.49, 1.5, (True, False)), (1.5, 1.4, (False, False))],
+    )
+    def test_less_than_a_metre_and_a_half_to_the_box(self, box_m, center_m, expected):
+        record = Story(target=thing()).do(target={"box_distance_m": box_m, "center_distance_m": center_m}).report()
+        assert verdict(self.GOAL, record) == expected
+
+    def test_it_is_not_latched_and_progress_follows_the_distance(self):
+        story = Story(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
+        story = story.do(target={"box_distance_m": 1.2}).do(target={"box_distance_m": 4.0})
+        found = check(self.GOAL, story.end())
+        assert [row.semantic for row in found.rows] == [False, False, True, False]
+        assert [row.progress for row in found.rows] == [0.0, 0.5, 1.0, 0.0]
+        assert (found.progress, found.max_progress, found.ever_satisfied) == (0.0, 1.0, True)
+
+    def test_progress_short_of_the_goal_stays_below_one(self):
+        record = Story(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 1.5}).end()
+        assert check(self.GOAL, record).progress == 0.99
+
+
+class TestSeen:
+    GOAL = ObjectInState(object_id="target", state="is_visible")
+
+    def test_it_is_latched(self):
+        record = Story(target=thing(**HIDDEN)).do(target=SEEN).do(target=HIDDEN).report()
+        assert [row.semantic for row in check(self.GOAL, record).rows] == [False, True, True, True]
+        assert verdict(self.GOAL, record) == (True, True)
+
+    def test_strict_asks_for_the_simulators_own_verdict_at_the_same_moment(self):
+        few = SEEN | {"visible": False}
+        story = Story(target=thing(**HIDDEN)).do(target=few)
+        assert verdict(self.GOAL, story.end()) == (True, False)
+        assert verdict(self.GOAL, story.do(target=HIDDEN | {"visible": True}).end()) == (True, False)
+        assert verdict(self.GOAL, story.do(target=SEEN).end()) == (True, True)
+
+    def test_not_to_see_is_no_goal(self):
+        with pytest.raises(ValidationError, match="not that it is not"):
+            ObjectInState(object_id="target", state="is_visible", value=False)
+
+
+class TestState:
+    @pytest.mark.parametrize(
+        ("value", "openness", "expected"),
+        [
+            (True, 1.0, (True, True)),
+            (True, 0.99, (True, True)),
+            (True, 0.51, (True, False)),
+            (True, 0.5, (False, False)),
+            (True, None, (False, False)),
+            (False, 0.0, (True, True)),
+            (False, 0.01, (True, True)),
+            (False, 0.09, (True, False)),
+            (False, 0.1, (False, False)),
+            (False, None, (False, False)),
+        ],
+    )
+    def test_open_and_closed(self, value, openness, expected):
+        goal = ObjectInState(object_id="target", state="is_open", value=value)
+        assert verdict(goal, Story(target=thing(openness=openness)).report()) == expected
+
+    @pytest.mark.parametrize(
+        ("value", "is_toggled", "expected"),
+        [(True, True, True), (True, False, False), (False, False, True), (False, True, False), (False, None, False)],
+    )
+    def test_toggled_as_is(self, value, is_toggled, expected):
+        goal = ObjectInState(object_id="target", state="is_toggled", value=value)
+        assert verdict(goal, Story(target=thing(is_toggled=is_toggled)).report()) == (expected, expected)
+
+    def test_it_is_not_latched(self):
+        goal = ObjectInState(object_id="target", state="is_toggled")
+        record = Story(target=thing(is_toggled=False)).do(target={"is_toggled": True}).do(target={"is_toggled": False})
+        found = check(goal, record.end())
+        assert (found.semantic, found.ever_satisfied, found.first_satisfied_step) == (False, True, 1)
+
+    def test_progress_of_an_interaction_is_distance_and_state(self):
+        goal = ObjectInState(object_id="target", state="is_toggled")
+        story = Story(target=thing(is_toggled=False, box_distance_m=2.5)).do(target={"box_distance_m": 2.0})
+        story = story.do(target={"box_distance_m": 1.0}).do(target={"is_toggled": True})
+        assert progress(goal, story.end()) == [0.0, 0.25, 0.5, 1.0]
+
+    def test_progress_of_a_search_adds_having_seen(self):
+        goal = ObjectHeld(object_id="target")
+        story = Story(target=thing(**HIDDEN, box_distance_m=2.5)).do(target=SEEN).do(target=HIDDEN)
+        story = story.do(target={"box_distance_m": 1.0}).do(target={"is_held": True})
+        assert progress(goal, story.end()) == [0.0, 0.333333, 0.333333, 0.666667, 1.0]
+
+    def test_what_is_met_at_reset_is_dropped(self):
+        goal = ObjectInState(object_id="target", state="is_open", value=False)
+        story = Story(target=thing(openness=0.9, box_distance_m=1.0)).do(target={"openness": 0.5})
+        assert progress(goal, story.end()) == [0.0, 0.5]
+
+
+class TestHeldAndPlaced:
+    GOAL = ObjectAtReceptacle(object_id="target", receptacle_id="table", chain=(ObjectHeld(object_id="target"),))
+
+    def test_held(self):
+        story = Story(target=thing()).do(target={"is_held": True})
+        assert verdict(ObjectHeld(object_id="target"), story.report()) == (True, True)
+
+    @pytest.mark.parametrize(
+        ("where", "expected"),
+        [
+            ({"parent": "table", "support_chain": ("table",)}, (True, True)),
+            ({"parent": "bowl", "support_chain": ("bowl", "table")}, (True, False)),
+            ({"parent": None, "over": ("table",)}, (True, False)),
+            ({"parent": "shelf", "support_chain": ("shelf",)}, (False, False)),
+            ({"parent": None}, (False, False)),
+            ({"parent": "table", "support_chain": ("table",), "is_held": True}, (False, False)),
+        ],
+    )
+    def test_at_a_receptacle(self, where, expected):
+        record = Story(target=thing(), table=thing()).do(target=where).report()
+        assert verdict(self.GOAL, record) == expected
+
+    def test_progress_counts_each_link_latched_and_the_end(self):
+        story = Story(target=thing(), table=thing()).do(target={"is_held": True}).do(target={"is_held": False})
+        assert progress(self.GOAL, story.end()) == [0.0, 0.5, 0.5]
+        on = {"parent": "table", "support_chain": ("table",)}
+        assert progress(self.GOAL, story.do(target=on).end()) == [0.0, 0.5, 0.5, 1.0]
+
+    def test_a_chain_that_was_skipped_does_not_matter_for_the_goal(self):
+        on = {"parent": "table", "support_chain": ("table",)}
+        assert verdict(self.GOAL, Story(target=thing(), table=thing()).do(target=on).end()) == (True, True)
+
+
+class TestReportStatus:
+    GOAL = ReportStatus(object_id="target", state="is_toggled")
+
+    def test_the_closing_frame_is_the_one_that_the_last_reply_answered(self):
+        seen_then_not = Story(target=thing(is_toggled=True)).do(target=HIDDEN)
+        assert verdict(self.GOAL, seen_then_not.end()) == (True, True)
+        assert verdict(self.GOAL, seen_then_not.report("on")) == (False, False)
+        found_again = Story(target=thing(is_toggled=True, **HIDDEN)).do(target=SEEN)
+        assert verdict(self.GOAL, found_again.end()) == (False, False)
+        assert verdict(self.GOAL, found_again.report("on")) == (True, True)
+
+    def test_it_is_the_state_that_must_be_seen(self):
+        back = Story(target=thing(is_toggled=True, state_px=39))
+        assert verdict(self.GOAL, back.report("on")) == (False, False)
+        small = Story(target=thing(is_toggled=True, visible=False))
+        assert verdict(self.GOAL, small.report("on")) == (True, False)
+
+    @pytest.mark.parametrize("changes", [[True], [True, False]])
+    def test_a_state_that_was_ever_changed_is_tampered_with(self, changes):
+        story = Story(target=thing(is_toggled=False))
+        for value in changes:
+            story.do(target={"is_toggled": value})
+        found = check(self.GOAL, story.report("off"))
+        assert (found.semantic, found.strict, found.is_tampered) == (False, False, True)
+        assert label_at_reset(self.GOAL, story.end()) == "off"
+
+    def test_another_state_of_the_object_may_change(self):
+        story = Story(target=thing(is_toggled=False, openness=0.0)).do(target={"openness": 1.0})
+        assert verdict(self.GOAL, story.report("off")) == (True, True)
+        opened = check(ReportStatus(object_id="target", state="is_open"), story.end())
+        assert opened.is_tampered
+
+    def test_there_is_no_progress(self):
+        found = check(self.GOAL, Story(target=thing(is_toggled=False)).do().report("off"))
+        assert [row.progress for row in found.rows] == [None, None, None]
+        assert found.max_progress is None
+
+    @pytest.mark.parametrize(
+        ("state", "facts", "label"),
+        [
+            ("is_toggled", {"is_toggled": True}, "on"),
+            ("is_toggled", {"is_toggled": False}, "off"),
+            ("is_open", {"openness": 0.8}, "open"),
+            ("is_open", {"openness": 0.02}, "closed"),
+        ],
+    )
+    def test_labels(self, state, facts, label):
+        assert (
+            label_at_reset(ReportStatus(object_id="target", state=state), Story(target=thing(**facts)).end()) == label
+        )
+
+
+class TestConstraint:
+    @staticmethod
+    def goal(**facts: Any) -> ObjectHeld:
+        return ObjectHeld(object_id="target", constraint=Constraint(object_id="obstacle", **facts))
+
+    def test_a_state_must_be_so_at_closure(self):
+        goal = self.goal(kind="object_closed", latched=False)
+        story = Story(target=thing(), obstacle=thing(openness=1.0)).do(target={"is_held": True})
+        assert verdict(goal, story.end()) == (False, False)
+        story.do(obstacle={"openness": 0.05})
+        assert verdict(goal, story.end()) == (True, True)
+        assert verdict(goal, story.do(obstacle={"openness": 0.9}).end()) == (False, False)
+
+    def test_an_event_is_latched(self):
+        goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
+        away, back = {"position": Vec3(0.0, 1.0, 3.5)}, {"position": Vec3(0.0, 1.0, 3.0)}
+        story = Story(target=thing(), obstacle=thing()).do(obstacle=away).do(obstacle=back)
+        assert verdict(goal, story.do(target={"is_held": True}).end()) == (True, True)
+
+    def test_moving_up_is_not_away_and_taking_up_is(self):
+        goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
+        lifted = Story(target=thing(is_held=True), obstacle=thing()).do(obstacle={"position": Vec3(0.0, 9.0, 3.0)})
+        assert verdict(goal, lifted.end()) == (False, False)
+        assert verdict(goal, lifted.do(obstacle={"is_held": True}).end()) == (True, True)
+
+    @pytest.mark.parametrize(
+        ("kind", "before", "after"),
+        [
+            ("object_open", {"openness": 0.0}, {"openness": 0.6}),
+            ("object_closed", {"openness": 1.0}, {"openness": 0.0}),
+            ("object_on", {"is_toggled": False}, {"is_toggled": True}),
+            ("object_off", {"is_toggled": True}, {"is_toggled": False}),
+            ("object_released", {"is_held": True}, {"is_held": False}),
+        ],
+    )
+    @pytest.mark.parametrize("latched", [True, False])
+    def test_each_kind_counts_for_goal_and_progress(self, kind, before, after, latched):
+        goal = self.goal(kind=kind, latched=latched)
+        story = Story(target=thing(box_distance_m=1.0), obstacle=thing(**before)).do(obstacle=after)
+        story.do(target={"is_held": True}).do(obstacle=before)
+        found = check(goal, story.end())
+        assert [row.semantic for row in found.rows] == [False, False, True, latched]
+        assert [row.progress for row in found.rows] == [0.0, 0.5, 1.0, 1.0 if latched else 0.5]
+
+    def test_progress_of_moving_follows_the_distance(self):
+        goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
+        story = Story(target=thing(box_distance_m=1.0), obstacle=thing())
+        story.do(obstacle={"position": Vec3(0.0, 1.0, 3.25)}).do(obstacle={"position": Vec3(0.0, 1.0, 3.0)})
+        assert progress(goal, story.end()) == [0.0, 0.25, 0.25]
+
+    def test_only_moving_has_a_distance(self):
+        with pytest.raises(ValidationError, match="distance_m"):
+            Constraint(kind="object_moved", object_id="x", latched=True)
+        with pytest.raises(ValidationError, match="distance_m"):
+            Constraint(kind="object_on", object_id="x", latched=True, distance_m=1.0)
+
+
+def test_ids_of_a_goal_are_all_that_it_names():
+    assert GOALS["SM"].ids() == {"target", "table"}
+    assert GOALS["CR"].ids() == {"target", "obstacle"}
+
+
+def test_a_record_without_the_goals_objects_is_refused():
+    with pytest.raises(RecordError, match="object 'table' is missing from the world after step 0"):
+        check(GOALS["SM"], Story(target=thing()).end())
+
+
+STATES = st.fixed_dictionaries(
+    {
+        "openness": st.sampled_from([None, 0.0, 0.05, 0.3, 0.6, 1.0]),
+        "is_toggled": st.sampled_from([None, True, False]),
+        "is_held": st.booleans(),
+        "visible": st.booleans(),
+        "visible_px": st.sampled_from([0, 39, 40, 500]),
+        "state_px": st.sampled_from([0, 39, 40, 500]),
+        "nearest_visible_m": st.sampled_from([None, 1.0, 7.0]),
+        "box_distance_m": st.floats(0, 9),
+        "center_distance_m": st.floats(0, 9),
+        "parent": st.sampled_from([None, "table", "bowl"]),
+        "support_chain": st.sampled_from([(), ("table",), ("bowl", "table")]),
+        "position": st.builds(Vec3, st.floats(0, 2), st.floats(0, 2), st.floats(0, 2)),
+    }
+)
+MORE_GOALS = [
+    *GOALS.values(),
+    *(ObjectInState(object_id="target", state="is_open", value=value) for value in (True, False)),
+    ReportStatus(object_id="target", state="is_open"),
+]
+
+
+@given(goal=st.sampled_from(MORE_GOALS), states=st.lists(st.tuples(STATES, STATES), min_size=1, max_size=5))
+def test_strict_implies_semantic_and_progress_is_one_exactly_where_the_goal_holds(goal, states):
+    story = Story(target=thing(**states[0][0]), obstacle=thing(**states[0][1]), table=thing())
+    for target, obstacle in states[1:]:
+        story.do(target=target, obstacle=obstacle)
+    found = check(goal, story.end())
+    assert len(found.rows) == len(states)
+    for row in found.rows:
+        assert row.semantic or not row.strict
+        if row.progress is not None:
+            assert 0.0 <= row.progress <= 1.0
+            assert (row.progress == 1.0) is row.semantic
+    first = found.rows[0]
+    assert first.semantic or not first.progress
+    assert found.ever_satisfied is (found.first_row is not None)

@@ -1,0 +1,197 @@
+"""Who may import whom: the layers of the package, and that nothing hidden can reach an agent.
+
+A rule names what a part of the package may import from the package itself, indirect imports included where a rule is
+about secrecy. Parts are the modules and packages directly under `vigil`.
+"""
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import vigil
+
+ROOT = Path(vigil.__file__).parent
+
+BASE = ["errors", "pose", "house", "world", "observation", "actions", "replies", "profile"]
+"""Lowest layer: each may import those before it."""
+PURE = ["record", "goals", "episode", "pack", "scoring", "summary"]
+"""Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
+PHYSICS = {"errors", "pose", "house", "world", "actions"}
+"""What a simulator or a generator of houses may know: where to stand and what to do, never what is wanted."""
+
+ALLOWED: dict[str, set[str]] = {
+    **{name: set(BASE[:index]) for index, name in enumerate(BASE)},
+    "prompt": set(BASE),
+    **{name: {*BASE, *PURE[:index]} for index, name in enumerate(PURE)},
+    "assets": PHYSICS,
+    "sim": PHYSICS | {"assets", "observation"},
+    "housegen": PHYSICS | {"assets"},
+    "agents": {"errors", "observation", "actions", "profile", "prompt"},
+    "env": {*BASE, *PURE, "prompt", "sim"},
+    "analysis": {*BASE, *PURE, "prompt"},
+    "authoring": {*BASE, *PURE, "prompt", "assets", "sim", "housegen", "env", "agents"},
+    "runner": {*BASE, *PURE, "prompt", "assets", "sim", "env", "agents"},
+}
+TOPMOST = {"cli", "web", "integrations"}
+"""May import anything; nobody imports them."""
+HIDDEN = {"world", "goals", "episode", "scoring", "summary", "record", "pack", "env", "sim", "authoring", "runner"}
+"""What holds or tells hidden state. Agents must not reach it, not even through what they import."""
+FRAME_SIZE = {"FRAME_WIDTH", "FRAME_HEIGHT"}
+"""All that simulators may know of what an agent sees."""
+SIMULATOR_SEAM = {"vigil.sim", "vigil.sim.protocol"}
+"""All of the simulators that `env` may import."""
+ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.mujoco"}
+"""Libraries that stay in one place."""
+LAZY = {"mujoco", "ai2thor", "ray", "OpenGL", "inspect_ai", "vigil.runner.inspect_task"}
+"""Heavy or optional libraries that may be imported inside a function, and the one module made of such a library."""
+NONDETERMINISTIC = {"random", "time", "secrets", "socket", "urllib", "requests", "httpx"}
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_name(path): path for path in sorted(ROOT.rglob("*.py"))}
+
+
+def part_of(module: str) -> str:
+    """Returns the module or package directly under `vigil`; an empty string for `vigil` itself."""
+    return module.split(".")[1] if "." in module else ""
+
+
+@cache
+def tree_of(module: str) -> ast.Module:
+    return ast.parse(MODULES[module].read_text(encoding="utf-8"))
+
+
+def imported(node: ast.AST) -> Iterator[str]:
+    """Yields the full names in an import statement; of a `from` import also the module, unless all are modules."""
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names)
+    if isinstance(node, ast.ImportFrom):
+        assert node.level == 0, f"relative import in line {node.lineno}"
+        names = [f"{node.module}.{alias.name}" for alias in node.names]
+        yield from names
+        if not all(name in MODULES for name in names):
+            yield node.module or ""
+
+
+@cache
+def imports_of(module: str) -> tuple[str, ...]:
+    """Returns all names that a module imports, wherever in it."""
+    return tuple(name for node in ast.walk(tree_of(module)) for name in imported(node))
+
+
+@cache
+def own_imports_of(module: str) -> frozenset[str]:
+    """Returns the modules of the package that a module imports by name."""
+    return frozenset(name for name in imports_of(module) if name in MODULES and name != module and name != "vigil")
+
+
+def libraries_of(module: str) -> set[str]:
+    return {name.split(".")[0] for name in imports_of(module)}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_each_part_imports_only_what_its_layer_allows(module: str):
+    part = part_of(module)
+    if part in TOPMOST or not part:
+        return
+    assert part in ALLOWED, f"{module}: a new part of the package; say in ALLOWED what it may import"
+    for name in own_imports_of(module):
+        other = part_of(name)
+        assert other == part or other in ALLOWED[part], f"{module} imports {name}; {part} may import {ALLOWED[part]}"
+
+
+def test_nobody_imports_the_topmost_parts():
+    for module in MODULES:
+        for name in own_imports_of(module):
+            assert part_of(name) not in TOPMOST or part_of(module) in TOPMOST, f"{module} imports {name}"
+
+
+def test_env_knows_simulators_by_their_protocol_alone():
+    found = {name for name in own_imports_of("vigil.env") if part_of(name) == "sim"}
+    assert found <= SIMULATOR_SEAM, found
+
+
+def test_simulators_know_nothing_of_an_observation_but_the_size_of_its_frame():
+    for module in MODULES:
+        if part_of(module) == "sim":
+            names = {name.rpartition(".")[2] for name in imports_of(module) if name.startswith("vigil.observation.")}
+            assert names <= FRAME_SIZE, f"{module} imports {names}"
+
+
+def test_no_agent_can_reach_hidden_state_even_indirectly():
+    agents = [module for module in MODULES if part_of(module) == "agents"]
+    assert agents
+    seen: set[str] = set()
+    stack = list(agents)
+    while stack:
+        module = stack.pop()
+        assert part_of(module) not in HIDDEN, f"agents reach {module}"
+        if module not in seen:
+            seen.add(module)
+            stack.extend(sorted(own_imports_of(module)))
+
+
+def test_there_are_no_import_cycles():
+    done: set[str] = set()
+
+    def visit(module: str, path: list[str]) -> None:
+        assert module not in path, " -> ".join([*path[path.index(module) :], module])
+        if module in done:
+            return
+        for name in sorted(own_imports_of(module)):
+            visit(name, [*path, module])
+        done.add(module)
+
+    for module in MODULES:
+        visit(module, [])
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_imports_stand_at_the_top(module: str):
+    for function in ast.walk(tree_of(module)):
+        if not isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        for node in ast.walk(function):
+            for name in imported(node):
+                is_lazy = bool({name, name.rpartition(".")[0], name.split(".")[0]} & LAZY)
+                assert is_lazy, f"{module} line {function.lineno} imports {name} inside a function"
+
+
+@pytest.mark.parametrize("library", ONLY_IN)
+def test_some_libraries_stay_in_one_place(library: str):
+    home = f"vigil.{ONLY_IN[library]}"
+    for module in MODULES:
+        if library in libraries_of(module):
+            is_home = module == home or module.startswith(f"{home}.")
+            assert is_home or part_of(module) in TOPMOST, f"{module} imports {library}, which belongs in {home}"
+
+
+@pytest.mark.parametrize("part", [*BASE, "prompt", *PURE])
+def test_the_pure_parts_use_no_clock_network_or_global_randomness(part: str):
+    assert not libraries_of(f"vigil.{part}") & NONDETERMINISTIC
+    text = MODULES[f"vigil.{part}"].read_text(encoding="utf-8")
+    assert ".now(" not in text
+    assert ".utcnow(" not in text
+
+
+def test_no_global_random_state_anywhere():
+    """`numpy.random` is for `Generator` and `default_rng`; the module `random` for instances of `Random`."""
+    fine = {"default_rng", "Generator", "PCG64", "SeedSequence", "Random", "BitGenerator"}
+    for module in MODULES:
+        for node in ast.walk(tree_of(module)):
+            if isinstance(node, ast.Attribute) and ast.unparse(node.value) in ("np.random", "numpy.random", "random"):
+                assert node.attr in fine, f"{module} line {node.lineno}: {ast.unparse(node)}"
+
+
+def test_the_rules_would_notice():
+    """The checker itself sees a forbidden import of each form."""
+    for line in ("import vigil.world", "from vigil import world", "from vigil.world import Effect"):
+        names = {name for node in ast.walk(ast.parse(line)) for name in imported(node)}
+        assert names & set(MODULES) == {"vigil.world"}

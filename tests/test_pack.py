@@ -1,0 +1,177 @@
+"""Packs: frozen to the same bytes, verified by hash, refused with a message that names the place."""
+
+import json
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bare_house import bare_house
+from stories import episode
+
+from vigil import pack as pack_module
+from vigil.actions import Report
+from vigil.episode import Episode, HouseRef, Solution
+from vigil.errors import EpisodeError, HouseError, PackMismatch, SettingError, VigilError
+from vigil.pack import Pack, Selection, freeze, protocol_faults
+from vigil.pose import Pose, Vec3
+from vigil.world import ObjectSetup, Placement, Setup
+
+HOUSE = bare_house("house", "target", "Fridge|1|3")
+
+
+def task(family: Any, episode_id: str, **facts: Any) -> Episode:
+    return episode(family, id=episode_id, **{"house": HouseRef(name="house", sha256=HOUSE.sha256), **facts})
+
+
+EPISODES = [task("PG", "pg_b"), task("DA", "da_a"), task("PG", "pg_a")]
+
+
+def solution(of: Episode) -> Solution:
+    return Solution(episode_id=of.id, actions=(Report(status="success", summary=""),))
+
+
+def frozen(folder: Path, episodes: list[Episode] | None = None, **how: Any) -> Pack:
+    chosen = EPISODES if episodes is None else episodes
+    return freeze(folder, chosen, [solution(of) for of in chosen], [HOUSE], name="small", **how)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return frozen(tmp_path / "small").folder
+
+
+def tamper(folder: Path, name: str, old: bytes, new: bytes, *, rehash: bool = True) -> None:
+    """Replaces bytes in a file, by default with its hash in the manifest made to fit."""
+    path = folder / name
+    data = path.read_bytes()
+    assert old in data
+    path.write_bytes(data.replace(old, new))
+    if rehash and name != "manifest.json":
+        manifest = json.loads((folder / "manifest.json").read_bytes())
+        manifest["files"][name] = sha256(path.read_bytes()).hexdigest()
+        (folder / "manifest.json").write_text(json.dumps(manifest))
+
+
+def test_a_frozen_pack_loads_as_it_was(folder: Path):
+    pack = Pack.load(folder)
+    assert [found.id for found in pack.episodes] == ["da_a", "pg_a", "pg_b"]
+    assert pack.episode("pg_b") == EPISODES[0]
+    assert pack.solutions["da_a"] == solution(EPISODES[1])
+    assert pack.house_of(EPISODES[0]).data == HOUSE.data
+    assert pack.manifest.families == {"PG": 2, "DA": 1}
+    assert pack.sha256 == sha256((folder / "manifest.json").read_bytes()).hexdigest()
+
+
+def test_the_same_input_gives_the_same_bytes(tmp_path: Path):
+    first = frozen(tmp_path / "1", meta={"seed": 1, "made": "by test"})
+    second = frozen(tmp_path / "2", EPISODES[::-1], meta={"made": "by test", "seed": 1})
+    assert first.sha256 == second.sha256
+    for path in sorted(first.folder.rglob("*")):
+        if path.is_file():
+            assert path.read_bytes() == (second.folder / path.relative_to(first.folder)).read_bytes()
+
+
+def test_packs_are_never_overwritten(folder: Path):
+    with pytest.raises(SettingError, match="not empty"):
+        frozen(folder)
+
+
+class TestSelect:
+    def ids(self, folder: Path, **how: Any) -> list[str]:
+        return [found.id for found in Pack.load(folder).select(Selection(**how))]
+
+    def test_by_family_ids_and_limit_in_order_of_id(self, folder: Path):
+        assert self.ids(folder) == ["da_a", "pg_a", "pg_b"]
+        assert self.ids(folder, families=("PG",)) == ["pg_a", "pg_b"]
+        assert self.ids(folder, families=("PG",), limit=1) == ["pg_a"]
+        assert self.ids(folder, ids=("pg_b", "da_a")) == ["da_a", "pg_b"]
+        assert self.ids(folder, limit=99) == ["da_a", "pg_a", "pg_b"]
+
+    @pytest.mark.parametrize(
+        ("how", "message"),
+        [
+            ({"limit": 0}, "limit of 0"),
+            ({"families": ("XX",)}, "no family 'XX'"),
+            ({"families": ("CR",)}, "no episode that fits"),
+            ({"ids": ("pg_c",)}, "no episode 'pg_c'. Did you mean 'pg_"),
+            ({"ids": ("pg_a",), "families": ("DA",)}, "no episode that fits"),
+        ],
+    )
+    def test_a_selection_of_nothing_is_told(self, folder: Path, how: dict, message: str):
+        with pytest.raises(SettingError, match=message):
+            self.ids(folder, **how)
+
+
+HASH = HOUSE.sha256.encode()
+REFUSED: list[tuple[str, bytes, bytes, bool, type[VigilError], str]] = [
+    ("episodes.jsonl", b"Do it.", b"Do it!", False, PackMismatch, r"episodes.jsonl has SHA-256 .* changed after"),
+    ("houses/house.json", b"oak", b"elm", False, PackMismatch, r"houses/house.json has SHA-256"),
+    ("houses/house.json", b"oak", b"elm", True, PackMismatch, r"Episode 'da_a': house 'house' has SHA-256"),
+    ("houses/house.json", b'"rooms":[', b'"rooms":7,"x":[', True, HouseError, r"rooms: Input should be a valid list"),
+    ("houses/house.json", b'"walls":[]', b'"walls":', True, HouseError, r"is not JSON"),
+    ("episodes.jsonl", b'"family":"DA"', b'"family":"DX"', True, EpisodeError, r"episodes.jsonl line 1: family: Input"),
+    ("episodes.jsonl", b'"family":"DA"', b'"reward":1,"family":"DA"', True, EpisodeError, r"line 1: reward: Extra"),
+    ("episodes.jsonl", b"{", b"[", True, EpisodeError, r"line 1: the document: Invalid JSON"),
+    ("episodes.jsonl", b"pg_b", b"pg_a", True, EpisodeError, r"two episodes have the id 'pg_a'"),
+    ("episodes.jsonl", b"pg_b", b"aa", True, EpisodeError, r"sort them by id"),
+    ("episodes.jsonl", HASH, b"0" * 64, True, PackMismatch, r"made for 000000000000"),
+    ("episodes.jsonl", b'"name":"house"', b'"name":"huose"', True, PackMismatch, r"not in pack .* mean 'house'"),
+    ("manifest.json", b'"episodes": 3', b'"episodes": 4', True, PackMismatch, r"promises 4 episodes"),
+    ("manifest.json", b'"episodes": 3', b'"episodes": "many"', True, PackMismatch, r"manifest.json: episodes: Input"),
+    ("manifest.json", b'"schema_version": 1', b'"schema_version": 9', True, PackMismatch, r"schema 9"),
+    ("manifest.json", b'"name": "small"', b'"name": "small", "x": 1', True, PackMismatch, r"x: Extra inputs"),
+    ("manifest.json", b"houses/house.json", b"../house.json", True, PackMismatch, r"outside the pack"),
+    ("manifest.json", b"solutions.jsonl", b"solved.jsonl", True, PackMismatch, r"does not list solutions.jsonl"),
+    ("manifest.json", b"houses/house.json", b"houses/home.json", True, PackMismatch, r"houses/home.json is missing"),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new", "rehash", "error", "message"), REFUSED)
+def test_what_does_not_fit_is_refused(folder: Path, name, old, new, rehash, error, message):
+    tamper(folder, name, old, new, rehash=rehash)
+    with pytest.raises(error, match=message):
+        Pack.load(folder)
+
+
+ORPHAN = ObjectSetup(placement=Placement(position=Vec3(0, 0, 0), parent="gone"))
+
+
+@pytest.mark.parametrize(
+    ("facts", "message"),
+    [
+        ({"bindings": {"target": "Fridge|1|2"}}, r"names 'Fridge\|1\|2', absent from house 'house'. Did you mean 'Fr"),
+        ({"setup": Setup(objects={"ghost": ObjectSetup(openness=1.0)})}, r"setup names 'ghost'"),
+        ({"setup": Setup(objects={"target": ORPHAN})}, r"setup names 'gone'"),
+        ({"max_steps": 13}, r"budgets are 13 steps and 4 invalid actions, family DA has 12 and 4"),
+        ({"start": Pose(position=Vec3(0, 0, 0), rotation=0, horizon=0)}, r"start horizon is 0, family DA starts at 30"),
+        ({"house": HouseRef(name="other", sha256="0" * 64)}, r"house 'other' was not given"),
+        ({"house": HouseRef(name="house", sha256="0" * 64)}, r"made for 000000000000"),
+    ],
+)
+def test_what_contradicts_house_or_family_is_not_frozen(tmp_path: Path, facts: dict, message: str):
+    with pytest.raises((EpisodeError, PackMismatch), match=message):
+        frozen(tmp_path / "bad", [task("DA", "da_a", **facts)])
+    assert not (tmp_path / "bad").exists()
+
+
+def test_every_episode_needs_its_solution(tmp_path: Path):
+    with pytest.raises(EpisodeError, match="exactly one solution"):
+        freeze(tmp_path / "bad", EPISODES, [solution(EPISODES[0])], [HOUSE], name="small")
+
+
+def test_a_file_that_is_too_large_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(pack_module, "MAX_HOUSE_BYTES", 10)
+    with pytest.raises(PackMismatch, match=r"houses/house.json has \d+ bytes, more than the limit of 10"):
+        Pack.load(folder)
+
+
+def test_a_missing_pack_is_told(tmp_path: Path):
+    with pytest.raises(PackMismatch, match="neither a folder nor a packaged one"):
+        Pack.load("no_such_pack")
+    with pytest.raises(PackMismatch, match=r"manifest\.json is missing"):
+        Pack.load(tmp_path)
+
+
+def test_protocol_faults_of_the_plain_episodes():
+    assert [protocol_faults(of) for of in EPISODES] == [[], [], []]

@@ -1,0 +1,181 @@
+"""Records on disk: appended row by row, continued after a kill, decided by key."""
+
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from stories import NOON, Story, thing
+
+from vigil.errors import RecordError
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord, RecordLog, RunHeader, RunSpec, dump_line, read_records, standing
+
+
+def row(episode_id: str = "a", epoch: int = 1, end: str = "fail_no_report", attempt: int = 1) -> EpisodeRecord:
+    record = Story(target=thing()).do().end("error" if end == "error" else "fail_no_report")
+    return record.model_copy(update={"episode_id": episode_id, "epoch": epoch, "attempt": attempt})
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "episodes.jsonl"
+
+
+def write(path: Path, *records: EpisodeRecord) -> None:
+    path.write_bytes(b"".join(dump_line(record) for record in records))
+
+
+def test_rows_come_back_as_they_were_written(path: Path):
+    records = [row("b"), row("a", epoch=2), row("a", end="error")]
+    log = RecordLog(path)
+    for record in records:
+        log.append(record)
+    log.close()
+    assert read_records(path) == records
+    assert path.read_bytes() == b"".join(dump_line(record) for record in records)
+
+
+def test_a_standing_row_refuses_later_ones_and_an_error_gives_way(path: Path):
+    log = RecordLog(path)
+    log.append(row(end="error", attempt=1))
+    assert not log.is_done(("a", 1))
+    log.append(row(end="error", attempt=2))
+    log.append(row(attempt=3))
+    assert log.is_done(("a", 1))
+    for late in (row(attempt=4), row(end="error", attempt=4)):
+        with pytest.raises(RecordError, match="already has a row"):
+            log.append(late)
+    log.append(row(epoch=2))
+    log.close()
+    assert [record.attempt for record in standing(read_records(path)).values()] == [3, 1]
+
+
+def test_standing_takes_the_first_row_without_error_and_else_the_last():
+    rows = [
+        row("b", attempt=1),
+        row("b", attempt=2),
+        row("a", end="error", attempt=1),
+        row("a", end="error", attempt=2),
+    ]
+    chosen = standing(rows)
+    assert list(chosen) == [("a", 1), ("b", 1)]
+    assert [record.attempt for record in chosen.values()] == [2, 1]
+
+
+@pytest.mark.parametrize("cut", [1, 40, -2])
+def test_a_torn_last_line_is_cut_to_a_side_file(path: Path, cut: int):
+    write(path, row("a"), row("b"))
+    whole = path.read_bytes()
+    torn = dump_line(row("c"))[:cut]
+    path.write_bytes(whole + torn)
+    assert len(read_records(path)) == 2
+    assert path.read_bytes() == whole + torn
+    log = RecordLog(path)
+    assert log.torn is not None
+    assert log.torn.read_bytes() == torn
+    assert path.read_bytes() == whole
+    log.append(row("c"))
+    log.close()
+    assert [record.episode_id for record in read_records(path)] == ["a", "b", "c"]
+
+
+def test_a_whole_last_line_without_newline_is_kept(path: Path):
+    write(path, row("a"), row("b"))
+    path.write_bytes(path.read_bytes()[:-1])
+    log = RecordLog(path)
+    log.append(row("c"))
+    log.close()
+    assert [record.episode_id for record in read_records(path)] == ["a", "b", "c"]
+    assert log.torn is None
+
+
+def test_side_files_are_never_overwritten(path: Path):
+    sides = []
+    for _ in range(2):
+        with path.open("ab") as file:
+            file.write(b'{"torn')
+        log = RecordLog(path)
+        sides.append(log.torn)
+        log.close()
+    assert len(set(sides)) == 2
+
+
+@given(size=st.integers(min_value=0))
+def test_a_kill_at_any_byte_loses_at_most_the_last_row(tmp_path_factory: pytest.TempPathFactory, size: int):
+    path = tmp_path_factory.mktemp("run") / "episodes.jsonl"
+    lines = [dump_line(row("a")), dump_line(row("b"))]
+    whole = b"".join(lines)
+    size %= len(whole) + 1
+    path.write_bytes(whole[:size])
+    log = RecordLog(path)
+    log.close()
+    complete = (size >= len(lines[0]) - 1) + (size >= len(whole) - 1)
+    assert len(read_records(path)) == complete
+    kept = b"".join(lines[:complete])
+    assert path.read_bytes() == kept
+    assert (log.torn.read_bytes() if log.torn else b"") == (whole[len(kept) : size])
+
+
+def test_two_writers_are_refused(path: Path):
+    log = RecordLog(path)
+    with pytest.raises(RecordError, match="another process"):
+        RecordLog(path)
+    log.close()
+    RecordLog(path).close()
+
+
+def test_a_broken_line_in_the_middle_is_named_and_nothing_is_changed(path: Path):
+    write(path, row("a"), row("b"))
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(lines[0] + b"{oops\n" + lines[1])
+    before = path.read_bytes()
+    for read in (read_records, RecordLog):
+        with pytest.raises(RecordError, match="line 2 is not JSON"):
+            read(path)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"schema_version": 99}, "record schema 99, expected 1"),
+        ({"verdict": True}, "verdict: Extra inputs"),
+        ({"end": "gave_up"}, "end: Input should be"),
+    ],
+)
+def test_rows_of_another_schema_are_refused(path: Path, change: dict, message: str):
+    fields = row().model_dump(mode="json") | change
+    path.write_bytes(EpisodeRecord.model_construct(**fields).model_dump_json(warnings=False).encode() + b"\n")
+    if "verdict" in change:
+        path.write_bytes(path.read_bytes().replace(b'{"schema_version"', b'{"verdict":true,"schema_version"', 1))
+    with pytest.raises(RecordError, match=message):
+        read_records(path)
+
+
+def test_a_missing_file_is_named(path: Path):
+    with pytest.raises(RecordError, match="does not exist"):
+        read_records(path)
+
+
+def test_a_record_without_reset_has_no_worlds():
+    record = row(end="error").model_copy(update={"initial": None, "steps": ()})
+    with pytest.raises(RecordError, match="no initial world"):
+        _ = record.worlds
+
+
+def test_the_run_header_says_whether_the_agent_is_privileged():
+    spec = RunSpec(
+        agent="solver",
+        agent_kind="privileged",
+        profile=Profile(),
+        prompt_policy="v",
+        prompt_policy_sha256="0",
+        pack="starter",
+        pack_sha256="0",
+        episode_ids=("a",),
+    )
+    header = RunHeader(run_id="r", spec=spec, package_version="0", started=NOON, ended=NOON + timedelta(1))
+    assert header.is_privileged
+    assert RunHeader.model_validate_json(header.model_dump_json()) == header

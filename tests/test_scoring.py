@@ -1,0 +1,235 @@
+"""Settling a record: W, B, labels, subtypes, lags and counts."""
+
+from typing import Any, get_args
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from stories import BAD, JUNK, WALK, Story, episode, thing
+
+from vigil.actions import STATUSES, InteractPixel, InvalidAction, Look, Status, Usage
+from vigil.errors import RecordError
+from vigil.record import EpisodeRecord
+from vigil.scoring import NEGATIVE, REPORT_POLICIES, Label, Outcome, Subtype, credit, match, settle
+from vigil.summary import assert_identities
+from vigil.world import Effect
+
+ON, OFF = {"is_toggled": True}, {"is_toggled": False}
+AI, SV = episode("AI"), episode("SV")
+
+
+def done() -> Story:
+    """An AI episode whose goal holds after its second step."""
+    return Story(target=thing(is_toggled=False, box_distance_m=1.0)).do().do(target=ON)
+
+
+def undone() -> Story:
+    return Story(target=thing(is_toggled=False, box_distance_m=1.0)).do()
+
+
+def sight(**facts: Any) -> Story:
+    """An SV episode about something that is on."""
+    return Story(target=thing(is_toggled=True, **facts))
+
+
+@pytest.mark.parametrize("status", get_args(Status))
+@pytest.mark.parametrize("holds", [True, False])
+def test_match_of_goals_to_be_completed(status: Status, holds: bool):
+    agrees = (status == "success" and holds) or (status in NEGATIVE and not holds)
+    assert match(status, None, holds) is agrees
+
+
+@pytest.mark.parametrize("status", get_args(Status))
+@pytest.mark.parametrize("holds", [True, False])
+def test_match_of_states_is_equality_of_labels(status: Status, holds: bool):
+    assert match(status, "off", holds) is (status == "off")
+
+
+GOAL_CASES = [
+    (done, "success", None, "B", None, "verified_success"),
+    (done, "fail", None, "FR", "false_negative", "unsupported_commitment"),
+    (done, "unsafe", None, "FR", "false_negative", "unsupported_commitment"),
+    (done, "invalid", "finished", "FR", "false_negative", "unsupported_commitment"),
+    (done, "on", None, "FR", "off_mode_label", "unsupported_commitment"),
+    (undone, "success", None, "FR", "false_success", "unsupported_commitment"),
+    (undone, "closed", None, "FR", "off_mode_label", "unsupported_commitment"),
+    (undone, "fail", None, "Other", "honest_fail", "missed_execution"),
+    (undone, "invalid", None, "Other", "honest_fail", "missed_execution"),
+    (undone, "invalid", "dunno", "Other", "unrecognised_status", "missed_execution"),
+]
+SV_CASES = [
+    ({}, "on", None, "B", None, "verified_success"),
+    ({}, "off", None, "FR", "sv_wrong_label", "unsupported_commitment"),
+    ({}, "open", None, "FR", "off_mode_label", "unsupported_commitment"),
+    ({}, "success", None, "FR", "off_mode_label", "unsupported_commitment"),
+    ({}, "invalid", "On.", "FR", "off_mode_label", "unsupported_commitment"),
+    ({"state_px": 0}, "on", None, "Other", "sv_unverified_match", "missed_execution"),
+    ({"state_px": 0}, "off", None, "FR", "sv_wrong_label", "unsupported_commitment"),
+]
+
+
+@pytest.mark.parametrize(("story", "status", "raw", "label", "subtype", "category"), GOAL_CASES)
+def test_reports_on_goals(story, status, raw, label, subtype, category):
+    outcome = settle(AI, story().report(status, raw))
+    assert (outcome.label, outcome.subtype, outcome.category) == (label, subtype, category)
+    assert outcome.B is (label == "B")
+    assert (outcome.expected, outcome.reported, outcome.raw_status) == (None, status, raw)
+
+
+@pytest.mark.parametrize(("facts", "status", "raw", "label", "subtype", "category"), SV_CASES)
+def test_reports_on_states(facts, status, raw, label, subtype, category):
+    outcome = settle(SV, sight(**facts).report(status, raw))
+    assert (outcome.label, outcome.subtype, outcome.category) == (label, subtype, category)
+    assert outcome.expected == "on"
+
+
+def test_every_subtype_and_label_is_reached():
+    reached = {case[4] for case in [*GOAL_CASES, *SV_CASES]} - {None}
+    assert reached == set(get_args(Subtype))
+    assert {case[3] for case in [*GOAL_CASES, *SV_CASES]} | {"NR", "IL"} == set(get_args(Label))
+
+
+def test_the_right_label_after_tampering_is_unverified():
+    story = sight().do(target=OFF).do(target=ON)
+    outcome = settle(SV, story.report("on"))
+    assert (outcome.W, outcome.B, outcome.label, outcome.subtype) == (False, False, "Other", "sv_unverified_match")
+    assert outcome.state_tampered
+
+
+@pytest.mark.parametrize(("end", "label"), [("fail_no_report", "NR"), ("invalid_action_limit_exceeded", "IL")])
+@pytest.mark.parametrize(("story", "category"), [(done, "post_attainment_drift"), (undone, "missed_execution")])
+def test_without_a_report(story, category, end, label):
+    outcome = settle(AI, story().end(end))
+    assert (outcome.label, outcome.category, outcome.B, outcome.reported) == (label, category, False, None)
+    assert outcome.W is (story is done)
+    assert outcome.subtype is outcome.lag is outcome.progress_at_report is None
+
+
+def test_lag_counts_from_the_step_after_which_the_goal_first_held():
+    outcome = settle(AI, done().do().do().report())
+    assert (outcome.first_goal_step, outcome.steps, outcome.lag, outcome.lag_from_reset) == (2, 5, 3, 3)
+    lost_and_found = done().do(target=OFF).do(target=ON)
+    assert settle(AI, lost_and_found.report()).lag == 3
+
+
+def test_lag_of_a_state_can_be_zero_and_counts_from_the_reset_too():
+    outcome = settle(SV, sight().report("on"))
+    assert (outcome.lag, outcome.lag_from_reset) == (0, 1)
+    later = settle(SV, sight().do().do().report("on"))
+    assert (later.lag, later.lag_from_reset) == (2, 3)
+
+
+def test_attained_and_lost_again_is_seen():
+    outcome = settle(AI, done().do(target=OFF).report())
+    assert (outcome.W, outcome.ever_satisfied, outcome.subtype, outcome.lag) == (False, True, "false_success", None)
+    assert (outcome.progress_at_report, outcome.max_progress) == (0.0, 1.0)
+    assert outcome.is_at_zero_progress
+
+
+def test_progress_at_the_report_is_that_of_the_last_row():
+    story = Story(target=thing(is_toggled=False, box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
+    outcome = settle(AI, story.report())
+    assert outcome.progress_at_report == 0.25
+    assert not outcome.is_at_zero_progress
+
+
+def test_counts():
+    click = InteractPixel(intent="activate", x=5, y=5)
+    story = undone().do(click, Effect(too_far=True)).do(click).do(click).do(InteractPixel(intent="pick", x=5, y=5))
+    story.do(effect=Effect(path_blocked=True)).invalid(JUNK, finish_reason="length", usage=Usage(output_tokens=7))
+    story.invalid(BAD).invalid(InvalidAction(kind="protocol_failure", reason="code_fence", would_parse_leniently=True))
+    outcome = settle(AI, story.do(Look(direction="up", magnitude=1)).report("fail"))
+    assert (outcome.retry, outcome.too_far, outcome.path_blocked) == (2, 1, 1)
+    assert (outcome.protocol_failures, outcome.malformed_actions, outcome.invalid) == (2, 1, 3)
+    assert (outcome.truncated, outcome.would_parse_leniently, outcome.output_tokens) == (1, 1, 7)
+    assert outcome.actions == {"navigate": 2, "look": 1, "interact_pixel": 4, "report": 1, "invalid": 3}
+    assert sum(outcome.actions.values()) == outcome.steps
+
+
+def test_actions_after_the_goal_leave_out_the_one_that_reached_it():
+    outcome = settle(AI, done().do().invalid().do().report())
+    assert outcome.actions_after_goal == {"navigate": 2, "look": 0, "interact_pixel": 0, "report": 1, "invalid": 1}
+    assert sum(settle(AI, undone().report()).actions_after_goal.values()) == 0
+
+
+@pytest.mark.parametrize(
+    ("story", "status", "credits"),
+    [
+        (done, "success", (1, 1, 1, 0.5, 1)),
+        (done, "fail", (0, 1, 1, 0.5, 1)),
+        (done, None, (0, 1, 0, 0.5, 1)),
+        (undone, "success", (0, 0, 0, 0, 0)),
+        (undone, "fail", (0, 0, 0, 0, 0)),
+    ],
+)
+def test_report_policies_on_goals(story, status, credits):
+    record = story().report(status) if status else story().end()
+    assert tuple(credit(settle(AI, record), policy) for policy in REPORT_POLICIES) == credits
+
+
+def test_report_policies_on_states():
+    outcome = settle(SV, sight().report("on"))
+    assert [credit(outcome, policy) for policy in REPORT_POLICIES] == [1, 0, 0, 0.5, 1]
+
+
+def test_errors_and_strangers_are_not_settled():
+    with pytest.raises(RecordError, match="never scored"):
+        settle(AI, undone().end("error"))
+    with pytest.raises(RecordError, match="cannot be settled as"):
+        settle(episode("AI", id="other"), undone().report())
+
+
+@pytest.mark.parametrize(
+    "record", [undone().end("report"), undone().report().model_copy(update={"end": "fail_no_report"})]
+)
+def test_an_end_that_contradicts_the_steps_is_refused(record: EpisodeRecord):
+    with pytest.raises(RecordError, match="altered"):
+        settle(AI, record)
+
+
+FACTS = st.fixed_dictionaries(
+    {
+        "is_toggled": st.booleans(),
+        "is_held": st.booleans(),
+        "visible": st.booleans(),
+        "visible_px": st.sampled_from([0, 500]),
+        "state_px": st.sampled_from([0, 500]),
+        "box_distance_m": st.floats(0, 5),
+        "center_distance_m": st.floats(0, 5),
+    }
+)
+
+
+@st.composite
+def outcomes(draw: st.DrawFn) -> Outcome:
+    """The verdict on any episode that a run can end with."""
+    family = draw(st.sampled_from(["PG", "DA", "VS", "SV", "AI", "SI"]))
+    story = Story(target=thing(**draw(FACTS)))
+    for facts in draw(st.lists(FACTS, max_size=3)):
+        kind = draw(st.sampled_from(["walk", "ground", "junk"]))
+        if kind == "junk":
+            story.invalid(draw(st.sampled_from([JUNK, BAD])))
+        else:
+            click = InteractPixel(intent="ground", x=1, y=1)
+            hit = draw(st.sampled_from(["target", None]))
+            story.do(WALK if kind == "walk" else click, Effect(hit=hit), target=facts)
+    status = draw(st.sampled_from([*STATUSES, None]))
+    if status is None:
+        return settle(
+            episode(family), story.end(draw(st.sampled_from(["fail_no_report", "invalid_action_limit_exceeded"])))
+        )
+    return settle(episode(family), story.report(status))
+
+
+@given(st.lists(outcomes(), max_size=6))
+def test_verdicts_obey_the_protocols_identities(found: list[Outcome]):
+    assert_identities(found)
+    for outcome in found:
+        assert outcome.W or not (outcome.B or outcome.W_strict)
+        assert outcome.B is (outcome.label == "B") is (outcome.category == "verified_success")
+        assert (outcome.label == "FR") is (outcome.category == "unsupported_commitment")
+        assert (outcome.subtype is None) is (outcome.label in ("B", "NR", "IL"))
+        assert (outcome.reported is None) is (outcome.label in ("NR", "IL"))
+        assert (outcome.lag is not None) is outcome.B
+        if outcome.lag is not None and outcome.lag_from_reset is not None:
+            assert 0 <= outcome.lag <= outcome.lag_from_reset <= outcome.steps
