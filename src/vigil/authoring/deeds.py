@@ -20,7 +20,7 @@ from vigil.sim.supports import level_surfaces
 
 REACH_MARGIN_M = 0.04
 CLOSE_M = 0.35
-MOST_TRIED = 40
+MOST_TRIED, MOST_TRIED_EXHAUSTIVE = 40, 400
 ARRIVED_M = 0.03
 REPLANS = 3
 PLACE_PIXELS = 8
@@ -35,9 +35,13 @@ class Unsolvable(EpisodeError):
 class Deeds:
     """What an agent with privileged sight can do on a stage."""
 
-    def __init__(self, stage: Stage, *, may_tilt: bool) -> None:
+    def __init__(self, stage: Stage, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
+        """An exhaustive search tries every place without margins: what it does not find cannot be done."""
         self.stage = stage
         self.may_tilt = may_tilt
+        self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
+        self._tried = MOST_TRIED_EXHAUSTIVE if is_exhaustive else MOST_TRIED
+        self._is_exhaustive = is_exhaustive
 
     def go(self, view: View) -> Iterator[Action]:
         """Walks to a view and faces it."""
@@ -54,9 +58,11 @@ class Deeds:
     def find(self, intent: Intent, thing_id: str) -> tuple[View, tuple[int, int]]:
         """Returns the nearest view from which a click on the thing works. Raises Unsolvable."""
         thing = self.stage.scene.things[thing_id]
-        wish = Wish(thing_id, surface_points(thing), within(box_of(thing), REACH_M - REACH_MARGIN_M), self.may_tilt)
-        for number, view in enumerate(views(self.stage, self.stage.walks(), wish)):
-            if number >= MOST_TRIED:
+        reach_m = REACH_M - self._margin_m
+        wish = Wish(thing_id, surface_points(thing), within(box_of(thing), reach_m), self.may_tilt, least_seen=2)
+        walks = self.stage.walks(is_exact=self._is_exhaustive)
+        for number, view in enumerate(views(self.stage, walks, wish)):
+            if number >= self._tried:
                 break
             with self.stage.standing_at(view.pose):
                 pixel = self.stage.clickable(thing_id)

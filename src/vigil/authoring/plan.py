@@ -75,6 +75,10 @@ class FloorPlan:
             (np.concatenate(lengths), (np.concatenate(sources), np.concatenate(targets))), shape=(count, count)
         )
 
+    def exact(self) -> "FloorPlan":
+        """Returns the plan without margin: every place that the simulator allows."""
+        return FloorPlan(self.tight, self.tight, self._cell_m)
+
     def can_stand(self, point: Point2) -> bool:
         """Whether the body's axis may be at (x, z)."""
         return bool(shapely.contains_xy(self.tight, *point))

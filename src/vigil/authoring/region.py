@@ -17,7 +17,7 @@ class Obstacles:
     """The floor shapes of a scene's walls and things, kept between plans."""
 
     def __init__(self, scene: Scene) -> None:
-        self._scene = scene
+        self.scene = scene
         floors = [shapely.Polygon(room.polygon).buffer(0) for room in scene.rooms]
         self._floor = shapely.unary_union(floors).buffer(0.005, join_style="mitre")
         self._walls = shapely.unary_union(
@@ -38,7 +38,7 @@ class Obstacles:
 
     def _free(self, radius: float) -> BaseGeometry:
         taken = [self._grown_walls[radius]]
-        for thing in self._scene.things.values():
+        for thing in self.scene.things.values():
             if thing.is_present and not thing.is_held:
                 key = (thing.id, thing.position, thing.rotation, thing.openness)
                 if key not in self._things:

@@ -1,6 +1,6 @@
 """The stage: a loaded simulator as a solver sees it, with walks, sight from elsewhere, and deeds tried and undone."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -13,7 +13,7 @@ from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.sim.scene import Scene, Thing
-from vigil.world import Effect, ObjectState
+from vigil.world import Effect, ObjectState, WorldState
 
 PrivilegedSimulator = EmbeddedSimulator
 """What solvers need: the simulator's protocol, privileged sight, and rehearsals."""
@@ -22,11 +22,11 @@ KEPT_PLANS = 32
 
 
 class Stage:
-    """One loaded house with its agent; make a new one after each load."""
+    """The house that is loaded, with its agent."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
-        self._obstacles = Obstacles(simulator.scene())
+        self._obstacles: Obstacles | None = None
         self._plans: dict[tuple, FloorPlan] = {}
 
     @property
@@ -46,6 +46,8 @@ class Stage:
 
     def plan(self) -> FloorPlan:
         """Returns the floor plan of the scene as it is now."""
+        if self._obstacles is None or self._obstacles.scene is not self.scene:
+            self._obstacles, self._plans = Obstacles(self.scene), {}
         key = tuple(
             (thing.id, thing.position, thing.rotation, thing.openness)
             for thing in self.scene.things.values()
@@ -57,10 +59,11 @@ class Stage:
             self._plans[key] = self._obstacles.plan()
         return self._plans[key]
 
-    def walks(self) -> Walks:
-        """Returns the shortest walks from where the agent is."""
+    def walks(self, *, is_exact: bool = False) -> Walks:
+        """Returns the shortest walks from where the agent is; exact ones keep no margin from obstacles."""
         position = self.agent.position
-        return self.plan().walks_from((position.x, position.z))
+        plan = self.plan()
+        return (plan.exact() if is_exact else plan).walks_from((position.x, position.z))
 
     def corners_to(self, place: Point2) -> list[Point2]:
         """Returns the corners of the walk from here to a place; none when there is no way."""
@@ -71,6 +74,14 @@ class Stage:
     def sees(self, eye: Vec3, points: np.ndarray, thing_id: str, *, through_glass: bool = False) -> np.ndarray:
         """Returns which of the points (n, 3) on a thing are seen from an eye that may be elsewhere."""
         return self._simulator.sees_from(eye, points, thing_id, through_glass=through_glass)
+
+    def world(self, object_ids: Iterable[str]) -> WorldState:
+        """Returns the hidden state of the agent and the named objects."""
+        return self._simulator.world(object_ids)
+
+    def room_at(self, position: Vec3) -> str | None:
+        """Returns the id of the room that holds a place."""
+        return self._simulator.room_at(position)
 
     def state_of(self, thing_id: str) -> ObjectState:
         """Returns a thing's hidden state, seen from where the agent is."""

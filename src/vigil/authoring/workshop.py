@@ -1,0 +1,158 @@
+"""The workshop: one house opened for authoring, with its inventory, seeded start poses and referring phrases."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from vigil.authoring.aim import surface_points
+from vigil.authoring.deeds import box_distances
+from vigil.authoring.refer import Item, Phrase, items_of, phrase_for
+from vigil.authoring.stage import PrivilegedSimulator, Stage
+from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
+from vigil.errors import EpisodeError
+from vigil.goals import Goal
+from vigil.house import House
+from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
+from vigil.sim.geometry import box_of
+from vigil.sim.scene import Thing
+from vigil.world import ObjectState, Setup
+
+AUTHOR = "grammar"
+TRIED_STARTS = 80
+SEEN_POINTS = 6
+MARGIN_PX = 20
+ROOMY_M = 0.1
+
+Mask = Callable[[np.ndarray], np.ndarray]
+
+
+class Workshop:
+    """One house, loaded, with the means to draft episodes in it."""
+
+    def __init__(self, simulator: PrivilegedSimulator, house: House, rng: np.random.Generator) -> None:
+        """Loads the house."""
+        self.simulator = simulator
+        self.house = house
+        self.rng = rng
+        simulator.load(house)
+        self.home = _home(simulator, house)
+        self.begin(Setup())
+        self.stage = Stage(simulator)
+
+    def begin(self, setup: Setup, start: Pose | None = None) -> None:
+        """Starts the house anew with a setup."""
+        self.simulator.reset(start or self.home, setup)
+
+    @property
+    def items(self) -> dict[str, Item]:
+        """What one can say of the things as they are now."""
+        return items_of(self.stage.scene)
+
+    def thing(self, thing_id: str) -> Thing:
+        """Returns a thing as it is now."""
+        return self.stage.scene.things[thing_id]
+
+    def phrase(self, thing_id: str) -> Phrase | None:
+        """Returns what to call a thing as things are now; None when nothing fits it alone."""
+        items = self.items
+        return phrase_for(items[thing_id], items.values())
+
+    def shuffled(self, things: list[Thing]) -> list[Thing]:
+        """Returns things in a random order."""
+        return [things[index] for index in self.rng.permutation(len(things))]
+
+    def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
+        """Returns the wanted things that a phrase can name, in a random order."""
+        wanted = [thing for thing in self.stage.scene.things.values() if thing.is_present and is_wanted(thing)]
+        items = self.items
+        return [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
+
+    def starts(self, is_wanted: Mask, tried: int = TRIED_STARTS) -> Iterator[Vec3]:
+        """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
+        walks = self.stage.walks()
+        cells = walks.plan.cells[np.isfinite(walks.lengths)]
+        cells = cells[is_wanted(cells)] if len(cells) else cells
+        for index in self.rng.permutation(len(cells))[:tried]:
+            x, z = (round(float(value), 3) for value in cells[index])
+            yield Vec3(x, 0.0, z)
+
+    def facing(self, place: Vec3, thing: Thing, horizon: float, spread_deg: float, aside_deg: float = 0.0) -> Pose:
+        """Returns a pose that looks `aside_deg` to the right of a thing, off by at most `spread_deg`."""
+        yaw = yaw_towards(place, thing.position) + aside_deg + float(self.rng.uniform(-spread_deg, spread_deg))
+        return Pose(position=place, rotation=float(round(wrap_deg(yaw)) % 360), horizon=horizon)
+
+    def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
+        """Returns a thing's state as seen from a pose."""
+        with self.stage.standing_at(pose):
+            return self.stage.state_of(thing_id)
+
+    def sights(self, place: Vec3, thing: Thing) -> int:
+        """Returns how many sampled points of a thing are seen from a place, looking anywhere."""
+        eye = Pose(position=place, rotation=0.0).eye
+        return int(self.stage.sees(eye, surface_points(thing, 128), thing.id, through_glass=True).sum())
+
+    def start_seeing(
+        self, thing: Thing, away: tuple[float, float], horizon: float, is_clear: Callable[[ObjectState], bool]
+    ) -> Pose | None:
+        """Returns a start pose at a distance from a thing that sees it clearly; None when none is found."""
+        for place in self.starts(self.away_from(thing, *away)):
+            if self.sights(place, thing) < SEEN_POINTS:
+                continue
+            for spread_deg in (40.0, 15.0):
+                pose = self.facing(place, thing, horizon, spread_deg)
+                if is_clear(self.seen_from(pose, thing.id)):
+                    return pose
+        return None
+
+    def away_from(self, thing: Thing, least_m: float, most_m: float) -> Mask:
+        """Returns the mask of places between two distances from a thing's box."""
+        box = box_of(thing)
+
+        def mask(places: np.ndarray) -> np.ndarray:
+            distances = box_distances(box, places)
+            return (distances >= least_m) & (distances <= most_m)
+
+        return mask
+
+    def draft(
+        self,
+        family: Family,
+        *,
+        start: Pose,
+        instruction: str,
+        goal: Goal,
+        bindings: dict[str, str],
+        setup: Setup | None = None,
+        template: str = "",
+        difficulty: Size | None = None,
+    ) -> Episode:
+        """Returns an episode in this house that nobody has validated yet."""
+        spec = FAMILIES[family]
+        seed = self.house.document.metadata.get("seed")
+        return Episode(
+            id="draft",
+            family=family,
+            house=HouseRef(name=self.house.name, sha256=self.house.sha256),
+            start=start,
+            setup=setup or Setup(),
+            instruction=instruction,
+            goal=goal,
+            bindings=bindings,
+            max_steps=spec.max_steps,
+            max_invalid=spec.max_invalid,
+            difficulty=difficulty,
+            provenance=Provenance(author=AUTHOR, template=template, seed=seed if isinstance(seed, int) else None),
+        )
+
+
+def _home(simulator: PrivilegedSimulator, house: House) -> Pose:
+    """Returns where to stand while drafting: the house's own start, else the first free place."""
+    if house.start is not None and simulator.can_stand(house.start.position):
+        return house.start
+    for room in simulator.scene().rooms:
+        for share in (0.5, 0.3, 0.7):
+            low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
+            x, z = (float(value) for value in low + share * (high - low))
+            if simulator.can_stand(Vec3(x, 0.0, z)):
+                return Pose(position=Vec3(x, 0.0, z), rotation=0.0)
+    raise EpisodeError(f"House {house.name!r}: no free place to stand was found; it cannot hold an episode.")
