@@ -15,6 +15,10 @@ What an agent does wrong is never an exception: it is data (`vigil.actions.Inval
 """
 
 
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
 class VigilError(Exception):
     """Any error that VIGIL raises on purpose."""
 
@@ -53,3 +57,9 @@ class SimulatorError(InfrastructureError):
 
 class ModelAPIError(InfrastructureError):
     """A model's provider failed: transport, rate limit, outage, or no image support."""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Returns " Did you mean 'x'?" for the known word nearest to `word`; empty when none is near."""
+    close = get_close_matches(word, sorted(known), n=1)
+    return f" Did you mean {close[0]!r}?" if close else ""
