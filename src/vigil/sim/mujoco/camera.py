@@ -12,8 +12,9 @@ import numpy as np
 from vigil.errors import SimulatorError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose
-from vigil.sim.mujoco import frames, gl, held
+from vigil.sim.mujoco import frames, gl, held, tuning
 from vigil.sim.mujoco.binding import BACKEND, mujoco
+from vigil.sim.mujoco.lights import Sun
 from vigil.sim.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
 from vigil.sim.scene import Thing
 
@@ -94,7 +95,7 @@ class Camera:
         native.vis.global_.offwidth, native.vis.global_.offheight = FRAME_WIDTH, FRAME_HEIGHT
         self._scene = mujoco.MjvScene(native, maxgeom=native.ngeom + 16)
         self._context = mujoco.MjrContext(native, mujoco.mjtFontScale.mjFONTSCALE_50.value)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
+        tuning.tune(self._context)
         self._option, self._perturb, self._view = mujoco.MjvOption(), mujoco.MjvPerturb(), mujoco.MjvCamera()
         self._view.type, self._view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, 0
         self._option.geomgroup[:] = 0
@@ -119,13 +120,10 @@ class Camera:
             self._update(*_view_of(agent))
         return self._render()
 
-    def survey(self, eye: np.ndarray, axes: np.ndarray, fovy_deg: float, *, reach_m: float) -> np.ndarray:
-        """Returns a picture by daylight from anywhere; `eye` and `axes` (right, up, backward) in MuJoCo's frame.
-
-        Shadows fall within `reach_m` of the scene's middle.
-        """
-        self._model.lamps.daylight(self._model.native)
-        self._context.shadowClip = reach_m
+    def survey(self, eye: np.ndarray, axes: np.ndarray, fovy_deg: float, sun: Sun) -> np.ndarray:
+        """Returns a picture by daylight from anywhere; `eye` and `axes` (right, up, backward) in MuJoCo's frame."""
+        self._model.lamps.daylight(self._model.native, sun)
+        self._context.shadowClip = sun.reach_m
         self._update(eye, axes, fovy_deg)
         return self._render()
 
@@ -176,6 +174,8 @@ class Camera:
         return [self._scene.geoms[number] for number in range(self._scene.ngeom)]
 
     def _render(self) -> np.ndarray:
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
+        tuning.set_back()
         mujoco.mjr_render(self._viewport, self._scene, self._context)
         mujoco.mjr_readPixels(self._buffer, None, self._viewport, self._context)
         return self._buffer[::-1].copy()

@@ -17,6 +17,7 @@ NEARER = 0.16
 """It is then drawn this much nearer and smaller, which looks the same and never touches a wall."""
 TURN_DEG, TILT_DEG = 20.0, 18.0
 _ASPECT = 640 / 480
+_SIGNS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
 
 def pose_in_hand(thing: Thing, agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
@@ -28,8 +29,8 @@ def pose_in_hand(thing: Thing, agent: Pose) -> tuple[np.ndarray, np.ndarray, flo
     width, height, depth = np.abs(local) @ frames.points(np.array(thing.asset.size))
     limits = [(WIDTH * 2 * _ASPECT, width), (HEIGHT * 2, height)]
     smaller = min([1.0, *(share * AHEAD_M / (length + share * depth / 2) for share, length in limits)])
-    nearest = AHEAD_M - smaller * depth / 2
-    drop = (1.0 - 2 * MARGIN) * nearest - smaller * height / 2
+    corners = (frames.points(np.array(thing.asset.size)) / 2 * _SIGNS) @ local.T * smaller
+    drop = float(np.min((1.0 - 2 * MARGIN) * (AHEAD_M - corners[:, 2]) + corners[:, 1]))
     eye = frames.points(np.array(agent.eye))
     axes = np.stack([right, up, back], axis=1)
     return eye + axes @ np.array([0.0, -drop, -AHEAD_M]), axes @ local, smaller

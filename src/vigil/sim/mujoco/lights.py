@@ -12,7 +12,7 @@ import shapely
 
 from vigil.pose import Vec3
 from vigil.sim.mujoco import frames
-from vigil.sim.mujoco.binding import mujoco
+from vigil.sim.mujoco.binding import NativeModel, NativeSpec, mujoco
 from vigil.sim.scene import RoomShape, Scene, Thing
 
 MAX_ROOM_LAMPS = 3
@@ -20,15 +20,28 @@ MAX_GLOWS = 2
 """OpenGL's fixed pipeline has eight lights: the headlight, the fills, these."""
 AMBIENT = (0.42, 0.42, 0.42)
 HEADLIGHT = (0.07, 0.07, 0.07)
-FILLS = (((0.35, 0.2, 0.9), 0.26), ((-0.36, -0.42, -0.83), 0.2))
+FILLS = (((0.35, 0.2, 0.9), 0.27), ((-0.33, -0.40, -0.86), 0.26))
 """(direction that the light travels in, strength): light from floor and walls, which nobody else computes."""
-LAMP, OTHER_LAMP = 0.5, 0.34
+LAMP, OTHER_LAMP = 0.52, 0.34
 FALLOFF, OTHER_FALLOFF = (1.0, 0.0, 0.02), (1.0, 0.0, 0.16)
 """The lamp of the agent's room, and those of other rooms: weaker, since no wall stops their light."""
-DROP_M = 0.25
-SUN_M = 40.0
+RISE_M = 0.02
+"""Lamps hang this far over the ceiling, which stops no light: behind a lamp the shadow map would be read backwards."""
+SHADOW_UP_TO_M, WIDEST_SHADOW_DEG = 0.7, 74.0
+"""Height up to which shadows are wanted in a room's corners; half the widest angle that a shadow map may span."""
 GROUND_M = -0.12
 _SKY_PIXELS = 128
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sun:
+    """Light from one side, for pictures that no agent sees; in MuJoCo's frame."""
+
+    direction: tuple[float, float, float]
+    """The way that the light travels."""
+    middle: np.ndarray
+    reach_m: float
+    """Shadows fall this far around the middle."""
 
 
 @dataclass(slots=True, eq=False)
@@ -44,7 +57,7 @@ class Lamps:
     glow_lights: list[int]
     sun: int
 
-    def select(self, native: "mujoco.MjModel", eye: Vec3, glowing: list[Thing]) -> float:
+    def select(self, native: NativeModel, eye: Vec3, glowing: list[Thing]) -> float:
         """Switches the lights for an agent at `eye`; `glowing` are the things that give light.
 
         Returns the shadow scale of the room's lamp.
@@ -64,18 +77,21 @@ class Lamps:
             _aim_glow(native, light, thing)
         return self.shadow_scales[here]
 
-    def daylight(self, native: "mujoco.MjModel") -> None:
+    def daylight(self, native: NativeModel, sun: Sun) -> None:
         """Lights everything from above, through the ceilings, for pictures that no agent sees."""
         self._darken(native)
+        direction = np.array(sun.direction) / np.linalg.norm(sun.direction)
+        native.light_dir[self.sun] = direction
+        native.light_pos[self.sun] = np.array(sun.middle) - 2.0 * sun.reach_m * direction
         native.light_active[self.sun] = 1
         native.light_castshadow[self.sun] = 1
 
-    def _darken(self, native: "mujoco.MjModel") -> None:
+    def _darken(self, native: NativeModel) -> None:
         native.light_active[[*self.room_lights, *self.glow_lights, self.sun]] = 0
         native.light_castshadow[:] = 0
 
 
-def _aim_glow(native: "mujoco.MjModel", light: int, thing: Thing) -> None:
+def _aim_glow(native: NativeModel, light: int, thing: Thing) -> None:
     glow = thing.asset.glow
     if glow is None:
         return
@@ -85,7 +101,7 @@ def _aim_glow(native: "mujoco.MjModel", light: int, thing: Thing) -> None:
     native.light_diffuse[light] = np.array(glow.rgb) * min(glow.intensity, 1.0) * 0.35
 
 
-def settings(spec: "mujoco.MjSpec") -> None:
+def settings(spec: NativeSpec) -> None:
     """Sets what is the same in every scene."""
     headlight = spec.visual.headlight
     headlight.ambient, headlight.diffuse, headlight.specular = AMBIENT, HEADLIGHT, (0.0, 0.0, 0.0)
@@ -94,12 +110,11 @@ def settings(spec: "mujoco.MjSpec") -> None:
     spec.visual.map.shadowscale = 1.0
 
 
-def add_lamps(spec: "mujoco.MjSpec", scene: Scene) -> Lamps:
+def add_lamps(spec: NativeSpec, scene: Scene) -> Lamps:
     """Adds one lamp to every room, and the lights that lamps of the house may need."""
     for room in scene.rooms:
-        x, y, z = room.light
         spec.worldbody.add_light(
-            pos=frames.points(np.array([x, min(y, room.height) - DROP_M, z])),
+            pos=[room.light.x, room.light.z, room.height + RISE_M],
             dir=[0.0, 0.0, -1.0],
             type=mujoco.mjtLightType.mjLIGHT_SPOT,
             cutoff=180.0,
@@ -109,7 +124,7 @@ def add_lamps(spec: "mujoco.MjSpec", scene: Scene) -> Lamps:
             castshadow=False,
         )
     _add_glows(spec)
-    _add_sun(spec, scene)
+    _add_sun(spec)
     for direction, strength in FILLS:
         spec.worldbody.add_light(
             dir=direction,
@@ -135,13 +150,13 @@ def _color(room: RoomShape) -> np.ndarray:
 
 
 def _shadow_scale(room: RoomShape) -> float:
-    """Returns the share of half a turn that the lamp's shadow map spans so that it covers the floor, corners aside."""
+    """Returns the share of half a turn that the shadow map spans, so that furniture in the corners lies in it."""
     farthest = float(np.linalg.norm(room.polygon - (room.light.x, room.light.z), axis=1).max())
-    height = min(room.light.y, room.height) - DROP_M
-    return float(np.degrees(np.arctan2(farthest, height))) / 180.0
+    height = room.height - SHADOW_UP_TO_M
+    return min(float(np.degrees(np.arctan2(farthest, max(height, 0.1)))), WIDEST_SHADOW_DEG) / 180.0
 
 
-def _add_glows(spec: "mujoco.MjSpec") -> None:
+def _add_glows(spec: NativeSpec) -> None:
     for _ in range(MAX_GLOWS):
         spec.worldbody.add_light(
             dir=[0.0, 0.0, -1.0],
@@ -155,13 +170,8 @@ def _add_glows(spec: "mujoco.MjSpec") -> None:
         )
 
 
-def _add_sun(spec: "mujoco.MjSpec", scene: Scene) -> None:
-    corners = np.concatenate([room.polygon for room in scene.rooms])
-    x, z = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    direction = np.array([0.28, 0.36, -0.89])
+def _add_sun(spec: NativeSpec) -> None:
     spec.worldbody.add_light(
-        pos=np.array([x, z, 0.0]) - SUN_M * direction,
-        dir=direction,
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
         diffuse=[0.42, 0.42, 0.42],
         specular=[0.15, 0.15, 0.15],
@@ -170,7 +180,7 @@ def _add_sun(spec: "mujoco.MjSpec", scene: Scene) -> None:
     )
 
 
-def add_sky(spec: "mujoco.MjSpec") -> None:
+def add_sky(spec: NativeSpec) -> None:
     """Adds a sky that pales towards the horizon."""
     spec.add_texture(
         name="sky",
@@ -183,7 +193,7 @@ def add_sky(spec: "mujoco.MjSpec") -> None:
     )
 
 
-def add_ground(spec: "mujoco.MjSpec") -> None:
+def add_ground(spec: NativeSpec) -> None:
     """Adds the lawn around the house."""
     spec.add_material(name="lawn", rgba=[0.36, 0.45, 0.27, 1.0], specular=0.0, shininess=0.0, emission=0.5)
     spec.worldbody.add_geom(

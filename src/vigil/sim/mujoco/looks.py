@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from vigil.assets.materials import Material, material
-from vigil.sim.mujoco.binding import mujoco
+from vigil.sim.mujoco.binding import NativeSpec, mujoco
 
 Tint = tuple[float, float, float] | None
 TEXTURE_PIXELS = 512
@@ -15,7 +15,7 @@ TEXTURE_PIXELS = 512
 class Looks:
     """The materials that a model under construction has so far."""
 
-    def __init__(self, spec: "mujoco.MjSpec") -> None:
+    def __init__(self, spec: NativeSpec) -> None:
         self._spec = spec
         self._names: dict[tuple[str, Tint], str] = {}
         self._textures: dict[int, str] = {}

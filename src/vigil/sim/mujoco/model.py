@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vigil.sim.mujoco import frames, lights
-from vigil.sim.mujoco.binding import mujoco
+from vigil.sim.mujoco.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
 from vigil.sim.mujoco.looks import Looks, Tint
 from vigil.sim.mujoco.pieces import Piece, Triangles, pieces_of
 from vigil.sim.mujoco.structure import Shell, shells_of
@@ -42,8 +42,8 @@ class Placed:
 class Model:
     """A compiled scene with the tables that lead back to it."""
 
-    native: "mujoco.MjModel"
-    data: "mujoco.MjData"
+    native: NativeModel
+    data: NativeData
     things: dict[str, Placed]
     geom_things: np.ndarray
     """(ngeom + 1,) int32: thing of each geom, -1 for structure and for "no geom" in the last place."""
@@ -81,7 +81,7 @@ class Model:
 class _Draft:
     """A model under construction."""
 
-    spec: "mujoco.MjSpec"
+    spec: NativeSpec
     looks: Looks
     meshes: dict[int, str] = field(default_factory=dict)
     geom_things: list[int] = field(default_factory=list)
@@ -116,7 +116,7 @@ def build(scene: Scene) -> Model:
     return model
 
 
-def _settings(spec: "mujoco.MjSpec") -> None:
+def _settings(spec: NativeSpec) -> None:
     spec.compiler.autolimits = False
     spec.stat.extent = 1.0
     spec.stat.center = [0.0, 0.0, 0.0]
@@ -148,7 +148,7 @@ def _add_shell(draft: _Draft, name: str, shell: Shell, tint: Tint) -> None:
 
 
 def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
-    bodies: dict[str | None, mujoco.MjsBody] = {}
+    bodies: dict[str | None, NativeBody] = {}
     mocaps: list[tuple[int, str | None]] = []
     pieces = pieces_of(thing.asset)
     first = len(draft.geom_things)
@@ -175,7 +175,7 @@ def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
     )
 
 
-def _add_piece(draft: _Draft, body: "mujoco.MjsBody", piece: Piece) -> None:
+def _add_piece(draft: _Draft, body: NativeBody, piece: Piece) -> None:
     if id(piece) not in draft.meshes:
         name = f"mesh{len(draft.meshes)}"
         _add_mesh(draft.spec, name, piece.triangles, draft.looks.metres(piece.material))
@@ -185,7 +185,7 @@ def _add_piece(draft: _Draft, body: "mujoco.MjsBody", piece: Piece) -> None:
     _add_geom(draft, body, draft.meshes[id(piece)], draft.looks.name_of(piece.material), THING)
 
 
-def _add_mesh(spec: "mujoco.MjSpec", name: str, triangles: Triangles, metres_per_repeat: float) -> None:
+def _add_mesh(spec: NativeSpec, name: str, triangles: Triangles, metres_per_repeat: float) -> None:
     spec.add_mesh(
         name=name,
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
@@ -196,7 +196,7 @@ def _add_mesh(spec: "mujoco.MjSpec", name: str, triangles: Triangles, metres_per
     )
 
 
-def _add_geom(draft: _Draft, body: "mujoco.MjsBody", mesh: str, material: str, group: int) -> None:
+def _add_geom(draft: _Draft, body: NativeBody, mesh: str, material: str, group: int) -> None:
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=mesh,
@@ -208,7 +208,7 @@ def _add_geom(draft: _Draft, body: "mujoco.MjsBody", mesh: str, material: str, g
     )
 
 
-def _resolve_looks(draft: _Draft, native: "mujoco.MjModel", things: dict[str, Placed]) -> None:
+def _resolve_looks(draft: _Draft, native: NativeModel, things: dict[str, Placed]) -> None:
     for placed in things.values():
         placed.looks_off = native.geom_matid[placed.geoms].copy()
         placed.looks_on = placed.looks_off.copy()

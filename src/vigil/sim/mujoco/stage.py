@@ -7,6 +7,7 @@ from vigil.house import MaterialRef
 from vigil.pose import Vec3
 from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.camera import Camera, Quality
+from vigil.sim.mujoco.lights import Sun
 from vigil.sim.mujoco.model import HIDDEN, build
 from vigil.sim.scene import RoomShape, Scene, Thing
 
@@ -29,7 +30,8 @@ def render_asset(
     middle = frames.points(np.array([0.0, size[1] / 2, 0.0]))
     back = frames.points(_direction(yaw, pitch))
     distance = 1.25 * radius / np.sin(np.radians(STAGE_FOVY_DEG / 2))
-    return _picture(scene, middle + distance * back, back, STAGE_FOVY_DEG, 2.5 * radius)
+    sun = Sun((0.5, -0.3, -1.0), middle, 2.5 * radius)
+    return _picture(scene, middle + distance * back, back, STAGE_FOVY_DEG, sun)
 
 
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
@@ -41,20 +43,22 @@ def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
     half = 0.53 * max(extent[1], extent[0] * 480 / 640)
     back = frames.points(_direction(180.0, 82.0))
     eye = frames.points(np.array([x, height, z])) + back * half / np.tan(np.radians(BIRD_FOVY_DEG / 2))
-    return _picture(scene, eye, back, BIRD_FOVY_DEG, float(np.linalg.norm(extent)) / 2 + 1.0, quality)
+    sun = Sun((0.12, 0.18, -1.0), frames.points(np.array([x, 0.0, z])), float(np.linalg.norm(extent)) / 2 + 1.0)
+    return _picture(scene, eye, back, BIRD_FOVY_DEG, sun, quality)
 
 
 def _picture(
-    scene: Scene, eye: np.ndarray, back: np.ndarray, fovy_deg: float, reach_m: float, quality: Quality = "default"
+    scene: Scene, eye: np.ndarray, back: np.ndarray, fovy_deg: float, sun: Sun, quality: Quality = "default"
 ) -> np.ndarray:
     model = build(scene)
-    model.native.geom_group[model.ceilings] = HIDDEN
+    unwanted = [geom for geom, kind in model.structure_kinds.items() if kind in ("ceiling", "ground")]
+    model.native.geom_group[unwanted] = HIDDEN
     model.native.vis.map.zfar = max(90.0, 3.0 * float(np.linalg.norm(eye)))
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)
     camera = Camera(model, quality)
     try:
-        return camera.survey(eye, np.stack([right, np.cross(back, right), back], axis=1), fovy_deg, reach_m=reach_m)
+        return camera.survey(eye, np.stack([right, np.cross(back, right), back], axis=1), fovy_deg, sun)
     finally:
         camera.close()
 
