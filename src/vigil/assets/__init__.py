@@ -11,17 +11,23 @@ from functools import lru_cache
 import numpy as np
 
 from vigil.assets import (
+    appliances,
+    bathroom,
     beds,
     cookware,
     crockery,
+    decor,
     electronics,
     food,
     lighting,
+    personal,
     plain,
     seating,
     sofas,
     storage,
     tables,
+    textiles,
+    vessels,
 )
 from vigil.assets.asset import Asset
 from vigil.pose import Vec3
@@ -29,16 +35,22 @@ from vigil.pose import Vec3
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 
 _MODULES = (
+    appliances,
+    bathroom,
     beds,
     cookware,
     crockery,
+    decor,
     electronics,
     food,
     lighting,
+    personal,
     seating,
     sofas,
     storage,
     tables,
+    textiles,
+    vessels,
 )
 
 MAKERS: dict[str, Maker] = {name: maker for module in _MODULES for name, maker in module.MAKERS.items()}

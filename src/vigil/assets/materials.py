@@ -90,10 +90,10 @@ _KINDS: dict[str, _Kind] = {
     "glass": _Kind(None, 1.0, 0.9, 0.9, alpha=0.25, colour="cfe3e6"),
     "water": _Kind(None, 1.0, 0.9, 0.9, alpha=0.6, colour="9cc7dc"),
     "mirror": _Kind(None, 1.0, 0.9, 0.9, colour="b7c4cc"),
-    "glow": _Kind(None, 1.0, 0.0, 0.0, 1.0, colour="ffeecc"),
-    "flame": _Kind(None, 1.0, 0.0, 0.0, 1.0, colour="ffb347"),
+    "glow": _Kind(None, 1.0, 0.0, 0.0, 0.7, colour="ffeecc"),
+    "flame": _Kind(None, 1.0, 0.0, 0.0, 0.7, colour="ffb347"),
     "picture": _Kind("picture", 1.0, 0.05, 0.1, colour="ffffff"),
-    "screen": _Kind("screen", 1.0, 0.1, 0.3, 0.85, colour="ffffff"),
+    "screen": _Kind("screen", 1.0, 0.1, 0.3, 0.6, colour="ffffff"),
     "cover": _Kind("cover", 1.0, 0.1, 0.3, colour="ffffff"),
     "print": _Kind("print", 1.0, 0.02, 0.05, colour="ffffff"),
 }
