@@ -175,3 +175,23 @@ def test_a_missing_pack_is_told(tmp_path: Path):
 
 def test_protocol_faults_of_the_plain_episodes():
     assert [protocol_faults(of) for of in EPISODES] == [[], [], []]
+
+
+def test_a_pack_says_when_it_is_another_one(folder: Path):
+    pack = Pack.load(folder)
+    pack.expect(pack.sha256)
+    with pytest.raises(PackMismatch, match="expected 000000000000"):
+        pack.expect("0" * 64)
+
+
+def test_only_some_houses_are_kept_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(pack_module, "HOUSES_KEPT", 1)
+    houses = [bare_house(name, "target", name) for name in ("a", "b")]
+    tasks = [task("DA", f"da_{of.name}", house=HouseRef(name=of.name, sha256=of.sha256)) for of in houses]
+    pack = freeze(tmp_path / "two", tasks, [solution(of) for of in tasks], houses, name="two")
+    first = pack.house_of(tasks[0])
+    assert pack.house_of(tasks[0]) is first
+    assert pack.house_of(tasks[1]).name == "b"
+    again = pack.house_of(tasks[0])
+    assert again is not first
+    assert again.sha256 == first.sha256

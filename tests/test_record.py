@@ -1,5 +1,6 @@
 """Records on disk: appended row by row, continued after a kill, decided by key."""
 
+import json
 from datetime import timedelta
 from pathlib import Path
 
@@ -179,3 +180,20 @@ def test_the_run_header_says_whether_the_agent_is_privileged():
     header = RunHeader(run_id="r", spec=spec, package_version="0", started=NOON, ended=NOON + timedelta(1))
     assert header.is_privileged
     assert RunHeader.model_validate_json(header.model_dump_json()) == header
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"end": "error"}, "such an end needs it"),
+        ({"error": {"boundary": "model", "message": ""}}, "belongs to an end by error"),
+        ({"initial": None}, "before its reset"),
+        ({"steps": [row().steps[0].model_dump(mode="json") | {"index": 2}]}, "without a gap"),
+        ({"steps": [row().steps[0].model_dump(mode="json") | {"action": None}]}, "either an action or the reason"),
+    ],
+)
+def test_a_row_that_contradicts_itself_is_refused(path: Path, change: dict, message: str):
+    fields = row().model_dump(mode="json") | change
+    path.write_text(json.dumps(fields) + "\n")
+    with pytest.raises(RecordError, match=message):
+        read_records(path)

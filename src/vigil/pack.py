@@ -29,6 +29,8 @@ PACK_SCHEMA = 1
 MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
 MAX_MANIFEST_BYTES = 16 * 1024 * 1024
 MAX_LINES_BYTES = 512 * 1024 * 1024
+HOUSES_KEPT = 16
+"""Houses that a pack holds in memory; others are read again from disk."""
 _Line = TypeVar("_Line", bound=BaseModel)
 
 
@@ -97,9 +99,22 @@ class Pack:
         """The recorded solutions by episode id."""
         return {solution.episode_id: solution for solution in _lines(self.folder, SOLUTIONS, Solution)}
 
+    def expect(self, sha256: str) -> None:
+        """Raises PackMismatch when this is not the very pack that something was made with."""
+        if self.sha256 != sha256:
+            raise PackMismatch(
+                f"Pack {self.name!r} in {str(self.folder)!r} has SHA-256 {self.sha256[:12]}..., expected "
+                f"{sha256[:12]}.... Use the pack that the run was made with; another one's episodes cannot be compared."
+            )
+
     def house_of(self, episode: Episode) -> House:
-        """Returns an episode's house, loaded once."""
-        return self._house(episode.house.name)
+        """Returns an episode's house. Raises HouseError."""
+        name = episode.house.name
+        house = self._houses.pop(name, None) or House.load(self.folder / HOUSES / f"{name}.json")
+        self._houses[name] = house
+        if len(self._houses) > HOUSES_KEPT:
+            del self._houses[next(iter(self._houses))]
+        return house
 
     def episode(self, episode_id: str) -> Episode:
         """Returns one episode. Raises SettingError with a suggestion."""
@@ -126,11 +141,6 @@ class Pack:
             raise SettingError(f"Pack {self.name!r} has no episode that fits the selection. See `vigil pack info`.")
         return chosen[: selection.limit]
 
-    def _house(self, name: str) -> House:
-        if name not in self._houses:
-            self._houses[name] = House.load(self.folder / HOUSES / f"{name}.json")
-        return self._houses[name]
-
     def _check(self) -> None:
         _check_ids(self.episodes, self.folder)
         counts = count_families(self.episodes)
@@ -139,7 +149,7 @@ class Pack:
                 f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.episodes} episodes "
                 f"({self.manifest.families}), {EPISODES} holds {len(self.episodes)} ({counts}). Freeze it again."
             )
-        for episode in self.episodes:
+        for episode in sorted(self.episodes, key=lambda episode: episode.house.name):
             if f"{HOUSES}/{episode.house.name}.json" not in self.manifest.files:
                 known = [Path(name).stem for name in self.manifest.files if name.startswith(HOUSES)]
                 raise PackMismatch(

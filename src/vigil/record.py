@@ -11,7 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from vigil.actions import Action, InvalidAction, Reply
 from vigil.errors import RecordError
@@ -49,6 +49,12 @@ class StepRecord(_Record):
     world: WorldState
     """Hidden: the agent and the bound objects after the step."""
 
+    @model_validator(mode="after")
+    def _is_action_or_invalid(self) -> "StepRecord":
+        if (self.action is None) == (self.invalid is None):
+            raise ValueError("a step has either an action or the reason why there is none")
+        return self
+
 
 class ErrorFact(_Record):
     """An infrastructure failure: where it came from and what it said."""
@@ -74,6 +80,16 @@ class EpisodeRecord(_Record):
     steps: tuple[StepRecord, ...]
     end: End
     error: ErrorFact | None = None
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> "EpisodeRecord":
+        if (self.end == "error") != (self.error is not None):
+            raise ValueError("`error` belongs to an end by error, and such an end needs it")
+        if self.initial is None and self.end != "error":
+            raise ValueError("only an error can end an episode before its reset")
+        if [step.index for step in self.steps] != list(range(1, len(self.steps) + 1)):
+            raise ValueError("steps are numbered 1, 2, 3 ... without a gap")
+        return self
 
     @property
     def key(self) -> Key:
@@ -111,6 +127,8 @@ class RunSpec(_Record):
     """For scheduling and scripted agents only."""
     simulator: str = "mujoco"
     """Backend as named on the command line."""
+    asset_database_sha256: str | None = None
+    """Of the file with the sizes of THOR's assets; None when the project's own sizes are used."""
     render_quality: Literal["default", "fast"] = "default"
 
 
@@ -124,6 +142,10 @@ class RunHeader(_Record):
     commit: str | None = None
     is_dirty: bool | None = None
     """Whether the checkout had uncommitted changes; None outside a checkout."""
+    pack_folder: str = ""
+    """Where the pack was when the run began."""
+    asset_database: str = ""
+    """Where the file of asset sizes was; empty without one."""
     simulator_version: str = ""
     renderer: str = ""
     """GL renderer string; empty until known."""
