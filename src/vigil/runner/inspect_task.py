@@ -55,6 +55,9 @@ from vigil.scoring import settle
 REQUEST_SECONDS = 600
 PREFLIGHT_RETRIES = 2
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
+_PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
+"""Inspect finds the package of what is registered by itself, except in an editable install whose distribution has
+another name than the package."""
 PlayOne = Callable[[Ticket, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
 
@@ -288,7 +291,7 @@ def _dialogue(record: EpisodeRecord) -> list[ChatMessage]:
     return messages
 
 
-@scorer(metrics={"*": [grouped(mean(), "family")]})
+@scorer(name=f"{_PREFIX}vigil_score", metrics={"*": [grouped(mean(), "family")]})
 def vigil_score() -> Scorer:
     """Scores a sample from its record alone, so that `inspect score` can do so again."""
 
@@ -306,7 +309,7 @@ def vigil_score() -> Scorer:
     return score
 
 
-@task
+@task(name=f"{_PREFIX}vigil")
 def vigil(
     pack: str = "starter",
     family: Family | None = None,

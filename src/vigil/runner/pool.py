@@ -24,6 +24,7 @@ from typing import Any
 from vigil.actions import Reply
 from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.record import Boundary, EpisodeRecord
+from vigil.runner.verify import Difference
 from vigil.runner.wire import (
     Advance,
     AskFacts,
@@ -212,9 +213,9 @@ class SimulatorPool:
         """Returns the record of an episode played by the agent inside a worker. Raises WorkerLost."""
         return await self._once(Play(ticket))
 
-    async def resimulate(self, ticket: Ticket, record: EpisodeRecord) -> list[Any]:
-        """Returns the differences between a record and its actions carried out again. Raises WorkerLost."""
-        return await self._once(Resimulate(ticket, record))
+    async def resimulate(self, ticket: Ticket, record: EpisodeRecord, *, frames: bool, exact: bool) -> list[Difference]:
+        """Returns the differences between a record and its replies carried out again. Raises SimulatorError."""
+        return await self._once(Resimulate(ticket, record, frames, exact))
 
     def live(self, ticket: Ticket) -> "LiveEpisode":
         """Returns an episode to be played from outside, not begun yet."""

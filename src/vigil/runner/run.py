@@ -97,7 +97,7 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
     SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is kept.
     """
     pack, episodes, spec = plan_run(settings)
-    folder = RunFolder.create_or_resume(log_dir(settings, spec), spec)
+    folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, _places(settings, pack))
     try:
         run = _Run(settings, pack, episodes, spec, folder, Tally(episodes, spec.epochs, folder.records(), on_progress))
         resumed = sum(record.end != "error" for record in folder.records())
@@ -108,6 +108,14 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
         return RunResult(folder.path, folder.header, tuple(episodes), tuple(folder.records()), resumed)
     finally:
         folder.close()
+
+
+def _places(settings: RunSettings, pack: Pack) -> dict[str, str]:
+    """Returns where what the run was played on lies, for `vigil verify` on the same machine."""
+    places = {"pack_folder": str(pack.folder.resolve())}
+    if settings.asset_database is not None:
+        places["asset_database"] = str(settings.asset_database.resolve())
+    return places
 
 
 def _play_all(run: _Run, tickets: list[Ticket]) -> None:

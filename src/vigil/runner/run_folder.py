@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -37,8 +37,11 @@ class RunFolder:
         self._log = log
 
     @classmethod
-    def create_or_resume(cls, path: Path, spec: RunSpec) -> "RunFolder":
-        """Returns the folder of the run `spec`, new or to be continued. Raises RecordError when another is there."""
+    def create_or_resume(cls, path: Path, spec: RunSpec, places: Mapping[str, str] | None = None) -> "RunFolder":
+        """Returns the folder of the run `spec`, new or to be continued; `places` go into its header.
+
+        Raises RecordError when another run is there.
+        """
         path.mkdir(parents=True, exist_ok=True)
         if not (path / HEADER_FILE).exists() and (path / EPISODES_FILE).exists():
             raise RecordError(
@@ -47,7 +50,7 @@ class RunFolder:
             )
         log = RecordLog(path / EPISODES_FILE)
         try:
-            header = _resume(path, spec) if (path / HEADER_FILE).exists() else _create(path, spec)
+            header = _resume(path, spec) if (path / HEADER_FILE).exists() else _create(path, spec, places or {})
             _check_rows(path, header, log)
         except RecordError:
             log.close()
@@ -181,7 +184,7 @@ def _git(root: Path, *arguments: str) -> str | None:
     return done.stdout.strip() if done.returncode == 0 else None
 
 
-def _create(path: Path, spec: RunSpec) -> RunHeader:
+def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
     commit, is_dirty = source_state()
     header = RunHeader(
         run_id=path.resolve().name,
@@ -190,7 +193,7 @@ def _create(path: Path, spec: RunSpec) -> RunHeader:
         commit=commit,
         is_dirty=is_dirty,
         started=datetime.now(UTC),
-        host=host_facts(),
+        host={**host_facts(), **places},
     )
     write_header(path, header)
     return header

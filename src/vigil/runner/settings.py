@@ -94,6 +94,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         epochs=settings.epochs,
         seed=settings.seed,
         simulator=settings.backend,
+        asset_database_sha256=file_sha256(settings.asset_database) if settings.asset_database else None,
         render_quality=settings.render_quality,
     )
     return pack, episodes, spec
@@ -129,6 +130,13 @@ def worker_plan(
         agent_factory=settings.agent_factory,
         seed=settings.seed,
     )
+
+
+def file_sha256(path: Path) -> str:
+    """Returns the SHA-256 of a file. Raises SettingError when it is not there."""
+    if not path.is_file():
+        raise SettingError(f"Asset database {str(path)!r} does not exist. Give the path of an asset-database.json.")
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def log_dir(settings: RunSettings, spec: RunSpec) -> Path:

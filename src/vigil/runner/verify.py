@@ -39,39 +39,50 @@ class Difference:
         return f"{where}: {self.fact}: recorded {self.recorded!r}, found {self.found!r}"
 
 
-def resimulate(
-    episode: Episode, record: EpisodeRecord, env: Env, *, frames: bool = False, beat: Callable[[], None] = lambda: None
-) -> list[Difference]:
-    """Returns how `record` differs from its replies carried out again; with `frames`, their pixels too."""
+@dataclass(frozen=True, slots=True)
+class How:
+    """How to compare."""
+
+    frames: bool = False
+    """The frames' pixels too."""
+    exact: bool = False
+    """Numbers to the last bit, as on the machine that made the record."""
+    beat: Callable[[], None] = lambda: None
+    """Called after each step."""
+
+
+def resimulate(episode: Episode, record: EpisodeRecord, env: Env, how: How) -> list[Difference]:
+    """Returns how `record` differs from its replies carried out again."""
     observation = env.reset(episode)
     for step in record.steps:
         if observation is None:
             break
-        if frames and step.frame_sha256 is not None:
+        if how.frames and step.frame_sha256 is not None:
             observation.rgb  # noqa: B018 - looking at a frame is what draws it
         observation = env.step(step.reply)
-        beat()
+        how.beat()
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
-    return list(differences(record, again, frames=frames))
+    return list(differences(record, again, how))
 
 
-def differences(recorded: EpisodeRecord, found: EpisodeRecord, *, frames: bool) -> Iterator[Difference]:
+def differences(recorded: EpisodeRecord, found: EpisodeRecord, how: How) -> Iterator[Difference]:
     """Yields what differs between two records of one episode, times left aside."""
+    compare = _Comparison(how.exact).compare
 
     def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[Difference]:
         for fact, old, new in faults:
             yield Difference(recorded.episode_id, recorded.epoch, step, fact, old, new)
 
-    yield from report(0, _compare("prompt_sha256", recorded.prompt_sha256, found.prompt_sha256))
-    yield from report(0, _compare("initial", _plain(recorded.initial), _plain(found.initial)))
+    yield from report(0, compare("prompt_sha256", recorded.prompt_sha256, found.prompt_sha256))
+    yield from report(0, compare("initial", _plain(recorded.initial), _plain(found.initial)))
     for old, new in zip(recorded.steps, found.steps, strict=False):
-        yield from report(old.index, _compare("", _facts(old, frames), _facts(new, frames)))
+        yield from report(old.index, compare("", _facts(old, how.frames), _facts(new, how.frames)))
     last = len(recorded.steps)
     if recorded.end != "error":
-        yield from report(last, _compare("steps", last, len(found.steps)))
-        yield from report(last, _compare("end", recorded.end, found.end))
+        yield from report(last, compare("steps", last, len(found.steps)))
+        yield from report(last, compare("end", recorded.end, found.end))
 
 
 def _plain(fact: Any) -> Any:
@@ -85,26 +96,29 @@ def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
     return step.model_dump(mode="json", include=kept)
 
 
-def _compare(place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Yields (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
-    if isinstance(old, dict) and isinstance(new, dict):
-        for name in sorted(old.keys() | new.keys()):
-            yield from _compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)
-    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        for index, (before, now) in enumerate(zip(old, new, strict=True)):
-            yield from _compare(f"{place}.{index}", before, now, key)
-    elif not _is_same(key, old, new):
-        yield place, old, new
+@dataclass(frozen=True, slots=True)
+class _Comparison:
+    exact: bool
 
+    def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
+        """Yields (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
+        if isinstance(old, dict) and isinstance(new, dict):
+            for name in sorted(old.keys() | new.keys()):
+                yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)
+        elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+            for index, (before, now) in enumerate(zip(old, new, strict=True)):
+                yield from self.compare(f"{place}.{index}", before, now, key)
+        elif not self._is_same(key, old, new):
+            yield place, old, new
 
-def _is_same(key: str, old: Any, new: Any) -> bool:
-    if isinstance(old, bool) or isinstance(new, bool) or not _are_numbers(old, new):
-        return old == new
-    if key in _COUNT_KEYS:
-        return abs(old - new) <= max(1.0, _COUNT_TOLERANCE * max(old, new))
-    if key in _ANGLE_KEYS:
-        return abs((old - new + 180.0) % 360.0 - 180.0) <= ANGLE_TOLERANCE_DEG
-    return math.isclose(old, new, rel_tol=0.0, abs_tol=LENGTH_TOLERANCE_M)
+    def _is_same(self, key: str, old: Any, new: Any) -> bool:
+        if self.exact or isinstance(old, bool) or isinstance(new, bool) or not _are_numbers(old, new):
+            return old == new
+        if key in _COUNT_KEYS:
+            return abs(old - new) <= max(1.0, _COUNT_TOLERANCE * max(old, new))
+        if key in _ANGLE_KEYS:
+            return abs((old - new + 180.0) % 360.0 - 180.0) <= ANGLE_TOLERANCE_DEG
+        return math.isclose(old, new, rel_tol=0.0, abs_tol=LENGTH_TOLERANCE_M)
 
 
 def _are_numbers(old: Any, new: Any) -> bool:

@@ -119,6 +119,8 @@ class Resimulate:
 
     ticket: Ticket
     record: EpisodeRecord
+    frames: bool
+    exact: bool
 
 
 Request = AskFacts | Play | Begin | Advance | Fail | Drop | Resimulate

@@ -23,7 +23,7 @@ from vigil.pack import Pack
 from vigil.record import EpisodeRecord
 from vigil.runner.frames import FrameStore
 from vigil.runner.play import play
-from vigil.runner.verify import Difference, resimulate
+from vigil.runner.verify import Difference, How, resimulate
 from vigil.runner.wire import (
     Advance,
     AskFacts,
@@ -88,8 +88,8 @@ class Theatre:
                 return self._record(stage)
             case Drop(session):
                 return self._drop(session)
-            case Resimulate(ticket, record):
-                return self._resimulate(ticket, record)
+            case Resimulate():
+                return self._resimulate(request)
 
     def close(self) -> None:
         """Ends the agents' programs and frees the simulators."""
@@ -159,10 +159,11 @@ class Theatre:
         else:
             self._spare.append(stage)
 
-    def _resimulate(self, ticket: Ticket, record: EpisodeRecord) -> list[Difference]:
+    def _resimulate(self, request: Resimulate) -> list[Difference]:
         stage = self._take_stage()
         try:
-            return resimulate(ticket.episode, record, stage.env, beat=self._beat)
+            how = How(frames=request.frames, exact=request.exact, beat=self._beat)
+            return resimulate(request.ticket.episode, request.record, stage.env, how)
         finally:
             self._spare.append(stage)
 

@@ -1,0 +1,70 @@
+"""What a run would cost: bounds on calls and tokens, without calling anything.
+
+Tokens are estimates: text by characters, pictures by the published formulas of the large providers, which lie between
+`PICTURE_TOKENS` for a frame of 640 x 480.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from vigil.agents.model import Conversation
+from vigil.agents.picture import Picture
+from vigil.episode import Episode
+from vigil.profile import Profile
+from vigil.runner.settings import RunSettings, plan_run
+
+CHARS_PER_TOKEN = 4.0
+PICTURE_TOKENS = (300, 1300)
+REPLY_TOKENS = (40, 400)
+"""One JSON object with a thought; reasoning models may take many times more."""
+
+
+@dataclass(frozen=True, slots=True)
+class CostEstimate:
+    """Bounds on what a run takes of a model; an agent that reports early stays far below the highest."""
+
+    episodes: int
+    """Times epochs."""
+    calls: tuple[int, int]
+    """At least one reply an episode; at most its budget of steps."""
+    input_tokens: tuple[int, int]
+    output_tokens: tuple[int, int]
+
+    def cost(self, per_million_input: float, per_million_output: float) -> tuple[float, float]:
+        """Returns lowest and highest cost at prices per million tokens."""
+        low, high = (
+            (taken * per_million_input + given * per_million_output) / 1e6
+            for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
+        )
+        return low, high
+
+
+def estimate(settings: RunSettings) -> CostEstimate:
+    """Returns the bounds for a run of these settings. Raises InputError."""
+    _, episodes, spec = plan_run(settings)
+    return _estimate(episodes, spec.profile, spec.epochs)
+
+
+def _estimate(episodes: Sequence[Episode], profile: Profile, epochs: int) -> CostEstimate:
+    least_input = sum(_input_tokens(episode, profile, 1, 0) for episode in episodes)
+    most_input = sum(_input_tokens(episode, profile, episode.max_steps, 1) for episode in episodes)
+    steps = sum(episode.max_steps for episode in episodes)
+    count = len(episodes)
+    return CostEstimate(
+        episodes=count * epochs,
+        calls=(count * epochs, steps * epochs),
+        input_tokens=(least_input * epochs, most_input * epochs),
+        output_tokens=(count * epochs * REPLY_TOKENS[0], steps * epochs * REPLY_TOKENS[1]),
+    )
+
+
+def _input_tokens(episode: Episode, profile: Profile, calls: int, bound: int) -> int:
+    """Returns the tokens sent over the first `calls` calls of an episode at the lower (0) or upper (1) bound."""
+    conversation = Conversation(profile, episode.instruction)
+    reply = "x" * int(REPLY_TOKENS[bound] * CHARS_PER_TOKEN)
+    total = 0.0
+    for _ in range(calls):
+        messages = conversation.messages(Picture(b"", profile.image_format), None)
+        total += sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + PICTURE_TOKENS[bound]
+        conversation.add(None, reply)
+    return round(total)

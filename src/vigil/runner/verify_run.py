@@ -1,0 +1,138 @@
+"""Verifying a whole run: every recorded episode is played again by its recorded replies, in simulator workers."""
+
+import asyncio
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vigil.errors import PackMismatch, RecordError, SimulatorError
+from vigil.pack import Pack, find
+from vigil.record import EpisodeRecord, RunHeader, standing
+from vigil.runner.pool import PATIENCE_S, SimulatorPool
+from vigil.runner.run_folder import host_facts, read_run
+from vigil.runner.settings import file_sha256
+from vigil.runner.verify import Difference
+from vigil.runner.wire import Plan, Ticket
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerifySettings:
+    """How to verify a run. What is None is taken from the run's header."""
+
+    pack: str | Path | None = None
+    asset_database: Path | None = None
+    backend: str | None = None
+    workers: int | None = None
+    limit: int | None = None
+    """The first so many records."""
+    frames: bool = False
+    """Compare pixels as well; they are only equal on the same renderer."""
+    exact: bool | None = None
+    """Whether numbers must be equal to the last bit; None means: on the machine type that made the run."""
+    patience_s: float = PATIENCE_S
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """What came out."""
+
+    header: RunHeader
+    checked: int
+    errors: int
+    """Rows that ended as an error: there is nothing to verify in them."""
+    is_exact: bool
+    differences: tuple[Difference, ...]
+
+    @property
+    def is_verified(self) -> bool:
+        """Whether everything came out as recorded."""
+        return self.checked > 0 and not self.differences
+
+
+def verify_run(
+    path: Path, settings: VerifySettings | None = None, *, on_progress: Callable[[int, int], None] = lambda *_: None
+) -> Verification:
+    """Returns how the records of a run compare with their replies carried out again.
+
+    `on_progress` is told (done, total). Raises RecordError, PackMismatch or SimulatorError.
+    """
+    settings = settings or VerifySettings()
+    header, rows = read_run(path)
+    records = [record for record in standing(rows).values() if record.end != "error"][: settings.limit]
+    errors = sum(record.end == "error" for record in standing(rows).values())
+    pack = _pack_of(header, settings)
+    is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
+    plan = Plan(
+        pack=pack.folder,
+        run_id=header.run_id,
+        profile=header.spec.profile,
+        backend=settings.backend or header.spec.simulator,
+        quality=header.spec.render_quality,
+        asset_database=_asset_database(header, settings),
+    )
+    workers = max(1, min(settings.workers or os.cpu_count() or 1, len(records)))
+    with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
+        verify = _Verifying(pool, pack, settings.frames, is_exact)
+        differences = asyncio.run(verify.all(records, workers, on_progress))
+    return Verification(header, len(records), errors, is_exact, tuple(differences))
+
+
+@dataclass(frozen=True, slots=True)
+class _Verifying:
+    pool: SimulatorPool
+    pack: Pack
+    frames: bool
+    is_exact: bool
+
+    async def all(
+        self, records: Sequence[EpisodeRecord], workers: int, on_progress: Callable[[int, int], None]
+    ) -> list[Difference]:
+        found: dict[int, list[Difference]] = {}
+        waiting = iter(enumerate(records))
+
+        async def work() -> None:
+            for number, record in waiting:
+                found[number] = await self.one(record)
+                on_progress(len(found), len(records))
+
+        await asyncio.gather(*(work() for _ in range(workers)))
+        return [difference for number in sorted(found) for difference in found[number]]
+
+    async def one(self, record: EpisodeRecord) -> list[Difference]:
+        ticket = Ticket(self.pack.episode(record.episode_id), record.epoch, record.attempt)
+        try:
+            return await self.pool.resimulate(ticket, record, frames=self.frames, exact=self.is_exact)
+        except SimulatorError as error:
+            return [Difference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
+
+
+def _pack_of(header: RunHeader, settings: VerifySettings) -> Pack:
+    noted = header.host.get("pack_folder", "")
+    pack = Pack.load(settings.pack or (noted if noted and Path(noted).is_dir() else find(header.spec.pack)))
+    if pack.sha256 != header.spec.pack_sha256:
+        raise PackMismatch(
+            f"Run {header.run_id!r} was played on pack {header.spec.pack!r} with SHA-256 "
+            f"{header.spec.pack_sha256[:12]}..., {str(pack.folder)!r} has {pack.sha256[:12]}.... "
+            "Give the pack that it was played on."
+        )
+    return pack
+
+
+def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
+    expected = header.spec.asset_database_sha256
+    if expected is None:
+        return None
+    noted = header.host.get("asset_database")
+    path = settings.asset_database or (Path(noted) if noted else None)
+    if path is None or not path.is_file() or file_sha256(path) != expected:
+        raise RecordError(
+            f"Run {header.run_id!r} was played with an asset database of SHA-256 {expected[:12]}..., and "
+            f"{str(path)!r} is not that file. Give it."
+        )
+    return path
+
+
+def _is_same_host(header: RunHeader) -> bool:
+    here = host_facts()
+    return all(header.host.get(name) == here[name] for name in ("machine", "python", "numpy"))
