@@ -1,7 +1,8 @@
 """Replies: an agent's raw text -> an action, or the reason why it is none.
 
 The grammar is strict and repairs nothing; the `lenient` policy is a named variant with a run identity of its own.
-No reply of any bytes raises. Source: `protocol.md` section 2.3.
+Words of a closed vocabulary (skill, mode, direction, intent, status) are stripped and case-folded; only intents have
+aliases. No reply of any bytes raises. Source: `protocol.md` section 2.3.
 """
 
 import json
