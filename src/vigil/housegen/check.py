@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from shapely import Polygon, STRtree
 
-from vigil.assets.catalog import CATALOG
+from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House, Room
 from vigil.housegen.solids import Body, Prism, bodies_of
@@ -49,7 +49,7 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     faults += pairs.overlaps()
     if not any(fault.rule == "room-shape" for fault in faults):
         ground = walkable_of(house, bodies)
-        faults += [*_walking(house, ground), *_start(house, ground), *_access(bodies, ground, pairs)]
+        faults += [*_walking(house, ground), *_start(house, ground), *_access(house, bodies, ground, pairs)]
     return faults
 
 
@@ -122,26 +122,28 @@ def _holes(house: House) -> list[Fault]:
 
 
 def _hovering(house: House, bodies: list[Body]) -> list[Fault]:
-    heights = [point.y for wall in house.document.walls for point in wall.polygon]
-    ceiling = max(heights, default=0.0)
+    ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=0.0)
     lines = [floor_of(room).exterior for room in house.document.rooms]
     faults: list[Fault] = []
     for body in bodies:
-        hangs = body.is_opening or body.is_tilted or abs(body.position.y + body.asset.size.y / 2 - ceiling) < WALL_M
-        if hangs or (body.gap is not None and abs(body.gap) <= HOVER_M) or _on_wall(body, lines):
+        if body.is_opening or body.is_tilted or _hangs(body, lines, ceiling):
             continue
-        if body.parent is not None and (_on_wall(body.parent, lines) or body.gap is not None):
-            if body.gap is not None and abs(body.gap) > HOVER_M:
-                faults.append(Fault("hovering", body.id, f"{body.gap:.3f} m above {body.parent.id!r}"))
-            continue
-        over = "nothing" if body.parent is None else f"no surface of {body.parent.id!r}"
-        faults.append(Fault("hovering", body.id, f"its bottom at {body.bottom:.3f} m rests on {over}"))
+        under = "the floor" if body.parent is None else repr(body.parent.id)
+        if body.gap is None:
+            faults.append(Fault("hovering", body.id, f"its bottom at {body.bottom:.3f} m is on no surface of {under}"))
+        elif abs(body.gap) > HOVER_M:
+            faults.append(Fault("hovering", body.id, f"its bottom is {body.gap:.3f} m above {under}"))
     return faults
 
 
-def _on_wall(body: Body, lines: list[shapely.LinearRing]) -> bool:
+def _hangs(body: Body, lines: list[shapely.LinearRing], ceiling: float) -> bool:
+    """Whether it is a thing for walls that is at a wall (or hangs from one that is), or a lamp at the ceiling."""
+    places = CATALOG[body.category].rests_on
+    if CEILING in places and abs(body.bottom + body.asset.size.y - ceiling) < WALL_M:
+        return True
     shape = Polygon(body.box_corners())
-    return any(shape.distance(line) < WALL_M for line in lines)
+    at_wall = any(shape.distance(line) < WALL_M for line in lines)
+    return WALL in places and (at_wall or (body.parent is not None and _hangs(body.parent, lines, ceiling)))
 
 
 def _outside(house: House, bodies: list[Body]) -> list[Fault]:
@@ -268,15 +270,22 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
     ]
 
 
-def _access(bodies: list[Body], ground: Walkable, pairs: _Pairs) -> list[Fault]:
+def _leaves_room(prism: Prism, floors: list[Polygon]) -> bool:
+    return prism.joint is not None and not any(floor.contains(prism.polygon) for floor in floors)
+
+
+def _access(house: House, bodies: list[Body], ground: Walkable, pairs: _Pairs) -> list[Fault]:
     """Returns a fault for each openable thing whose leaf is blocked, or before which nobody can stand."""
     faults: list[Fault] = []
+    floors = [floor_of(room).buffer(OUTSIDE_M, join_style="mitre") for room in house.document.rooms]
     for body in bodies:
         kind = CATALOG[body.category]
         if not body.can_open or body.is_tilted or not kind.is_openable or kind.is_pickupable:
             continue
         struck = next((hit for openness in SWEEP if (hit := pairs.struck_by(body, openness)) is not None), None)
-        if struck is not None:
+        if not body.is_opening and any(_leaves_room(prism, floors) for at in SWEEP for prism in body.prisms(at)):
+            faults.append(Fault("blocked-opening", body.id, "cannot open: a wall is in the way"))
+        elif struck is not None:
             faults.append(Fault("blocked-opening", body.id, f"cannot open: {struck.id!r} is in the way", struck.id))
         elif not ground.can_serve(body, REACH_M):
             faults.append(Fault("no-access", body.id, "nobody can stand within reach of it clear of its leaf"))

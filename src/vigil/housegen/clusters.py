@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vigil.housegen.floor import WALL_GAP, Floor, wall_yaw
-from vigil.housegen.stock import Model, Piece, Rect, leaf_reach, turned_rect
+from vigil.housegen.stock import Model, Piece, Rect, leaf_reach, swept, turned_rect
 from vigil.pose import Vec3, rotate_floor
 
 TALL_M = 0.97
@@ -46,6 +46,17 @@ class Cluster:
     def solid(self) -> list[Rect]:
         """Returns the rectangles of what stands on the floor (a rug takes no room)."""
         return [member.rect() for member in self.members if member.on is None and member.model.category != "Rug"]
+
+    def sweeps(self) -> list[Rect]:
+        """Returns the rectangles that the doors and drawers of what stands on the floor pass over."""
+        found: list[Rect] = []
+        for member in self.members:
+            rect = swept(member.model) if member.on is None else None
+            if rect is not None:
+                half_x = member.model.size.x / 2
+                ahead = (min(rect[0], -half_x), member.model.size.z / 2, max(rect[2], half_x), rect[3])
+                found.append(turned_rect(ahead, member.x, member.z, member.yaw))
+        return [rect for rect in found if rect[3] - rect[1] > 1e-3]
 
     def extent(self) -> Rect:
         """Returns the rectangle about it all."""
@@ -144,6 +155,10 @@ def settle(floor: Floor, cluster: Cluster, anchors: list[Anchor], scores: np.nda
     if access:
         zones = moved(access, anchors)
         fits &= floor.is_open(zones.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
+    sweeps = cluster.sweeps()
+    if sweeps:
+        zones = moved(sweeps, anchors)
+        fits &= floor.is_clear(zones.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
     order = [int(index) for index in np.argsort(-scores, kind="stable") if fits[index]]
     for index in order[:TRIES]:
         anchor = anchors[index]
@@ -152,6 +167,7 @@ def settle(floor: Floor, cluster: Cluster, anchors: list[Anchor], scores: np.nda
         if floor.can_walk(taken, open_zones):
             floor.taken.extend(taken)
             floor.access.extend(open_zones)
+            floor.sweeps.extend([_rect(row) for row in moved(sweeps, [anchor])[0]] if sweeps else [])
             return pieces_at(cluster, anchor, floor.room.number)
     return None
 

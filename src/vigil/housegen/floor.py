@@ -16,8 +16,14 @@ BODY_RADIUS = 0.2
 LEAST_WALKABLE = 0.93
 """Least share of the free grid that one component must cover (the rule is 0.9)."""
 EPS = 1e-6
+FRAME_M = 0.09
+"""How far window frames and sills come out of the wall."""
 WALL_GAP = 0.02
 """Distance of furniture from the wall behind it."""
+
+
+Block = tuple[Rect, float, float]
+"""A rectangle with the heights of its bottom and top: room that something takes."""
 
 
 class Floor:
@@ -31,6 +37,7 @@ class Floor:
         self.taken: list[Rect] = []
         self.clear: list[Rect] = [rect for opening in self.openings if (rect := _before(opening, room.number))]
         self.access: list[Rect] = []
+        self.sweeps: list[Rect] = []
         self.windows: list[Rect] = [
             _strip(opening, room.number, 0.35) for opening in self.openings if not opening.is_door
         ]
@@ -46,6 +53,14 @@ class Floor:
         core = room.polygon.buffer(-BODY_RADIUS - 0.01, join_style="mitre")
         self.walkable = contains_xy(core, self.grid_x, self.grid_z)
 
+    def window_frames(self) -> list[Block]:
+        """Returns the room that the windows' frames and sills take."""
+        return [
+            (_strip(opening, self.room.number, FRAME_M), opening.bottom, opening.top)
+            for opening in self.openings
+            if not opening.is_door
+        ]
+
     @property
     def area(self) -> float:
         """Square metres."""
@@ -53,7 +68,7 @@ class Floor:
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
         """Returns which of the rectangles (n, 4) lie in the room on floor that nothing needs."""
-        blocks = [*self._outside, *self.taken, *self.clear, *self.access]
+        blocks = [*self._outside, *self.taken, *self.clear, *self.access, *self.sweeps]
         if is_tall:
             blocks = [*blocks, *self.windows]
         return ~_overlaps(rects, blocks)
@@ -61,6 +76,10 @@ class Floor:
     def is_open(self, rects: np.ndarray) -> np.ndarray:
         """Returns which of the rectangles (n, 4) lie in the room with nothing standing in them."""
         return ~_overlaps(rects, [*self._outside, *self.taken])
+
+    def is_clear(self, rects: np.ndarray) -> np.ndarray:
+        """Returns which of the rectangles (n, 4) also keep out of the way of doors."""
+        return ~_overlaps(rects, [*self._outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
         """Whether one can still walk about, to each door and before each access, with `more` standing there too."""
@@ -155,4 +174,4 @@ def _overlaps(rects: np.ndarray, blocks: list[Rect]) -> np.ndarray:
         | (rect[..., 1] >= block[..., 3] - EPS)
         | (rect[..., 3] <= block[..., 1] + EPS)
     )
-    return ~apart.all(axis=1)
+    return np.asarray(~apart.all(axis=1))

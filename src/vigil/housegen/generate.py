@@ -125,7 +125,7 @@ def _furnished(plan: Plan, floors: dict[int, Floor], spec: HouseSpec, key: tuple
     }
     for room in shuffled(generator(*key, "order"), plan.rooms):
         pieces = [*standing[room.number], *hanging[room.number]]
-        Tidier(room.kind, pieces, household, generator(*key, "tidy", room.number)).fill(spec.clutter)
+        Tidier(floors[room.number], pieces, household, generator(*key, "tidy", room.number)).fill(spec.clutter)
     everything = [piece for room in plan.rooms for piece in [*standing[room.number], *hanging[room.number]]]
     states.set_states(everything, generator(*key, "states"))
     return everything

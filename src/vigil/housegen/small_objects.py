@@ -7,6 +7,7 @@ import numpy as np
 from vigil.assets.asset import Surface
 from vigil.assets.catalog import CATALOG
 from vigil.housegen.draw import chance, pick, pick_weighted, shuffled
+from vigil.housegen.floor import Block, Floor
 from vigil.housegen.household import Household
 from vigil.housegen.stock import Model, Piece, Rect, draw_model, leaf_reach, turned_rect
 from vigil.pose import Vec3, rotate_floor
@@ -120,8 +121,9 @@ STRAIGHT = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
 class Tidier:
     """Puts small things into one room."""
 
-    def __init__(self, kind: str, furniture: list[Piece], household: Household, rng: np.random.Generator) -> None:
-        self.kind = kind
+    def __init__(self, floor: Floor, furniture: list[Piece], household: Household, rng: np.random.Generator) -> None:
+        self.kind = floor.room.kind
+        self.keep_out = [*floor.window_frames(), *(_block(piece) for piece in furniture if piece.is_on_wall)]
         self.furniture = furniture
         self.household = household
         self.rng = rng
@@ -180,7 +182,7 @@ class Tidier:
         surfaces = [surface for surface in piece.model.asset.surfaces if surface.is_inside == inside]
         model = draw_model(category, self.rng)
         for surface in shuffled(self.rng, surfaces):
-            child = _place(piece, surface, model, self.rng)
+            child = _place(piece, surface, model, self.rng, self.keep_out)
             if child is not None:
                 piece.children.append(child)
                 self.household.add(category)
@@ -188,7 +190,22 @@ class Tidier:
         return False
 
 
-def _place(piece: Piece, surface: Surface, model: Model, rng: np.random.Generator) -> Piece | None:
+def _block(piece: Piece) -> Block:
+    pieces = piece.all()
+    rects = np.asarray([found.footprint() for found in pieces])
+    (x0, z0), (x1, z1) = rects[:, :2].min(axis=0), rects[:, 2:].max(axis=0)
+    rect = (float(x0), float(z0), float(x1), float(z1))
+    return rect, min(found.bottom for found in pieces), max(found.top for found in pieces)
+
+
+def _is_in(block: Block, piece: Piece) -> bool:
+    rect, bottom, top = block
+    return piece.bottom < top and piece.top > bottom and not _apart(rect, piece.footprint(), 0.0)
+
+
+def _place(
+    piece: Piece, surface: Surface, model: Model, rng: np.random.Generator, keep_out: list[Block]
+) -> Piece | None:
     """Returns the model on a free spot of the surface; None when there is none."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
@@ -212,7 +229,9 @@ def _place(piece: Piece, surface: Surface, model: Model, rng: np.random.Generato
             dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
             place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
             yaw = round((piece.yaw + turn) % 360.0, 2)
-            return Piece(model, place, yaw, piece.room, surface=surface)
+            child = Piece(model, place, yaw, piece.room, surface=surface)
+            if piece.is_on_wall or not any(_is_in(block, child) for block in keep_out):
+                return child
     return None
 
 
@@ -243,5 +262,5 @@ def _taken(piece: Piece, surface: Surface) -> list[Rect]:
     return rects
 
 
-def _apart(a: Rect, b: Rect) -> bool:
-    return a[2] + GAP <= b[0] or a[0] >= b[2] + GAP or a[3] + GAP <= b[1] or a[1] >= b[3] + GAP
+def _apart(a: Rect, b: Rect, gap: float = GAP) -> bool:
+    return a[2] + gap <= b[0] or a[0] >= b[2] + gap or a[3] + gap <= b[1] or a[1] >= b[3] + gap

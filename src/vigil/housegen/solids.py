@@ -71,7 +71,7 @@ class Body:
         return [self._prism(solid, joints.get(solid.joint or ""), openness) for solid in self.asset.solids]
 
     def _prism(self, solid: Solid, joint: Joint | None, openness: float) -> Prism:
-        corners, bottom, top = _moved(solid, joint, openness)
+        corners, bottom, top = moved_solid(solid, joint, openness)
         turned = np.array([rotate_floor(x, z, self.yaw) for x, z in corners])
         y = self.position.y
         return Prism(turned + self._middle(), y + bottom, y + top, solid.joint)
@@ -94,7 +94,7 @@ class Body:
         return [] if self.parent is None else [self.parent, *self.parent.ancestors()]
 
 
-def _moved(solid: Solid, joint: Joint | None, openness: float) -> tuple[np.ndarray, float, float]:
+def moved_solid(solid: Solid, joint: Joint | None, openness: float) -> tuple[np.ndarray, float, float]:
     """Returns corners, bottom and top of a solid (in the asset's frame) at an openness."""
     corners = np.array(solid.polygon, dtype=float)
     if joint is None or openness == 0.0:

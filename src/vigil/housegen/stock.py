@@ -8,8 +8,11 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, own_asset_id
+from vigil.housegen.solids import moved_solid
 from vigil.pose import Vec3, rotate_floor
 
+SWEEP = (0.2, 0.4, 0.6, 0.8, 1.0)
+"""Openness at which moving parts are looked at."""
 VARIANTS = 24
 """Own asset ids that the generator draws from, per category."""
 
@@ -100,18 +103,21 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 
 
 @lru_cache(maxsize=4096)
+def swept(model: Model) -> Rect | None:
+    """Returns the rectangle (in the asset's frame) that its doors and drawers pass over; None when nothing opens."""
+    joints = {joint.name: joint for joint in model.asset.joints}
+    moving = [solid for solid in model.asset.solids if solid.joint in joints]
+    if not moving:
+        return None
+    corners = np.concatenate(
+        [moved_solid(solid, joints[solid.joint or ""], openness)[0] for solid in moving for openness in SWEEP]
+    )
+    (x0, z0), (x1, z1) = corners.min(axis=0), corners.max(axis=0)
+    return float(x0), float(z0), float(x1), float(z1)
+
+
+@lru_cache(maxsize=4096)
 def leaf_reach(model: Model) -> float:
     """Returns how far (m) its doors and drawers come out in front when they open."""
-    asset, front = model.asset, model.size.z / 2
-    furthest = front
-    for joint in asset.joints:
-        corners = [corner for solid in asset.solids if solid.joint == joint.name for corner in solid.polygon]
-        if joint.kind == "slide":
-            furthest = max([furthest, *(z + max(joint.axis.z * joint.travel, 0.0) for _, z in corners)])
-        elif abs(joint.axis.y) > 0.5:
-            radius = max((float(np.hypot(x - joint.origin.x, z - joint.origin.z)) for x, z in corners), default=0.0)
-            furthest = max(furthest, joint.origin.z + radius)
-        else:
-            rise = max((solid.top - solid.bottom for solid in asset.solids if solid.joint == joint.name), default=0.0)
-            furthest = max(furthest, front + rise)
-    return furthest - front
+    rect = swept(model)
+    return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

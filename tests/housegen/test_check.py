@@ -1,0 +1,131 @@
+import copy
+import gzip
+import json
+
+import pytest
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.housegen import Fault, check_house
+
+
+def rules(data: dict) -> list[str]:
+    return [fault.rule for fault in faults(data)]
+
+
+def faults(data: dict) -> list[Fault]:
+    return check_house(House("broken", data), AssetDatabase.default())
+
+
+@pytest.fixture
+def data(bedroom):
+    return copy.deepcopy(bedroom.data)
+
+
+def find(data: dict, category: str) -> dict:
+    return next(node for node in data["objects"] if node["id"].startswith(category))
+
+
+def test_a_generated_house_is_clean(data):
+    assert faults(data) == []
+
+
+def test_wrong_schema(data):
+    data["metadata"]["schema"] = "0.0.1"
+    assert rules(data) == ["schema"]
+
+
+def test_missing_wall(data):
+    data["doors"][0]["wall1"] = "wall|9|0|0|1|1"
+    assert "reference" in rules(data)
+
+
+def test_self_intersecting_room(data):
+    polygon = data["rooms"][0]["floorPolygon"]
+    polygon[0], polygon[1] = polygon[1], polygon[0]
+    assert "room-shape" in rules(data)
+
+
+def test_rooms_that_overlap(data):
+    data["rooms"].append({**copy.deepcopy(data["rooms"][0]), "id": "room|99"})
+    assert "rooms-overlap" in rules(data)
+
+
+def test_hole_outside_its_wall(data):
+    data["doors"][0]["holePolygon"][1]["x"] += 50
+    found = next(fault for fault in faults(data) if fault.rule == "hole")
+    assert "outside its wall" in found.message
+
+
+def test_unknown_asset(data):
+    find(data, "Dresser")["assetId"] = "vigil_Spaceship_1"
+    assert "asset" in rules(data)
+
+
+def test_hovering(data):
+    find(data, "Bed")["position"]["y"] += 0.5
+    found = [fault.subject for fault in faults(data) if fault.rule == "hovering"]
+    assert find(data, "Bed")["id"] in found
+
+
+def test_outside_its_room(data):
+    find(data, "Bed")["position"]["x"] += 30
+    assert "outside-room" in rules(data)
+
+
+def test_things_that_share_room(data):
+    bed, dresser = find(data, "Bed"), find(data, "Dresser")
+    dresser["position"]["x"], dresser["position"]["z"] = bed["position"]["x"], bed["position"]["z"]
+    pairs = [{fault.subject, fault.other} for fault in faults(data) if fault.rule == "overlap"]
+    assert {bed["id"], dresser["id"]} in pairs
+
+
+def test_misplaced_and_missing_furniture(data):
+    data["rooms"][0]["roomType"] = "Kitchen"
+    assert {"misplaced", "room-lacks"} <= set(rules(data))
+
+
+def test_start_in_the_bed(data):
+    position = find(data, "Bed")["position"]
+    data["metadata"]["agent"]["position"].update(x=position["x"], z=position["z"])
+    assert rules(data) == ["start"]
+
+
+def test_no_start(data):
+    del data["metadata"]["agent"]
+    assert rules(data) == ["start"]
+
+
+def test_a_closed_off_room(procthor):
+    data = json.loads((procthor / "house_1.json").read_bytes())
+    data["doors"] = [door for door in data["doors"] if door["id"] != "door|4|5"]
+    assert "unreachable-room" in rules(data)
+
+
+def test_something_before_a_drawer(data):
+    dresser = find(data, "Dresser")
+    box = copy.deepcopy(dresser)
+    yaw = dresser["rotation"]["y"] % 360
+    step = {0: (0, 1), 90: (1, 0), 180: (0, -1), 270: (-1, 0)}[round(yaw)]
+    box.update(id="Safe|2|999", assetId="vigil_Safe_1", children=[])
+    box["position"] = {
+        "x": dresser["position"]["x"] + 0.5 * step[0],
+        "y": 0.19,
+        "z": dresser["position"]["z"] + 0.5 * step[1],
+    }
+    data["objects"].append(box)
+    assert any(fault.rule == "blocked-opening" and fault.subject == dresser["id"] for fault in faults(data))
+
+
+@pytest.mark.parametrize("name", ["house_0", "house_1", "house_2"])
+def test_real_houses_are_checked_without_failing(procthor, name):
+    house = House.load(procthor / f"{name}.json")
+    found = check_house(house, AssetDatabase.load(procthor / "asset-database.json"))
+    assert all(fault.rule not in ("schema", "reference", "room-shape", "hole", "asset") for fault in found)
+
+
+def test_real_one_room_houses_are_checked_without_failing(procthor):
+    assets = AssetDatabase.load(procthor / "asset-database.json")
+    with gzip.open(procthor / "one_room_train.jsonl.gz", "rt") as lines:
+        for number, line in zip(range(5), lines, strict=False):
+            check_house(House(f"train_{number}", json.loads(line)), assets)
