@@ -142,16 +142,18 @@ class RunHeader(_Record):
     commit: str | None = None
     is_dirty: bool | None = None
     """Whether the checkout had uncommitted changes; None outside a checkout."""
-    pack_folder: str = ""
-    """Where the pack was when the run began."""
-    asset_database: str = ""
-    """Where the file of asset sizes was; empty without one."""
     simulator_version: str = ""
     renderer: str = ""
     """GL renderer string; empty until known."""
     started: datetime
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
+    """The machine and where things lay on it: platform, python ..., `pack_folder`, `asset_database`."""
+
+    @property
+    def pack_folder(self) -> str:
+        """Where the pack was when the run began; empty when that was not noted."""
+        return self.host.get("pack_folder", "")
 
     @property
     def is_privileged(self) -> bool:
