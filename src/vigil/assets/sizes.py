@@ -156,7 +156,7 @@ class AssetDatabase:
             size = _guessed_size(category, asset_id) if category else Vec3(0.0, 0.0, 0.0)
         if category is None:
             raise HouseError(
-                f"Object {object_id!r}: nothing is known of its asset {asset_id!r}, and no category can be guessed from the "
+                f"Object {object_id!r}: nothing is known of asset {asset_id!r}, and no category follows from the "
                 "ids. Give an asset database that has it, or an assetId such as 'vigil_Chair_1'."
             )
         return AssetEntry(category, size, _variant(category, asset_id))
@@ -189,7 +189,7 @@ def _read_row(row: Any, place: str) -> tuple[str, Vec3]:
     known = [side for side in sides if side is not None]
     if len(known) != 3:
         raise SettingError(
-            f"{place} ({row['assetId']}): `boundingBox` must hold x, y, z up to {MAX_SIDE_M:g} m. {_WANTED}"
+            f"{place} ({row['assetId']}): `boundingBox` must hold x, y, z up to {MAX_SIDE_M:g}. {_WANTED}"
         )
     return row["assetId"], Vec3(*known)
 
