@@ -13,7 +13,7 @@ from vigil.errors import SimulatorError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose
 from vigil.sim.mujoco import frames, gl, held, tuning
-from vigil.sim.mujoco.binding import BACKEND, mujoco
+from vigil.sim.mujoco.binding import BACKEND, GL, GLContext, NativeModel, RenderContext, mujoco
 from vigil.sim.mujoco.lights import Sun
 from vigil.sim.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
 from vigil.sim.scene import Thing
@@ -30,6 +30,9 @@ class _Settings:
 SETTINGS: dict[Quality, _Settings] = {"default": _Settings(2048, 4), "fast": _Settings(1024, 0)}
 
 
+_HINT = f"Try MUJOCO_GL=osmesa, or {gl.ADVICE}."
+
+
 class _Window:
     """The process's OpenGL context; it belongs to the thread that first draws."""
 
@@ -37,13 +40,10 @@ class _Window:
         gl.demand(BACKEND)
         self.thread, self.process = threading.get_ident(), os.getpid()
         try:
-            self.context = mujoco.GLContext(FRAME_WIDTH, FRAME_HEIGHT)
+            self.context = GLContext(FRAME_WIDTH, FRAME_HEIGHT)
             self.context.make_current()
         except (ImportError, RuntimeError, OSError) as error:
-            raise SimulatorError(
-                f"OpenGL ({BACKEND.name}) was found but gives no context: {error}. "
-                f"Try MUJOCO_GL=osmesa, or {gl.ADVICE}."
-            ) from error
+            raise SimulatorError(f"OpenGL ({BACKEND.name}) was found but gives no context: {error}. {_HINT}") from error
 
     def enter(self) -> None:
         """Makes the context current. Raises SimulatorError in another thread than the first."""
@@ -79,6 +79,13 @@ def _close_window() -> None:
         _window.pop().context.free()
 
 
+def _render_context(native: NativeModel) -> RenderContext:
+    try:
+        return mujoco.MjrContext(native, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+    except mujoco.FatalError as error:
+        raise SimulatorError(f"OpenGL ({BACKEND.name}) cannot take the scene: {error}. {_HINT}") from error
+
+
 def _view_of(agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
     return frames.points(np.array(agent.eye)), frames.camera_axes(agent), FOVY_DEG
 
@@ -94,7 +101,7 @@ class Camera:
         native.vis.quality.offsamples = SETTINGS[quality].samples
         native.vis.global_.offwidth, native.vis.global_.offheight = FRAME_WIDTH, FRAME_HEIGHT
         self._scene = mujoco.MjvScene(native, maxgeom=native.ngeom + 16)
-        self._context = mujoco.MjrContext(native, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        self._context = _render_context(native)
         tuning.tune(self._context)
         self._option, self._perturb, self._view = mujoco.MjvOption(), mujoco.MjvPerturb(), mujoco.MjvCamera()
         self._view.type, self._view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, 0
@@ -184,7 +191,5 @@ class Camera:
 def gl_strings() -> dict[str, str]:
     """Returns what the OpenGL driver says of itself: vendor, renderer and version."""
     _enter()
-    from OpenGL import GL  # noqa: PLC0415  (PyOpenGL chooses its platform when it is imported)
-
     names = {"vendor": GL.GL_VENDOR, "renderer": GL.GL_RENDERER, "version": GL.GL_VERSION}
     return {name: (GL.glGetString(key) or b"").decode(errors="replace") for name, key in names.items()}

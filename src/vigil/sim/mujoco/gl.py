@@ -30,6 +30,11 @@ class Backend:
     """Why nothing can be drawn; None when it can."""
     is_chosen_by_user: bool = False
 
+    @property
+    def module(self) -> str:
+        """The module of MuJoCo that makes its contexts."""
+        return self.name if self.name in _LIBRARIES else "gl_context"
+
 
 def prepare() -> Backend:
     """Sets MUJOCO_GL to a backend whose libraries are here, and returns it; keeps a user's own setting."""

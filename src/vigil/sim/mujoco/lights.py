@@ -25,6 +25,7 @@ FILLS = (((0.35, 0.2, 0.9), 0.27), ((-0.33, -0.40, -0.86), 0.26))
 LAMP, OTHER_LAMP = 0.52, 0.34
 FALLOFF, OTHER_FALLOFF = (1.0, 0.0, 0.02), (1.0, 0.0, 0.16)
 """The lamp of the agent's room, and those of other rooms: weaker, since no wall stops their light."""
+USUAL_HEIGHT_M = 2.6
 RISE_M = 0.02
 """Lamps hang this far over the ceiling, which stops no light: behind a lamp the shadow map would be read backwards."""
 SHADOW_UP_TO_M, WIDEST_SHADOW_DEG = 0.7, 74.0
@@ -119,7 +120,7 @@ def add_lamps(spec: NativeSpec, scene: Scene) -> Lamps:
             type=mujoco.mjtLightType.mjLIGHT_SPOT,
             cutoff=180.0,
             exponent=0.0,
-            specular=_color(room) * 0.25,
+            specular=(0.25, 0.25, 0.25),
             ambient=[0.0, 0.0, 0.0],
             castshadow=False,
         )
@@ -146,7 +147,9 @@ def add_lamps(spec: NativeSpec, scene: Scene) -> Lamps:
 
 
 def _color(room: RoomShape) -> np.ndarray:
-    return 0.5 + 0.5 * np.array(room.light_rgb)
+    """Returns the lamp's colour, half way to white, and stronger the higher it hangs."""
+    further = FALLOFF[2] * (room.height**2 - USUAL_HEIGHT_M**2)
+    return (0.5 + 0.5 * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
 
 
 def _shadow_scale(room: RoomShape) -> float:

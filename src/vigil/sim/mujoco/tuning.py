@@ -4,9 +4,7 @@ MuJoCo sets neither the matrix of the shadow map's texture unit nor, after it ha
 textures, so what is set here holds for as long as the context lives.
 """
 
-from OpenGL import GL
-
-from vigil.sim.mujoco.binding import RenderContext
+from vigil.sim.mujoco.binding import GL, RenderContext
 
 SHADOW_BIAS = 0.004
 """A surface's distance from the lamp counts as this share shorter, or rounding would speckle it with its own shadow."""

@@ -1,0 +1,126 @@
+"""Measures the MuJoCo engine: time to the first frame, frames a second against bare MuJoCo, memory per live scene.
+
+    python benchmarks/render.py [house.json ...] [--quality fast]
+
+Without houses it generates one of one room and one of four.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import psutil
+
+from vigil.actions import Navigate
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.housegen import SPECS, generate
+from vigil.pose import Pose, Vec3
+from vigil.sim import EmbeddedSimulator
+from vigil.sim.mujoco.engine import MujocoEngine
+from vigil.world import Setup
+
+STEPS = 40
+LIVE = 4
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("houses", nargs="*", type=Path)
+    parser.add_argument("--assets", type=Path, help="THOR's asset-database.json")
+    parser.add_argument("--quality", choices=["default", "fast"], default="default")
+    options = parser.parse_args()
+    assets = AssetDatabase.load(options.assets) if options.assets else AssetDatabase.default()
+    houses = [House.load(path) for path in options.houses] or [
+        generate(7, SPECS[name]) for name in ("1-room", "4-room")
+    ]
+    print(f"{'house':24} {'first s':>8} {'again s':>8} {'bare /s':>8} {'step+RGB /s':>12} {'share':>6} {'MB live':>8}")
+    for house in houses:
+        print(row(house, assets, options.quality), flush=True)
+
+
+def row(house: House, assets: AssetDatabase, quality: str) -> str:
+    """Returns one line of the table."""
+    first, _ = open_house(house, assets, quality)
+    again, simulator = open_house(house, assets, quality)
+    stepping = per_second(lambda: step(simulator))
+    bare = per_second(bare_frame(simulator))
+    before = memory_mb()
+    live = [open_house(house, assets, quality)[1] for _ in range(LIVE)]
+    each = (memory_mb() - before) / LIVE
+    for one in [*live, simulator]:
+        one.close()
+    share = stepping / bare
+    return f"{house.name:24} {first:8.2f} {again:8.2f} {bare:8.1f} {stepping:12.1f} {share:6.0%} {each:8.1f}"
+
+
+def open_house(house: House, assets: AssetDatabase, quality: str) -> tuple[float, EmbeddedSimulator]:
+    """Returns the seconds from a house document to its first frame, and the simulator."""
+    start = time.perf_counter()
+    simulator = EmbeddedSimulator(MujocoEngine(quality), assets)
+    simulator.load(house)
+    simulator.reset(start_of(house, simulator), Setup())
+    simulator.frame()
+    return time.perf_counter() - start, simulator
+
+
+def start_of(house: House, simulator: EmbeddedSimulator) -> Pose:
+    """Returns the house's own start, or else the first free place on a grid."""
+    if house.start is not None and simulator.can_stand(house.start.position):
+        return house.start
+    corners = np.array([(point.x, point.z) for point in house.document.rooms[0].floor_polygon])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    places = [
+        Vec3(float(x), 0.0, float(z)) for x in np.arange(low[0], high[0], 0.2) for z in np.arange(low[1], high[1], 0.2)
+    ]
+    return Pose(position=next(place for place in places if simulator.can_stand(place)), rotation=0.0, horizon=30.0)
+
+
+def step(simulator: EmbeddedSimulator) -> None:
+    """Turns a little and draws."""
+    simulator.step(Navigate(mode="turn_right", magnitude=9.0))
+    simulator.frame()
+
+
+def bare_frame(simulator: EmbeddedSimulator):
+    """Returns a function that draws the same views as `step` with MuJoCo's own calls and nothing else."""
+    camera = simulator._engine.camera
+    model, data = camera._model.native, camera._model.data
+    view, option, perturb = mujoco.MjvCamera(), mujoco.MjvOption(), mujoco.MjvPerturb()
+    view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, 0
+    option.geomgroup[:] = [1, 1, 1, 0, 1, 0]
+    scene, context, viewport = camera._scene, camera._context, camera._viewport
+    pixels = np.empty((480, 640, 3), np.uint8)
+    turn = np.array([np.cos(np.radians(-4.5)), 0.0, 0.0, np.sin(np.radians(-4.5))])
+
+    def draw() -> None:
+        turned = np.empty(4)
+        mujoco.mju_mulQuat(turned, turn, model.cam_quat[0])
+        model.cam_quat[0] = turned
+        mujoco.mj_camlight(model, data)
+        mujoco.mjv_updateScene(model, data, option, perturb, view, mujoco.mjtCatBit.mjCAT_ALL, scene)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+        mujoco.mjr_render(viewport, scene, context)
+        mujoco.mjr_readPixels(pixels, None, viewport, context)
+
+    return draw
+
+
+def per_second(act) -> float:
+    """Returns how often `act` runs in a second."""
+    act()
+    start = time.perf_counter()
+    for _ in range(STEPS):
+        act()
+    return STEPS / (time.perf_counter() - start)
+
+
+def memory_mb() -> float:
+    """Returns this process's resident memory."""
+    return psutil.Process().memory_info().rss / 2**20
+
+
+if __name__ == "__main__":
+    main()
