@@ -1,0 +1,92 @@
+"""The catalogue: complete, consistent, and of the affordances that AI2-THOR gives."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from vigil.assets.catalog import CATALOG, CEILING, FLOOR, ROOM_TYPES, WALL, Category
+
+CATEGORIES = sorted(CATALOG.values(), key=lambda row: row.name)
+STRUCTURE = {"Doorway", "Doorframe", "Window"}
+
+
+@pytest.mark.parametrize("row", CATEGORIES, ids=lambda row: row.name)
+def test_row_is_consistent(row: Category) -> None:
+    assert CATALOG[row.name] is row
+    assert all(0.001 <= side <= 3.0 for side in row.typical_size)
+    assert 0.0 <= row.size_spread <= 0.25
+    assert row.rooms
+    assert set(row.rooms) <= set(ROOM_TYPES)
+    assert row.rests_on
+    assert set(row.rests_on) <= {*CATALOG, FLOOR, WALL, CEILING}
+    assert not (row.is_pickupable and row.is_moveable)
+    assert row.accepts is None or row.is_receptacle
+    assert set(row.accepts or ()) <= {name for name, other in CATALOG.items() if other.is_pickupable}
+    assert not row.runs_only_when_closed or (row.is_openable and row.is_toggleable)
+
+
+def test_spoken_names_are_words_and_tell_categories_apart() -> None:
+    spoken = [row.spoken.lower() for row in CATEGORIES]
+    assert len(set(spoken)) == len(spoken)
+    assert all(re.fullmatch(r"[A-Za-z ]+", row.spoken) for row in CATEGORIES)
+
+
+def test_what_carries_pickupable_things_is_a_receptacle() -> None:
+    bearers = {name for row in CATEGORIES if row.is_pickupable for name in row.rests_on if name in CATALOG}
+    hooks = {"HandTowelHolder", "TowelHolder"}
+    assert {name for name in bearers if not CATALOG[name].is_receptacle} == hooks
+
+
+def test_every_pickupable_thing_is_taken_by_most_places_named_for_it() -> None:
+    for row in CATEGORIES:
+        if row.is_pickupable and "Floor" not in row.rests_on and "Wall" not in row.rests_on:
+            assert any(CATALOG[name].takes(row) for name in row.rests_on), row.name
+
+
+@pytest.mark.parametrize(
+    ("place", "thing", "expected"),
+    [
+        ("Fridge", "Apple", True),
+        ("Toaster", "Bread", True),
+        ("Toaster", "Apple", False),
+        ("Mug", "Pen", True),
+        ("Mug", "Apple", False),
+        ("StoveBurner", "Pan", True),
+        ("Fridge", "Sofa", False),  # nobody carries a sofa
+        ("Painting", "Apple", False),  # nothing stands on a painting
+    ],
+)
+def test_takes(place: str, thing: str, expected: bool) -> None:
+    assert CATALOG[place].takes(CATALOG[thing]) is expected
+
+
+def test_interlocks_are_those_of_machines_with_a_door() -> None:
+    locked = {row.name for row in CATEGORIES if row.runs_only_when_closed}
+    assert locked == {"Microwave", "WashingMachine", "ClothesDryer"}
+
+
+def test_target_sizes_of_pixel_grounding_differ_clearly() -> None:
+    def volume(name: str) -> float:
+        x, y, z = CATALOG[name].typical_size
+        return x * y * z
+
+    assert max(map(volume, ("Egg", "Pen", "Watch"))) * 50 < min(map(volume, ("Microwave", "Cabinet")))
+    assert volume("Microwave") * 10 < volume("Fridge")
+
+
+def test_agrees_with_the_simulator_that_the_categories_come_from(procthor: Path) -> None:
+    database = json.loads((procthor / "asset-database.json").read_bytes())
+    assert set(database) <= set(CATALOG)
+    assert len(database) == 109
+    for name, rows in database.items():
+        said = {word for row in rows for word in row.get("secondaryProperties", [])}
+        primary = {row.get("primaryProperty") for row in rows}
+        row = CATALOG[name]
+        assert row.is_pickupable == ("CanPickup" in primary), name
+        assert row.is_toggleable == ("CanToggleOnOff" in said), name
+        has_drawers = {"Desk", "Dresser", "SideTable", "TVStand"}
+        assert row.is_openable == ("CanOpen" in said) or name in has_drawers, name
+        hooks = {"HandTowelHolder", "TowelHolder", "ToiletPaperHanger"}
+        assert row.is_receptacle == ("Receptacle" in said) or name in hooks, name

@@ -1,0 +1,171 @@
+"""Sizes: own ids, a database file, and guesses from words."""
+
+import gzip
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.sizes import COUNTER_PLANS, AssetDatabase, guess_category, own_asset_id
+from vigil.errors import HouseError, SettingError
+from vigil.pose import Vec3
+
+DEFAULT = AssetDatabase.default()
+
+
+@pytest.mark.parametrize("category", sorted(CATALOG))
+def test_own_ids_vary_within_the_spread_and_repeat(category: str) -> None:
+    row = CATALOG[category]
+    sizes = set()
+    for number in range(40):
+        asset_id = own_asset_id(category, number)
+        entry = DEFAULT.look_up(asset_id, "Thing|1")
+        assert entry == AssetDatabase.default().look_up(asset_id, "Other|2")
+        assert entry.category == category
+        for side, typical in zip(entry.size, row.typical_size, strict=True):
+            assert abs(side / typical - 1) <= row.size_spread + 0.05 * (typical < 0.005) + 1e-3
+        sizes.add(entry.size)
+    assert len(sizes) == 1 if row.size_spread == 0 else len(sizes) > 10
+
+
+def test_own_sizes_are_pinned() -> None:
+    """Houses of packs depend on these figures: a change here changes every house."""
+    assert DEFAULT.look_up("vigil_Sofa_3", "Sofa|1").size == Vec3(1.8951, 0.802, 0.8603)
+    assert DEFAULT.look_up("vigil_Sofa_3", "Sofa|1").variant == 1321925914
+
+
+def test_own_id_of_no_category() -> None:
+    with pytest.raises(HouseError, match=r"Object 'x\|1'.*'vigil_Spaceship_1'.*Spaceship"):
+        DEFAULT.look_up("vigil_Spaceship_1", "x|1")
+
+
+@pytest.mark.parametrize(
+    ("asset_id", "category"),
+    [
+        ("Alarm_Clock_15", "AlarmClock"),
+        ("RoboTHOR_cellphone_blackberry_v", "CellPhone"),
+        ("Remote_2", "RemoteControl"),
+        ("TV_Stand_212_1", "TVStand"),
+        ("pillow_19", "Pillow"),
+        ("bin_9", "GarbageCan"),
+        ("Countertop_I_8x8", "CounterTop"),
+        ("RoboTHOR_salt_pepper_shaker_bnyd_pepper_v", "PepperShaker"),
+        ("Toilet_Paper_Hanger_3", "ToiletPaperHanger"),
+        ("Toilet_Paper_Used_Up", "ToiletPaper"),
+        ("Towel_Statue_2", "Statue"),
+        ("Wall_Decor_Photo_3V", "Painting"),
+        ("Tennis_Racquet_1", "TennisRacket"),
+        ("RoboTHOR_side_table_nested_havsta_v", "SideTable"),
+        ("RoboTHOR_television_props_america_1_v", "Television"),
+        ("RoboTHOR_basketball_rhode_island_novelty_v", "BasketBall"),
+        ("DecorativeBox3", "Box"),
+        ("Dish_Sponge_1", "DishSponge"),
+        ("Bathroom_Faucet_15", "Faucet"),
+        ("Paper_Towel_1", "PaperTowelRoll"),
+        ("Bath_Towel_Holder1", "TowelHolder"),
+        ("Apples_7", "Apple"),
+        ("Some_Nice_Armchairs", "ArmChair"),
+    ],
+)
+def test_words_of_an_asset_id(asset_id: str, category: str) -> None:
+    assert guess_category(asset_id, "small|3|1") == category
+    entry = DEFAULT.look_up(asset_id, "small|3|1")
+    assert entry.category == category
+
+
+def test_object_id_decides_over_words_and_helps_without_them() -> None:
+    assert guess_category("Mystery_1", "Chair|7|0") == "Chair"
+    assert guess_category("Sofa_1", "ArmChair|7|0") == "ArmChair"
+    assert guess_category("0a1b2c", "coffee_table_1|2") == "CoffeeTable"
+
+
+def test_nothing_known() -> None:
+    with pytest.raises(HouseError, match=r"Object 'zz\|1'.*'qwxyz_77'.*asset database"):
+        DEFAULT.look_up("qwxyz_77", "zz|1")
+
+
+def test_sizes_that_ids_state() -> None:
+    window = DEFAULT.look_up("Window_Hung_48x32", "window|1").size
+    assert (window.x, window.y) == pytest.approx((48 * 0.0254, 32 * 0.0254))
+    counter = DEFAULT.look_up("Countertop_I_8x2", "2|1").size
+    assert (counter.x, counter.z) == pytest.approx((2.44, 0.61), abs=0.01)
+    assert DEFAULT.look_up("Doorway_Double_3", "door|1").size.x == 2 * DEFAULT.look_up("Doorway_3", "door|1").size.x
+
+
+@pytest.mark.parametrize("plan", COUNTER_PLANS)
+def test_a_countertop_tells_its_plan(plan: str) -> None:
+    entry = DEFAULT.look_up(f"Countertop_{plan}_8x10", "2|0")
+    assert COUNTER_PLANS[entry.variant % len(COUNTER_PLANS)] == plan
+    assert DEFAULT.look_up("vigil_CounterTop_5", "2|0").variant % len(COUNTER_PLANS) == 0
+
+
+def write(path: Path, data: Any) -> Path:
+    path.write_text(data if isinstance(data, str) else json.dumps(data))
+    return path
+
+
+def box(x: Any = 1.0, y: Any = 2.0, z: Any = 3.0) -> dict[str, Any]:
+    return {"Chair": [{"assetId": "C_1", "boundingBox": {"x": x, "y": y, "z": z}}]}
+
+
+def test_database_file_wins_over_words(tmp_path: Path) -> None:
+    data = {"Chair": [{"assetId": "Sofa_1", "boundingBox": {"x": 0.5, "y": 0, "z": 0.6}, "objectType": "Chair"}]}
+    database = AssetDatabase.load(write(tmp_path / "db.json", data))
+    assert len(database) == 1
+    entry = database.look_up("Sofa_1", "2|3")
+    assert (entry.category, entry.size) == ("Chair", Vec3(0.5, 0.001, 0.6))
+    assert database.look_up("Mug_2", "small|1").category == "Mug"
+    assert database.look_up("vigil_Mug_2", "small|1").category == "Mug"
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("{", "not JSON"),
+        ("[]", "categories"),
+        ("{}", "categories"),
+        ({"Chair": 3}, "'Chair' is not a list"),
+        ({"Chair": ["C_1"]}, r"Chair\[0\] has no `assetId`"),
+        ({"Chair": [{"assetId": "C_1"}]}, r"Chair\[0\] \(C_1\): `boundingBox`"),
+        (box(x="1"), "boundingBox"),
+        (box(x=True), "boundingBox"),
+        (box(y=-1.0), "boundingBox"),
+        (box(z=1000), "boundingBox"),
+        (box(z=math.nan), "boundingBox"),
+    ],
+)
+def test_bad_database_file(tmp_path: Path, content: Any, reason: str) -> None:
+    path = write(tmp_path / "db.json", content)
+    with pytest.raises(SettingError, match=reason) as caught:
+        AssetDatabase.load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_missing_database_file(tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match=r"none\.json.*cannot be read"):
+        AssetDatabase.load(tmp_path / "none.json")
+
+
+def nodes(house: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    stack = [*house["objects"], *house["doors"], *house["windows"]]
+    while stack:
+        node = stack.pop()
+        stack.extend(node.get("children") or [])
+        yield node
+
+
+def test_every_object_of_the_real_houses_is_known_with_and_without_the_database(procthor: Path) -> None:
+    database = AssetDatabase.load(procthor / "asset-database.json")
+    with gzip.open(procthor / "one_room_train.jsonl.gz") as lines:
+        houses = [json.loads(line) for line in lines]
+    houses += [json.loads((procthor / f"house_{k}.json").read_bytes()) for k in range(3)]
+    assert len(houses) == 503
+    seen = {(node["assetId"], node["id"]) for house in houses for node in nodes(house)}
+    for asset_id, object_id in sorted(seen):
+        known, guessed = database.look_up(asset_id, object_id), DEFAULT.look_up(asset_id, object_id)
+        assert known.category == guessed.category, (asset_id, object_id)
+        assert known.variant == guessed.variant
