@@ -2,7 +2,8 @@
 
 The moving solids are sampled finely along their motion. They stop for another thing's solid, a wall or the agent's body
 when they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or
-overlap a little at rest, as furniture in generated houses does, keep nothing shut.
+overlap a little at rest, as furniture in generated houses does, keep nothing shut. Walls, and what hangs in or on them,
+have a wider tolerance: the leaf of a fridge in a corner swings a little past square, grazing the wall beside it.
 """
 
 import math
@@ -10,12 +11,14 @@ import math
 import numpy as np
 import shapely
 
+from vigil.assets.catalog import CATALOG, WALL
 from vigil.sim.geometry import Prism, joint_of, part_motion, penetration, prisms_of
 from vigil.sim.scene import Thing
 from vigil.sim.state import AGENT, SceneState
 from vigil.sim.supports import carried_by, children, contents, joint_is_hinge, surface_named
 
 TOLERANCE_M = 0.015
+WALL_TOLERANCE_M = 0.05
 SAMPLE_M = 0.02
 MOVED_WITHIN = 0.005
 OWN_WALL_M = 0.12
@@ -31,9 +34,10 @@ def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     if not obstacles:
         return None
     at_rest = _depths(path[0], obstacles)
+    slack = np.array([_tolerance(state, owner) for owner, _ in obstacles])
     for prisms in path[1:]:
-        excess = _depths(prisms, obstacles) - np.maximum(at_rest, 0.0)
-        if float(excess.max()) > TOLERANCE_M:
+        excess = _depths(prisms, obstacles) - np.maximum(at_rest, 0.0) - slack
+        if float(excess.max()) > 0.0:
             return obstacles[int(np.unravel_index(int(excess.argmax()), excess.shape)[1])][0]
     return None
 
@@ -87,6 +91,12 @@ def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
     if surface is None:
         return thing.asset.size.y / 2 > child.position.y - thing.position.y
     return surface.is_inside or (surface.joint is not None and not joint_is_hinge(thing, surface.joint))
+
+
+def _tolerance(state: SceneState, owner: str) -> float:
+    thing = state.scene.things.get(owner)
+    is_wall = owner != AGENT and (thing is None or thing.is_structure or WALL in CATALOG[thing.category].rests_on)
+    return WALL_TOLERANCE_M if is_wall else TOLERANCE_M
 
 
 def _own_walls(state: SceneState, thing: Thing) -> set[str]:

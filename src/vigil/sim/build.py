@@ -21,9 +21,9 @@ from vigil.sim.supports import level_surfaces, offset_from
 from vigil.sim.walls import panels_of, place_of_opening, rooms_of
 
 HOVER_M = 0.07
-"""A gap below a child that falls shut (measured in ProcTHOR's houses: 5 to 6 cm)."""
-ADAPT_M = 0.25
-"""How far a child without a surface that near is moved, because its parent's asset has its surfaces elsewhere."""
+"""Heights of children nearer than this are one level: in ProcTHOR's houses children hover up to 6 cm."""
+ADAPT_M, FALL_M = 0.25, 0.6
+"""How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
 SURFACE_EDGE_M = 0.1
 LEVEL_STEP_M = 0.005
 
@@ -126,7 +126,7 @@ def settle(thing: Thing, parent: Thing) -> None:
     for surface, frame in level_surfaces(parent):
         x, height, z = offset_from(frame, low)
         within = abs(x) <= surface.size_x / 2 + SURFACE_EDGE_M and abs(z) <= surface.size_z / 2 + SURFACE_EDGE_M
-        if within and abs(height) < ADAPT_M and (best is None or abs(height) < best[0]):
+        if within and -ADAPT_M < height < FALL_M and (best is None or abs(height) < best[0]):
             best = (abs(height), height, surface.name, surface.joint)
     if best is not None:
         _, height, thing.surface, thing.parent_joint = best
