@@ -171,10 +171,10 @@ class Camera:
         held.bring_near([geom for geom in self._drawn() if geom.objid in geoms], eye, center, smaller)
 
     def _without_shadow(self) -> np.ndarray:
-        """Returns the places in the drawing list of what casts no shadow: glass, ceilings and what is in the hand."""
+        """Returns the places in the drawing list of what casts no shadow: glass, what is overhead and what is in the hand."""
         groups = self._model.native.geom_group
         lets_light_through = (groups == GLASS) | (groups == HELD)
-        lets_light_through[self._model.ceilings] = True
+        lets_light_through[self._model.lets_light_through] = True
         return np.flatnonzero(lets_light_through[groups != HIDDEN])
 
     def _drawn(self) -> list[Any]:

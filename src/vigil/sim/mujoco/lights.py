@@ -20,7 +20,7 @@ MAX_GLOWS = 2
 """OpenGL's fixed pipeline has eight lights: the headlight, the fills, these."""
 AMBIENT = (0.42, 0.42, 0.42)
 HEADLIGHT = (0.07, 0.07, 0.07)
-FILLS = (((0.35, 0.2, 0.9), 0.27), ((-0.33, -0.40, -0.86), 0.26))
+FILLS = (((0.33, 0.2, 0.92), 0.34), ((-0.33, -0.40, -0.86), 0.26))
 """(direction that the light travels in, strength): light from floor and walls, which nobody else computes."""
 LAMP, OTHER_LAMP = 0.52, 0.34
 FALLOFF, OTHER_FALLOFF = (1.0, 0.0, 0.02), (1.0, 0.0, 0.16)

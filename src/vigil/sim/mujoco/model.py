@@ -18,6 +18,8 @@ from vigil.sim.scene import Scene, Thing
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
 GROUPS = 6
 FOVY_DEG = 90.0
+HANGING_M = 0.1
+"""A thing whose top is this near to the ceiling hangs from it."""
 
 
 @dataclass(slots=True, eq=False)
@@ -50,12 +52,9 @@ class Model:
     geom_roles: np.ndarray
     structure_kinds: dict[int, str]
     """Kind of each structural geom."""
+    lets_light_through: np.ndarray
+    """Geoms that cast no shadow: ceilings, above which the lamps are, and what hangs from them."""
     lamps: lights.Lamps
-
-    @property
-    def ceilings(self) -> list[int]:
-        """The ceilings' geoms."""
-        return [geom for geom, kind in self.structure_kinds.items() if kind == "ceiling"]
 
     def place(self, thing: Thing) -> None:
         """Takes over a thing's place and state; `settle` must follow."""
@@ -108,12 +107,26 @@ def build(scene: Scene) -> Model:
         np.array([*draft.geom_things, -1], dtype=np.int32),
         np.array([*draft.geom_roles, 0], dtype=np.uint8),
         kinds,
+        _overhead(scene, kinds, things),
         lamps,
     )
     for thing in scene.things.values():
         model.place(thing)
     model.settle()
     return model
+
+
+def _overhead(scene: Scene, kinds: dict[int, str], things: dict[str, Placed]) -> np.ndarray:
+    ceilings = np.array([geom for geom, kind in kinds.items() if kind == "ceiling"], dtype=int)
+    height = max(room.height for room in scene.rooms)
+    hanging = [
+        thing
+        for thing in scene.things.values()
+        if abs(thing.position.y + thing.asset.size.y / 2 - height) < HANGING_M
+        and thing.asset.size.y < height / 2
+        and not thing.is_structure
+    ]
+    return np.concatenate([ceilings, *(things[thing.id].geoms for thing in hanging)])
 
 
 def _settings(spec: NativeSpec) -> None:
