@@ -31,7 +31,10 @@ STATE_PX = 150
 LEVEL_DEG = 0.0
 UNNAMED = frozenset({"Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"})
 """Categories that make poor targets: parts of the building, or too many or too plain to be asked for."""
-UNCLEAR_WHEN_OPEN = frozenset({"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle"})
+UNCLEAR_WHEN_OPEN = frozenset(
+    {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
+)
+"""What nobody would simply call open or closed."""
 SV_TOGGLES = frozenset(
     {
         *("Television", "FloorLamp", "DeskLamp", "Faucet", "Desktop", "Candle", "StoveBurner", "ShowerHead"),

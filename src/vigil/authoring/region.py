@@ -3,9 +3,11 @@
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.plan import FloorPlan
+from vigil.actions import REACH_M
+from vigil.authoring.plan import FloorPlan, Point2
+from vigil.pose import Box
 from vigil.sim.motion import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, polygon_of, thing_shapes, wall_prisms
-from vigil.sim.scene import Scene
+from vigil.sim.scene import Scene, Thing
 
 MARGIN_M = 0.03
 """What a planned walk keeps from everything besides the body's radius."""
@@ -36,10 +38,15 @@ class Obstacles:
         tight, roomy = (self._free(radius) for radius in _RADII)
         return FloorPlan(roomy, tight)
 
+    def bare(self) -> BaseGeometry:
+        """Returns the floor on which nothing stands now."""
+        taken = [shape for thing in self.scene.things.values() if _counts(thing) for shape in thing_shapes(thing)]
+        return self._floor.difference(shapely.unary_union([self._walls, *taken]))
+
     def _free(self, radius: float) -> BaseGeometry:
         taken = [self._grown_walls[radius]]
         for thing in self.scene.things.values():
-            if thing.is_present and not thing.is_held:
+            if _counts(thing):
                 key = (thing.id, thing.position, thing.rotation, thing.openness)
                 if key not in self._things:
                     shape = shapely.unary_union(thing_shapes(thing))
@@ -50,6 +57,18 @@ class Obstacles:
     @staticmethod
     def _grown(shape: BaseGeometry, radius: float) -> BaseGeometry:
         return shape.buffer(radius, quad_segs=ARC_SEGMENTS)
+
+
+def _counts(thing: Thing) -> bool:
+    return thing.is_present and not thing.is_held
+
+
+def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
+    """Whether no place that a body at `place` can get to within a free region is within reach of a box."""
+    here = shapely.Point(place)
+    parts = [part for part in shapely.get_parts(free) if part.distance(here) < 1e-6]
+    footprint = shapely.Polygon([(corner.x, corner.z) for corner in box.corners()[:4]])
+    return bool(parts) and all(part.distance(footprint) > REACH_M for part in parts)
 
 
 _RADII = (BODY_RADIUS_M + TIGHT_M, BODY_RADIUS_M + MARGIN_M)

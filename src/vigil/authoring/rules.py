@@ -68,7 +68,13 @@ class Case:
         """What the goal's check says at the reset."""
         now = datetime.fromtimestamp(0, UTC)
         record = EpisodeRecord(
-            run_id="", episode_id=self.episode.id, started=now, ended=now, initial=self.world, steps=(), end="error"
+            run_id="",
+            episode_id=self.episode.id,
+            started=now,
+            ended=now,
+            initial=self.world,
+            steps=(),
+            end="fail_no_report",
         )
         return check(self.episode.goal, record).rows[0]
 

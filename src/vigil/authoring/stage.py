@@ -5,6 +5,7 @@ from contextlib import contextmanager
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
+from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import InteractPixel, PhysicalAction
 from vigil.authoring.plan import FloorPlan, Point2, Walks
@@ -46,8 +47,7 @@ class Stage:
 
     def plan(self) -> FloorPlan:
         """Returns the floor plan of the scene as it is now."""
-        if self._obstacles is None or self._obstacles.scene is not self.scene:
-            self._obstacles, self._plans = Obstacles(self.scene), {}
+        obstacles = self._current()
         key = tuple(
             (thing.id, thing.position, thing.rotation, thing.openness)
             for thing in self.scene.things.values()
@@ -56,8 +56,17 @@ class Stage:
         if key not in self._plans:
             if len(self._plans) >= KEPT_PLANS:
                 self._plans.clear()
-            self._plans[key] = self._obstacles.plan()
+            self._plans[key] = obstacles.plan()
         return self._plans[key]
+
+    def bare_floor(self) -> BaseGeometry:
+        """Returns the floor on which nothing stands now."""
+        return self._current().bare()
+
+    def _current(self) -> Obstacles:
+        if self._obstacles is None or self._obstacles.scene is not self.scene:
+            self._obstacles, self._plans = Obstacles(self.scene), {}
+        return self._obstacles
 
     def walks(self, *, is_exact: bool = False) -> Walks:
         """Returns the shortest walks from where the agent is; exact ones keep no margin from obstacles."""

@@ -15,7 +15,7 @@ from vigil.house import House
 from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
 from vigil.sim.geometry import box_of
 from vigil.sim.scene import Thing
-from vigil.world import ObjectState, Setup
+from vigil.world import ObjectSetup, ObjectState, Setup
 
 AUTHOR = "grammar"
 TRIED_STARTS = 80
@@ -39,9 +39,15 @@ class Workshop:
         self.begin(Setup())
         self.stage = Stage(simulator)
 
-    def begin(self, setup: Setup, start: Pose | None = None) -> None:
-        """Starts the house anew with a setup."""
-        self.simulator.reset(start or self.home, setup)
+    def begin(self, setup: Setup) -> None:
+        """Starts the house anew with a setup; closed doors between rooms are opened."""
+        self.simulator.reset(self.home, self.with_open_doors(setup))
+
+    def with_open_doors(self, setup: Setup) -> Setup:
+        """Returns a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
+        doors = [door for door in self.house.document.doors if door.openable and (door.openness or 0.0) < 0.5]
+        opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
+        return setup.model_copy(update={"objects": {**opened, **setup.objects}})
 
     @property
     def items(self) -> dict[str, Item]:
@@ -134,7 +140,7 @@ class Workshop:
             family=family,
             house=HouseRef(name=self.house.name, sha256=self.house.sha256),
             start=start,
-            setup=setup or Setup(),
+            setup=self.with_open_doors(setup or Setup()),
             instruction=instruction,
             goal=goal,
             bindings=bindings,

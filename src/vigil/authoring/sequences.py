@@ -1,0 +1,164 @@
+"""Proposals of sequences (SM): open something and take out what is inside, put things elsewhere or into others."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.propose import Drafts, is_seen, is_target
+from vigil.authoring.rules import START_PX
+from vigil.authoring.wording import SEQUENCES, say
+from vigil.authoring.workshop import Workshop
+from vigil.episode import LOOKING_DOWN_DEG, Episode
+from vigil.goals import ObjectAtReceptacle, ObjectHeld, ObjectInState
+from vigil.sim.scene import Thing
+from vigil.sim.supports import is_level, surface_frame, surface_named
+from vigil.world import ObjectSetup, Placement, Setup
+
+START_AWAY_M = (0.7, 4.0)
+
+BELONGS_IN = {
+    "Fridge": ("Apple", "Tomato", "Lettuce", "Egg", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Plate"),
+    "Microwave": ("Mug", "Bowl", "Plate", "Potato", "Cup"),
+    "Cabinet": ("Plate", "Bowl", "Cup", "Mug", "Pot", "SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Bottle"),
+    "Safe": ("Watch", "KeyChain", "CreditCard", "CellPhone", "CD"),
+    "Box": ("Book", "TeddyBear", "CD", "RemoteControl", "TissueBox", "KeyChain", "AlarmClock", "Statue", "Vase"),
+    "LaundryHamper": ("Towel", "HandTowel", "Cloth"),
+    "WashingMachine": ("Towel", "HandTowel", "Cloth"),
+    "ClothesDryer": ("Towel", "HandTowel", "Cloth"),
+    "Dresser": ("Watch", "KeyChain", "AlarmClock", "Book", "CellPhone", "CD", "RemoteControl", "Candle"),
+    "Drawer": ("Pen", "Pencil", "Fork", "Spoon", "Knife", "KeyChain", "Watch"),
+    "Stove": ("Pan", "Pot", "Plate", "Bowl"),
+}
+"""Container -> what a person would look for in it."""
+ONTO = (
+    *("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand"),
+    *("Sofa", "Bed", "ArmChair", "Chair", "Stool", "Ottoman", "Cart"),
+)
+INTO = ("Sink", "GarbageCan", "Bowl", "Bathtub")
+"""Where one puts things on, or into, without opening."""
+
+
+def revealing(shop: Workshop) -> Drafts:
+    """Yields `reveal_pick` drafts: open a container and take out what is inside."""
+    for container, inside, setup in _filled(shop):
+        yield from _draft(shop, "reveal_pick", setup, container, {"container": container, "target": inside})
+
+
+def emptying(shop: Workshop) -> Drafts:
+    """Yields `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
+    for container, inside, setup in _filled(shop):
+        for receptacle in _receptacles(shop, inside, {container.id, inside.id, inside.parent}):
+            roles = {"container": container, "target": inside, "receptacle": receptacle}
+            yield from _draft(shop, "open_pick_place", setup, container, roles)
+
+
+def putting_in(shop: Workshop) -> Drafts:
+    """Yields `put_into` drafts: take something and put it into a container, opened where it must be."""
+    for container in shop.things(lambda thing: thing.category in BELONGS_IN or thing.category in INTO):
+        setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
+        for target in shop.things(partial(_may_go_in, container)):
+            roles = {"target": target, "receptacle": container}
+            yield from _draft(shop, "put_into", setup, target, roles)
+
+
+def rearranging(shop: Workshop) -> Drafts:
+    """Yields `rearrange` drafts: take something from one receptacle and put it on another."""
+    for target in shop.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None):
+        source = shop.thing(target.parent or "")
+        if source.category not in ONTO:
+            continue
+        for receptacle in _receptacles(shop, target, {source.id, target.id}):
+            roles = {"target": target, "source": source, "receptacle": receptacle}
+            yield from _draft(shop, "rearrange", Setup(), target, roles)
+
+
+def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]) -> Iterator[Episode]:
+    """Yields one draft, or none where no start or no words are found."""
+    shop.begin(setup)
+    start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(START_PX))
+    phrases = {role: shop.phrase(thing.id) for role, thing in roles.items()}
+    shop.begin(Setup())
+    if start is None or any(phrase is None for phrase in phrases.values()):
+        return
+    target, receptacle, container = roles["target"], roles.get("receptacle"), roles.get("container")
+    is_shut = template == "put_into" and receptacle is not None and receptacle.is_openable
+    held = ObjectHeld(object_id=target.id)
+    opened = (ObjectInState(object_id=container.id, state="is_open"),) if container else ()
+    if receptacle is not None and is_shut:
+        opened = (ObjectInState(object_id=receptacle.id, state="is_open"),)
+    if receptacle is None:
+        goal = ObjectHeld(object_id=target.id, chain=opened)
+    else:
+        chain = (held, *opened) if is_shut else (*opened, held)
+        goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, chain=chain)
+    sentences = SEQUENCES["put_into_closed" if is_shut else template]
+    words = {role: str(phrase) for role, phrase in phrases.items()}
+    into = "into" if receptacle is not None and (receptacle.category in INTO or receptacle.is_openable) else "on"
+    yield shop.draft(
+        "SM",
+        start=start,
+        setup=setup,
+        instruction=say(sentences, shop.rng, into=into, **words),
+        goal=goal,
+        bindings={role: thing.id for role, thing in roles.items()},
+        template=template,
+    )
+
+
+def _filled(shop: Workshop) -> Iterator[tuple[Thing, Thing, Setup]]:
+    """Yields closed containers with something to take in them: what lies there, else what is put there."""
+    for container in shop.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
+        shut = {container.id: ObjectSetup(openness=0.0)}
+        for thing in shop.things(partial(_lies_in, container))[:2]:
+            yield container, thing, Setup(objects=shut)
+        for thing in shop.things(partial(_belongs_in, container))[:2]:
+            placement = _place_inside(thing, container)
+            if thing.parent != container.id and placement is not None:
+                yield container, thing, Setup(objects={**shut, thing.id: ObjectSetup(placement=placement)})
+
+
+def _lies_in(container: Thing, thing: Thing) -> bool:
+    surface = surface_named(container, thing.surface) if thing.parent == container.id else None
+    return surface is not None and surface.is_inside and thing.is_pickupable
+
+
+def _belongs_in(container: Thing, thing: Thing) -> bool:
+    return thing.category in BELONGS_IN[container.category]
+
+
+def _place_inside(thing: Thing, container: Thing) -> Placement | None:
+    """Returns a place for a thing on one of the container's inner surfaces, away from what lies there; None without."""
+    size = thing.asset.size
+    for surface in container.asset.surfaces:
+        frame = surface_frame(container, surface, 0.0)
+        fits = size.x <= surface.size_x and size.z <= surface.size_z and size.y <= surface.clearance
+        if surface.is_inside and fits and is_level(frame):
+            point = frame.shift
+            position = thing.position._replace(x=float(point[0]), y=float(point[1]) + size.y / 2, z=float(point[2]))
+            rotation = container.rotation._replace(x=0.0, z=0.0)
+            return Placement(position=position, rotation=rotation, parent=container.id)
+    return None
+
+
+def _may_go_in(container: Thing, thing: Thing) -> bool:
+    wanted = BELONGS_IN.get(container.category)
+    kinds = CATALOG[container.category], CATALOG[thing.category]
+    is_small = max(thing.asset.size) < 0.4
+    allowed = thing.category in wanted if wanted else is_small
+    return (
+        thing.is_pickupable
+        and is_target(thing)
+        and thing.parent != container.id
+        and allowed
+        and kinds[0].takes(kinds[1])
+    )
+
+
+def _receptacles(shop: Workshop, target: Thing, without: set[str | None]) -> list[Thing]:
+    """Returns things that a target can be put on, a few of them, in a random order."""
+    kind = CATALOG[target.category]
+
+    def is_wanted(thing: Thing) -> bool:
+        return thing.is_receptacle and thing.id not in without and thing.category in (*ONTO, *INTO)
+
+    return [thing for thing in shop.things(is_wanted) if CATALOG[thing.category].takes(kind)][:3]
