@@ -86,7 +86,8 @@ def _pedestal(builder: Builder, finish: Finish, foot: Finish) -> None:
     builder.add(finish.material, shapes.scale(shapes.lathe(rim, segments=28), ratio))
     post = [
         (0, 0), (0.55 * r, 0), (0.55 * r, 0.025), (0.2 * r, 0.07), (0.09 * r + 0.02, 0.16),
-        (0.07 * r + 0.02, 0.4 * height), (0.09 * r + 0.025, 0.75 * height), (0.3 * r, height - 0.035), (0, height - 0.035),
+        (0.07 * r + 0.02, 0.4 * height), (0.09 * r + 0.025, 0.75 * height),
+        (0.3 * r, height - 0.035), (0, height - 0.035),
     ]  # fmt: skip
     builder.add(foot.material, shapes.scale(shapes.lathe(post, segments=20), ratio))
     builder.column(0.52 * min(width, depth) / 2, 0, 0.05)
