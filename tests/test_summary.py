@@ -67,6 +67,7 @@ def test_epochs_are_rows_of_their_own_and_the_standing_row_counts():
     settlement = settle_run(PG[3:], records, epochs=2)
     assert [(outcome.epoch, outcome.label) for outcome in settlement.outcomes] == [(1, "B"), (2, "NR")]
     assert settlement.is_complete
+    assert settlement.planned == {"PG": 2}
     assert not settlement.errors
 
 

@@ -225,7 +225,7 @@ def _category(label: Label, holds: bool) -> Category:
         return "verified_success"
     if label == "FR":
         return "unsupported_commitment"
-    return "post_attainment_drift" if holds and label in ("NR", "IL") else "missed_execution"
+    return "post_attainment_drift" if holds else "missed_execution"
 
 
 def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict:
