@@ -61,7 +61,7 @@ def verify_run(
     header, rows = read_run(path)
     records = [record for record in standing(rows).values() if record.end != "error"][: settings.limit]
     errors = sum(record.end == "error" for record in standing(rows).values())
-    pack = _pack_of(header, settings)
+    pack = pack_of(header, settings.pack)
     is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
     plan = Plan(
         pack=pack.folder,
@@ -107,16 +107,17 @@ class _Verifying:
             return [Difference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
 
 
-def _pack_of(header: RunHeader, settings: VerifySettings) -> Pack:
+def pack_of(header: RunHeader, pack: str | Path | None = None) -> Pack:
+    """Returns the pack that a run was played on, found where the run says, by name, or at `pack`. Raises PackMismatch."""
     noted = header.host.get("pack_folder", "")
-    pack = Pack.load(settings.pack or (noted if noted and Path(noted).is_dir() else find(header.spec.pack)))
-    if pack.sha256 != header.spec.pack_sha256:
+    found = Pack.load(pack or (noted if noted and Path(noted).is_dir() else find(header.spec.pack)))
+    if found.sha256 != header.spec.pack_sha256:
         raise PackMismatch(
             f"Run {header.run_id!r} was played on pack {header.spec.pack!r} with SHA-256 "
-            f"{header.spec.pack_sha256[:12]}..., {str(pack.folder)!r} has {pack.sha256[:12]}.... "
+            f"{header.spec.pack_sha256[:12]}..., {str(found.folder)!r} has {found.sha256[:12]}.... "
             "Give the pack that it was played on."
         )
-    return pack
+    return found
 
 
 def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
