@@ -75,8 +75,8 @@ def full_handed(shop: Workshop) -> Drafts:
 
 def swing_blocked(shop: Workshop) -> Drafts:
     """Yields drafts in which something stands where a door must swing."""
-    doors = shop.things(lambda thing: allows(thing, "open") and not thing.is_pickupable and thing.parent is None)
-    for target in doors:
+    doors = shop.things(lambda thing: is_target(thing) and allows(thing, "open") and thing.parent is None)
+    for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
         for obstacle in _obstacles(shop, target):
             for spot in _spots_before(target, obstacle):

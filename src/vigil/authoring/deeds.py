@@ -17,6 +17,7 @@ from vigil.errors import EpisodeError
 from vigil.pose import Box
 from vigil.sim.geometry import box_of
 from vigil.sim.supports import level_surfaces
+from vigil.world import Effect, RefusalCode
 
 REACH_MARGIN_M = 0.04
 CLOSE_M = 0.35
@@ -25,6 +26,13 @@ ARRIVED_M = 0.03
 REPLANS = 3
 PLACE_PIXELS = 8
 SURFACE_GRID = 5
+ANYWHERE: frozenset[RefusalCode | None] = frozenset(
+    {
+        *("interlock", "hand_full", "hand_empty", "already_so", "blocked_by_object", "receptacle_closed"),
+        *("not_openable", "not_toggleable", "not_pickupable", "not_a_receptacle", "object_occupied"),
+    }
+)
+"""Refusals that do not depend on where one stands."""
 DROP_TURNS_DEG = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 
 
@@ -66,8 +74,11 @@ class Deeds:
                 break
             with self.stage.standing_at(view.pose):
                 pixel = self.stage.clickable(thing_id)
-                if pixel is not None and self.stage.works(self._click(intent, pixel)):
-                    return view, pixel
+                refusal = None if pixel is None else self.stage.trial(self._click(intent, pixel))
+            if pixel is not None and refusal is None:
+                return view, pixel
+            if refusal in ANYWHERE:
+                raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
         raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
 
     def place(self, receptacle_id: str) -> Iterator[Action]:
@@ -94,10 +105,11 @@ class Deeds:
             for turn in DROP_TURNS_DEG:
                 pose = view.pose.model_copy(update={"rotation": (view.pose.rotation + turn) % 360.0})
                 with stage.standing_at(pose):
-                    if stage.works(InteractPixel(intent="drop"), is_good):
-                        yield from self.go(View(pose, view.corners, view.pixels, view.seen))
-                        yield InteractPixel(intent="drop")
-                        return
+                    is_free = stage.trial(InteractPixel(intent="drop"), lambda _: is_good()) is None
+                if is_free:
+                    yield from self.go(View(pose, view.corners, view.pixels, view.seen))
+                    yield InteractPixel(intent="drop")
+                    return
         raise Unsolvable(f"No place near by to put down {stage.held!r}.")
 
     def _walk(self, view: View) -> Iterator[Action]:
@@ -116,13 +128,14 @@ class Deeds:
     def _placing_pixel(self, view: View, held: str, receptacle_id: str) -> tuple[int, int] | None:
         stage = self.stage
 
-        def rests() -> bool:
-            return stage.scene.things[held].parent == receptacle_id
+        def rests(effect: Effect) -> bool:
+            is_near = effect.click_m is not None and effect.click_m <= REACH_M - self._margin_m
+            return is_near and stage.scene.things[held].parent == receptacle_id
 
         with stage.standing_at(view.pose):
             for x, y in view.pixels[:PLACE_PIXELS]:
                 pixel = int(x), int(y)
-                if stage.object_at(pixel) == receptacle_id and stage.works(self._click("place", pixel), rests):
+                if stage.object_at(pixel) == receptacle_id and stage.trial(self._click("place", pixel), rests) is None:
                     return pixel
         return None
 

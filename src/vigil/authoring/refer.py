@@ -52,7 +52,7 @@ COLOUR_GROUPS = (
     ("purple", "pink", "navy"),
 )
 
-_ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|in|inside|from) the "
+_ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|in|inside) the "
 
 
 @dataclass(frozen=True, slots=True)

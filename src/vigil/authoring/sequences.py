@@ -57,8 +57,8 @@ def putting_in(shop: Workshop) -> Drafts:
     for container in shop.things(lambda thing: thing.category in BELONGS_IN or thing.category in INTO):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
         for target in shop.things(partial(_may_go_in, container)):
-            roles = {"target": target, "receptacle": container}
-            yield from _draft(shop, "put_into", setup, target, roles)
+            first = container if container.is_openable else target
+            yield from _draft(shop, "put_into", setup, first, {"target": target, "receptacle": container})
 
 
 def rearranging(shop: Workshop) -> Drafts:
@@ -78,7 +78,8 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
     start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(START_PX))
     phrases = {role: shop.phrase(thing.id) for role, thing in roles.items()}
     shop.begin(Setup())
-    if start is None or any(phrase is None for phrase in phrases.values()):
+    is_wordy = any(phrase is None or phrase.support is not None for phrase in phrases.values())
+    if start is None or is_wordy:
         return
     target, receptacle, container = roles["target"], roles.get("receptacle"), roles.get("container")
     is_shut = template == "put_into" and receptacle is not None and receptacle.is_openable
@@ -89,11 +90,10 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
     if receptacle is None:
         goal = ObjectHeld(object_id=target.id, chain=opened)
     else:
-        chain = (held, *opened) if is_shut else (*opened, held)
-        goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, chain=chain)
+        goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, chain=(*opened, held))
     sentences = SEQUENCES["put_into_closed" if is_shut else template]
     words = {role: str(phrase) for role, phrase in phrases.items()}
-    into = "into" if receptacle is not None and (receptacle.category in INTO or receptacle.is_openable) else "on"
+    into = "into" if is_shut or (receptacle is not None and receptacle.category in INTO) else "on"
     yield shop.draft(
         "SM",
         start=start,

@@ -14,7 +14,7 @@ from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.sim.scene import Scene, Thing
-from vigil.world import Effect, ObjectState, WorldState
+from vigil.world import Effect, ObjectState, RefusalCode, WorldState
 
 PrivilegedSimulator = EmbeddedSimulator
 """What solvers need: the simulator's protocol, privileged sight, and rehearsals."""
@@ -122,11 +122,15 @@ class Stage:
         best = int(np.argmax(np.minimum(depths, border + 1)))
         return int(pixels[best, 0]), int(pixels[best, 1])
 
-    def works(self, action: InteractPixel, is_good: Callable[[], bool] | None = None) -> bool:
-        """Whether an interaction would be carried out now, and `is_good` would hold after it."""
+    def trial(
+        self, action: InteractPixel, is_good: Callable[[Effect], bool] = lambda effect: True
+    ) -> RefusalCode | None:
+        """Returns why an interaction would be refused now; None when it works, and `is_good` says so after it."""
         with self.rehearsal():
             effect = self.step(action)
-            return effect.refusal is None and (is_good is None or is_good())
+            if effect.refusal is not None:
+                return effect.refusal
+            return None if is_good(effect) else "no_room"
 
     def step(self, action: PhysicalAction) -> Effect:
         """Carries out an action (inside a rehearsal: it is undone at its end)."""

@@ -71,8 +71,8 @@ SEQUENCES = {
         "Take {target}, then put it {into} {receptacle}.",
     ),
     "put_into_closed": (
-        "Pick up {target}, open {receptacle} and put {target} {into} it.",
-        "Open {receptacle}, then pick up {target} and put it {into} {receptacle}.",
+        "Open {receptacle}, then pick up {target} and put it into {receptacle}.",
+        "Put {target} into {receptacle}. You have to open {receptacle} first.",
     ),
     "rearrange": (
         "Take {target} from {source} and put it {into} {receptacle}.",
