@@ -172,7 +172,8 @@ def _hand(builder: Builder, stone: str) -> None:
 def table_top_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Returns a table ornament: a sailing boat, balls on a tray, or an open ring."""
     builder = Builder("TableTopDecor", size)
-    form = one_of(rng, (_boat, _ring) if size.y > 0.8 * size.x else (_boat, _balls, _ring))
+    forms = (_boat, _ring) if size.y > 0.8 * size.x else (_boat, _balls, _ring) if size.y > 0.5 * size.x else (_balls,)
+    form = one_of(rng, forms)
     tag = form(builder, rng)
     return builder.build([tag, form.__name__.strip("_")])
 

@@ -22,11 +22,11 @@ from vigil.pose import Vec3
 
 MIN_SIDE_M = 0.001
 MAX_SIDE_M = 30.0
-COUNTER_PLANS = ("I", "L", "C", "Island")
-"""A countertop's plan, kept in its variant: `COUNTER_PLANS[variant % 4]`."""
 
 _OWN_ID = re.compile(r"vigil_([A-Za-z]+)_(\d+)")
 _INCH, _FOOT = 0.0254, 0.3048
+_U_OVERHANG_M = 0.02
+"""How much deeper than whole modules AI2-THOR's U-shaped countertops are; tells them from L-shaped ones."""
 
 _ALIASES = {
     "alarm": "AlarmClock",
@@ -101,7 +101,7 @@ class AssetEntry:
     category: str
     size: Vec3
     variant: int
-    """Which of the category's looks: a stable hash of the asset id (a countertop's tells its plan: `COUNTER_PLANS`)."""
+    """Which of the category's looks: a stable hash of the asset id."""
 
 
 class AssetDatabase:
@@ -159,7 +159,7 @@ class AssetDatabase:
                 f"Object {object_id!r}: nothing is known of asset {asset_id!r}, and no category follows from the "
                 "ids. Give an asset database that has it, or an assetId such as 'vigil_Chair_1'."
             )
-        return AssetEntry(category, size, _variant(category, asset_id))
+        return AssetEntry(category, size, _variant(asset_id))
 
 
 def own_asset_id(category: str, number: int) -> str:
@@ -207,7 +207,7 @@ def _own_entry(asset_id: str, category: str, object_id: str) -> AssetEntry:
             "Own asset ids read vigil_<Category>_<number> with a category of vigil.assets.catalog."
         )
     row = CATALOG[category]
-    variant = _variant(category, asset_id)
+    variant = _variant(asset_id)
     rng = np.random.default_rng(variant)
     whole, *each = (float(share) * row.size_spread for share in rng.uniform(-1.0, 1.0, 4))
     scales = (1.0 + 0.7 * whole + 0.3 * extra for extra in each)
@@ -215,13 +215,8 @@ def _own_entry(asset_id: str, category: str, object_id: str) -> AssetEntry:
     return AssetEntry(category, size, variant)
 
 
-def _variant(category: str, asset_id: str) -> int:
-    stable = zlib.crc32(asset_id.encode())
-    if category != "CounterTop":
-        return stable
-    words = set(asset_id.split("_"))
-    plan = next((index for index, word in enumerate(COUNTER_PLANS) if word in words), 0)
-    return stable - stable % len(COUNTER_PLANS) + plan
+def _variant(asset_id: str) -> int:
+    return zlib.crc32(asset_id.encode())
 
 
 @cache
@@ -251,7 +246,8 @@ def _guessed_size(category: str, asset_id: str) -> Vec3:
     if stated and category == "Window":
         return Vec3(int(stated[1]) * _INCH, int(stated[2]) * _INCH, depth)
     if stated and category == "CounterTop":
-        return Vec3(int(stated[1]) * _FOOT, height, int(stated[2]) * _FOOT)
+        overhang = _U_OVERHANG_M if "_C_" in asset_id else 0.0
+        return Vec3(int(stated[1]) * _FOOT, height, int(stated[2]) * _FOOT + overhang)
     if "Double" in asset_id and category in ("Doorway", "Doorframe"):
         return Vec3(2 * width, height, depth)
     return Vec3(width, height, depth)
