@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 
 from vigil.agents.model import Conversation
-from vigil.errors import ModelAPIError, SimulatorError
+from vigil.errors import InfrastructureError, SimulatorError
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.ask import Ask
@@ -16,12 +16,10 @@ async def play_live(live: LiveEpisode, profile: Profile, ask: Ask, run_id: str) 
     started = datetime.now(UTC)
     try:
         return await _play(live, profile, ask)
-    except ModelAPIError as error:
-        record = await live.fail("model", str(error))
-        return record or lost_record(live.ticket, run_id, "model", str(error), started)
-    except SimulatorError as error:
-        boundary: Boundary = "worker" if isinstance(error, WorkerLost) else "simulator"
-        return lost_record(live.ticket, run_id, boundary, str(error), started)
+    except InfrastructureError as error:
+        boundary = boundary_of(error)
+        record = await live.fail(boundary, str(error))
+        return record or lost_record(live.ticket, run_id, boundary, str(error), started)
     finally:
         live.close()
 
@@ -34,6 +32,13 @@ async def _play(live: LiveEpisode, profile: Profile, ask: Ask) -> EpisodeRecord:
         conversation.add(answer.feedback, reply.text)
         answer = await live.advance(reply)
     return answer
+
+
+def boundary_of(error: InfrastructureError) -> Boundary:
+    """Returns where a failure came from."""
+    if isinstance(error, WorkerLost):
+        return "worker"
+    return "simulator" if isinstance(error, SimulatorError) else "model"
 
 
 def lost_record(ticket: Ticket, run_id: str, boundary: Boundary, message: str, started: datetime) -> EpisodeRecord:

@@ -299,7 +299,7 @@ class LiveEpisode:
         while True:
             try:
                 answer = await self._begin()
-                for reply in self._replies:
+                for reply in self._replies if isinstance(answer, View) else ():
                     answer = await self._ask(Advance(self._session, reply))
                 return answer
             except WorkerLost:

@@ -19,8 +19,8 @@ from vigil.errors import InfrastructureError, SimulatorError
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
 from vigil.runner.ask import Ask, Patience
-from vigil.runner.live import lost_record, play_live
-from vigil.runner.pool import SimulatorPool, WorkerLost
+from vigil.runner.live import boundary_of, lost_record, play_live
+from vigil.runner.pool import SimulatorPool
 from vigil.runner.progress import OnProgress, Tally
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.serving import serving
@@ -150,8 +150,7 @@ async def _inside(pool: SimulatorPool, ticket: Ticket, run: _Run) -> EpisodeReco
     try:
         return await pool.play(ticket)
     except SimulatorError as error:
-        boundary = "worker" if isinstance(error, WorkerLost) else "simulator"
-        return lost_record(ticket, run.folder.header.run_id, boundary, str(error), started)
+        return lost_record(ticket, run.folder.header.run_id, boundary_of(error), str(error), started)
 
 
 def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None:

@@ -108,7 +108,7 @@ class _Verifying:
 
 
 def pack_of(header: RunHeader, pack: str | Path | None = None) -> Pack:
-    """Returns the pack that a run was played on, found where the run says, by name, or at `pack`. Raises PackMismatch."""
+    """Returns the pack that a run was played on, at `pack` or where the run says. Raises PackMismatch."""
     noted = header.host.get("pack_folder", "")
     found = Pack.load(pack or (noted if noted and Path(noted).is_dir() else find(header.spec.pack)))
     if found.sha256 != header.spec.pack_sha256:

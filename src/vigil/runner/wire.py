@@ -16,9 +16,9 @@ from vigil.episode import Episode
 from vigil.observation import Feedback
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord
-from vigil.sim.protocol import Simulator
+from vigil.sim.embedded import EmbeddedSimulator
 
-PrivilegedFactory = Callable[[str, Episode, Simulator], Agent]
+PrivilegedFactory = Callable[[str, Episode, EmbeddedSimulator], Agent]
 """Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
 Quality = Literal["default", "fast"]
 

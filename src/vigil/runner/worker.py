@@ -112,7 +112,7 @@ class Theatre:
             play(ticket.episode, stage.env, agent, self._watch)
             return self._record(stage)
         finally:
-            self._spare.append(stage)
+            self._release(stage)
 
     def _watch(self, observation: Observation) -> None:
         self._beat()
@@ -153,8 +153,12 @@ class Theatre:
         stage = self._live.pop(session, None)
         if stage is None:
             return
+        self._release(stage)
+
+    def _release(self, stage: Stage) -> None:
+        """Keeps a stage for the next episode, unless there is one already or something went wrong on it."""
         stage.observation = None
-        if self._spare:
+        if self._spare or stage.env.end in (None, "error"):
             stage.simulator.close()
         else:
             self._spare.append(stage)
@@ -165,7 +169,7 @@ class Theatre:
             how = How(frames=request.frames, exact=request.exact, beat=self._beat)
             return resimulate(request.ticket.episode, request.record, stage.env, how)
         finally:
-            self._spare.append(stage)
+            self._release(stage)
 
     def _take_stage(self) -> Stage:
         """Returns a free stage; one is kept at hand, since building a simulator takes time and memory."""

@@ -1,0 +1,92 @@
+import json
+
+import numpy as np
+import pytest
+
+from vigil.actions import InteractPixel, Navigate, ParsedReply, Report
+from vigil.agents.choose import is_known, make_agent
+from vigil.agents.scripted import PROSE, REPORT_PROBABILITY, SCRIPTS, scripted_agent
+from vigil.errors import SettingError
+from vigil.observation import Observation
+from vigil.profile import Profile
+from vigil.replies import parse
+
+SMALLEST_BUDGET = 5
+
+
+def unseen() -> Observation:
+    def draw() -> np.ndarray:
+        raise AssertionError("a scripted agent looks at nothing")
+
+    return Observation(draw)
+
+
+def replies(name: str, count: int, seed: int = 0, instruction: str = "Do it.") -> list[str]:
+    agent = scripted_agent(name, seed)
+    agent.start(instruction)
+    return [agent.act(unseen()).text for _ in range(count)]
+
+
+@pytest.mark.parametrize("name", sorted(set(SCRIPTS) - {"malformed"}))
+def test_every_reply_is_a_valid_action(name: str) -> None:
+    for text in replies(name, 300):
+        assert isinstance(parse(text), ParsedReply), text
+
+
+@pytest.mark.parametrize("name", ["sweep", "forward", "always_success"])
+def test_claims_success_within_the_smallest_budget(name: str) -> None:
+    actions = [parse(text).action for text in replies(name, SMALLEST_BUDGET)]
+    assert Report(status="success", summary="Done.") in actions
+    assert all(isinstance(action, Navigate) for action in actions[:-1]) or name == "always_success"
+
+
+def test_sweep_sees_all_around() -> None:
+    turns = [parse(text).action.magnitude for text in replies("sweep", 4)]
+    assert sum(turns) == 360
+
+
+def test_always_success_reports_at_once() -> None:
+    assert isinstance(parse(replies("always_success", 1)[0]).action, Report)
+
+
+def test_noop_drops_for_ever() -> None:
+    assert {parse(text).action for text in replies("noop", 50)} == {InteractPixel(intent="drop")}
+
+
+def test_malformed_is_prose() -> None:
+    assert replies("malformed", 2) == [PROSE, PROSE]
+    assert parse(PROSE).kind == "protocol_failure"
+
+
+def test_random_is_a_function_of_seed_and_instruction() -> None:
+    assert replies("random", 40) == replies("random", 40)
+    assert replies("random", 40) != replies("random", 40, seed=1)
+    assert replies("random", 40) != replies("random", 40, instruction="Do something else.")
+
+
+def test_random_starts_over_with_each_episode() -> None:
+    agent = scripted_agent("random")
+    agent.start("Do it.")
+    first = [agent.act(unseen()).text for _ in range(9)]
+    agent.start("Do it.")
+    assert [agent.act(unseen()).text for _ in range(9)] == first
+
+
+def test_random_reports_one_time_in_twenty_and_uses_everything() -> None:
+    actions = [parse(text).action for text in replies("random", 4000)]
+    reports = [action for action in actions if isinstance(action, Report)]
+    assert abs(len(reports) / len(actions) - REPORT_PROBABILITY) < 0.015
+    assert len({report.status for report in reports}) == 8
+    assert len({action.intent for action in actions if isinstance(action, InteractPixel)}) == 8
+    assert len({action.mode for action in actions if isinstance(action, Navigate)}) == 4
+
+
+def test_replies_are_plain_json() -> None:
+    assert json.loads(replies("noop", 1)[0]) == {"skill_name": "interact_pixel", "arguments": {"intent": "drop"}}
+
+
+def test_unknown_agents_are_refused_with_the_known_ones() -> None:
+    assert is_known("noop")
+    assert not is_known("solvr")
+    with pytest.raises(SettingError, match=r"'solvr'.*noop.*exec:COMMAND"):
+        make_agent("solvr", Profile())

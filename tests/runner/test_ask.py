@@ -1,0 +1,89 @@
+import asyncio
+
+import pytest
+
+from vigil.actions import Reply
+from vigil.agents.model import Message
+from vigil.errors import ModelAPIError
+from vigil.runner.ask import MAX_REJECTIONS, Ask, ModelTrouble, Patience, is_rejection, persistent
+
+MESSAGES = [Message("user", "hello")]
+GOOD = Reply(text="good")
+
+
+class Script:
+    """Answers with one thing after another; what is an exception is raised."""
+
+    def __init__(self, *answers: Reply | ModelTrouble) -> None:
+        self.answers = list(answers)
+
+    async def __call__(self, messages: object) -> Reply:
+        answer = self.answers.pop(0)
+        if isinstance(answer, Reply):
+            return answer
+        raise answer
+
+
+def ask(script: Script, retries: int = 8) -> Reply:
+    asking: Ask = persistent(script, Patience(retries=retries, first_wait_s=0.0))
+    return asyncio.run(asking(MESSAGES))
+
+
+def test_transient_trouble_is_tried_again() -> None:
+    assert ask(Script(*[ModelTrouble("429", can_retry=True)] * 8, GOOD)) == GOOD
+
+
+def test_after_the_last_retry_it_is_an_infrastructure_failure() -> None:
+    script = Script(*[ModelTrouble("HTTP 503 out of order", can_retry=True)] * 9, GOOD)
+    with pytest.raises(ModelAPIError, match=r"HTTP 503 out of order \(after 9 attempts\)"):
+        ask(script)
+    assert script.answers == [GOOD]
+
+
+def test_hopeless_trouble_is_not_tried_again() -> None:
+    script = Script(ModelTrouble("401 wrong key"), GOOD)
+    with pytest.raises(ModelAPIError, match="wrong key"):
+        ask(script)
+    assert script.answers == [GOOD]
+
+
+def test_three_rejections_are_a_reply_of_the_agents() -> None:
+    reply = ask(Script(*[ModelTrouble("content policy", is_rejection=True)] * MAX_REJECTIONS))
+    assert (reply.provider_rejected, reply.text) == (True, "")
+
+
+def test_two_rejections_are_not() -> None:
+    assert ask(Script(*[ModelTrouble("content policy", is_rejection=True)] * 2, GOOD)) == GOOD
+
+
+def test_other_trouble_does_not_use_up_rejections() -> None:
+    rejection, outage = ModelTrouble("too long", is_rejection=True), ModelTrouble("500", can_retry=True)
+    assert ask(Script(rejection, outage, rejection, outage, GOOD)) == GOOD
+
+
+def test_waits_double_up_to_a_limit_with_jitter_and_mind_the_provider() -> None:
+    patience = Patience(first_wait_s=1.0, longest_wait_s=10.0)
+    waits = [patience.wait_s(attempt, None) for attempt in range(1, 9)]
+    for attempt, wait in enumerate(waits):
+        assert min(10.0, 2.0**attempt) / 2 <= wait <= min(10.0, 2.0**attempt)
+    assert 7.0 <= patience.wait_s(1, 7.0) <= 8.0
+    assert patience.wait_s(1, 9999.0) == 10.0
+    assert Patience().wait_s(3, None) != Patience().wait_s(4, None)
+
+
+@pytest.mark.parametrize(
+    ("status", "message", "expected"),
+    [
+        (400, "This model's maximum context length is 4096 tokens, however you requested 5000", True),
+        (400, "The response was filtered due to the prompt triggering our content management policy", True),
+        (403, "Input data may contain inappropriate content (data_inspection_failed)", True),
+        (413, "Request entity too large", True),
+        (400, "Unknown parameter: reasoning_effort", False),
+        (401, "The key is flagged", False),
+        (429, "Too many tokens per minute", False),
+        (500, "content policy service is down", False),
+        (None, "maximum context length", False),
+    ],
+)
+def test_rejections_are_told_from_other_errors(status: int | None, message: str, expected: bool) -> None:
+    assert is_rejection(status, message) is expected

@@ -1,0 +1,315 @@
+"""Whole runs of scripted agents on a tiny pack and the `fake` backend, through real worker processes."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import troublesome
+from tiny_pack import tiny_pack
+
+from vigil.errors import InputError, RecordError, SettingError
+from vigil.record import EPISODES_FILE, EpisodeRecord, read_records
+from vigil.runner import run as run_module
+from vigil.runner.dry_run import estimate
+from vigil.runner.frames import FrameStore
+from vigil.runner.progress import Progress
+from vigil.runner.run import run_pack
+from vigil.runner.run_folder import HEADER_FILE, read_header, read_run
+from vigil.runner.settings import RunSettings, log_dir, plan_run
+from vigil.runner.verify_run import VerifySettings, verify_run
+
+SUPPORT = Path(__file__).parents[1] / "support"
+
+
+@pytest.fixture(scope="module")
+def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pack of eight episodes."""
+    folder = tmp_path_factory.mktemp("packs") / "tiny"
+    tiny_pack(folder, 8)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def played(pack: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a run of `noop` on the family PG; to be copied, not changed."""
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    run_pack(settings(pack, folder, families=("PG",)))
+    return folder
+
+
+def settings(pack: Path, log_dir: Path | None, **changes: Any) -> RunSettings:
+    fields = {"pack": pack, "agent": "noop", "log_dir": log_dir, "backend": "fake", "workers": 1, "first_wait_s": 0.0}
+    return RunSettings(**{**fields, **changes})
+
+
+def without_times(record: EpisodeRecord) -> dict[str, Any]:
+    fields = record.model_dump(mode="json")
+    for name in ("run_id", "started", "ended"):
+        fields.pop(name)
+    return fields
+
+
+def test_two_runs_give_the_same_records_and_both_verify(pack: Path, tmp_path: Path) -> None:
+    told: list[Progress] = []
+    first = run_pack(settings(pack, tmp_path / "a", agent="random", epochs=2), on_progress=told.append)
+    second = run_pack(settings(pack, tmp_path / "b", agent="random", epochs=2, workers=2))
+    assert first.is_complete
+    assert len(first.records) == 16
+    assert [without_times(row) for row in first.records] == [without_times(row) for row in second.records]
+    by_epoch = {row.epoch: [step.reply.text for step in row.steps] for row in first.records[:2]}
+    assert by_epoch[1] != by_epoch[2]
+    assert all(step.frame_sha256 is None for row in first.records for step in row.steps)
+    assert (told[0].done, told[-1].done, told[-1].total, told[-1].eta_s) == (0, 16, 16, 0.0)
+    for folder in ("a", "b"):
+        verification = verify_run(tmp_path / folder, VerifySettings(workers=1))
+        assert verification.is_verified
+        assert (verification.checked, verification.is_exact) == (16, True)
+
+
+def test_the_header_says_what_was_run(pack: Path, tmp_path: Path) -> None:
+    result = run_pack(settings(pack, tmp_path / "run", limit=1, seed=3))
+    header = read_header(tmp_path / "run")
+    assert header == result.header
+    spec = header.spec
+    assert (header.run_id, spec.agent, spec.agent_kind, spec.seed) == ("run", "noop", "scripted", 3)
+    assert (header.simulator_version, header.renderer) == ("fake/1", "none")
+    assert header.ended is not None
+    assert header.host["pack_folder"] == str(pack)
+    assert len(spec.episode_ids) == 1
+
+
+def test_the_same_command_plays_nothing_twice(pack: Path, tmp_path: Path) -> None:
+    run_pack(settings(pack, tmp_path / "run"))
+    before = (tmp_path / "run" / EPISODES_FILE).read_bytes()
+    again = run_pack(settings(pack, tmp_path / "run", workers=2, patience_s=99.0))
+    assert (tmp_path / "run" / EPISODES_FILE).read_bytes() == before
+    assert (again.resumed, again.is_complete) == (8, True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"agent": "sweep"}, r"agent: 'noop' there, 'sweep' here"),
+        ({"families": ("SV",)}, r"episode_ids: .* there, .* here"),
+        ({"prompt_variant": "neutral_report"}, r"profile.prompt_variant: 'default' there, 'neutral_report' here"),
+        ({"epochs": 2}, r"epochs: 1 there, 2 here"),
+        ({"render_quality": "fast"}, r"render_quality"),
+        ({"seed": 1}, r"seed: 0 there, 1 here"),
+    ],
+)
+def test_another_run_in_the_folder_is_refused_by_name_of_the_difference(
+    pack: Path, played: Path, tmp_path: Path, changes: dict[str, Any], named: str
+) -> None:
+    shutil.copytree(played, tmp_path / "run")
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()}
+    with pytest.raises(RecordError, match=named):
+        run_pack(settings(pack, tmp_path / "run", **{"families": ("PG",), **changes}))
+    assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()} == before
+
+
+def test_rows_of_unknown_episodes_and_a_missing_header_are_refused(pack: Path, played: Path, tmp_path: Path) -> None:
+    shutil.copytree(played, tmp_path / "run")
+    rows = (tmp_path / "run" / EPISODES_FILE).read_text()
+    (tmp_path / "run" / EPISODES_FILE).write_text(rows.replace("tiny-PG-001", "tiny-PG-999"))
+    with pytest.raises(RecordError, match=r"'tiny-PG-999'.*not part"):
+        run_pack(settings(pack, tmp_path / "run", families=("PG",)))
+    (tmp_path / "run" / HEADER_FILE).unlink()
+    with pytest.raises(RecordError, match=r"without run\.json"):
+        run_pack(settings(pack, tmp_path / "run", families=("PG",)))
+
+
+def test_a_torn_last_line_is_put_aside_and_its_episode_played_again(pack: Path, tmp_path: Path) -> None:
+    whole = run_pack(settings(pack, tmp_path / "run"))
+    path = tmp_path / "run" / EPISODES_FILE
+    data = path.read_bytes()
+    path.write_bytes(data[:-700])
+    again = run_pack(settings(pack, tmp_path / "run"))
+    assert (again.resumed, again.is_complete) == (7, True)
+    assert [without_times(row) for row in again.records] == [without_times(row) for row in whole.records]
+    assert (tmp_path / "run" / f"{EPISODES_FILE}.torn-1").read_bytes() == data.splitlines(keepends=True)[-1][:-700]
+
+
+def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_path: Path) -> None:
+    agent = tmp_path / "slow.py"
+    agent.write_text(
+        "import sys, time\n"
+        "for line in sys.stdin:\n"
+        '    if \'"type": "observation"\' in line:\n'
+        "        time.sleep(0.25)\n"
+        f"        print({troublesome.REPORT!r}, flush=True)\n"
+    )
+    command = f"exec:{sys.executable} {agent}"
+    program = (
+        "import sys; from pathlib import Path; from vigil.runner.run import run_pack; "
+        "from vigil.runner.settings import RunSettings\n"
+        f"run_pack(RunSettings(pack=Path({str(pack)!r}), agent={command!r}, log_dir=Path({str(tmp_path / 'run')!r}), "
+        "backend='fake', workers=1))"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program])
+    path = tmp_path / "run" / EPISODES_FILE
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline and not (path.is_file() and path.read_bytes().count(b"\n") >= 3):
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    survived = [row.key for row in read_records(path)]
+    assert 3 <= len(survived) < 8
+    again = run_pack(settings(pack, tmp_path / "run", agent=command))
+    assert (again.resumed, again.is_complete) == (len(survived), True)
+    assert [row.key for row in read_records(path)][: len(survived)] == survived
+    assert len({row.key for row in read_records(path)}) == len(read_records(path)) == 8
+
+
+@pytest.fixture
+def _importable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lets the workers import the agents for tests."""
+    monkeypatch.setenv("PYTHONPATH", str(SUPPORT))
+
+
+@pytest.mark.usefixtures("_importable")
+@pytest.mark.parametrize("deed", ["exit", "hang", "raise"])
+def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
+    pack: Path, tmp_path: Path, deed: str
+) -> None:
+    result = run_pack(
+        settings(
+            pack, tmp_path / "run", agent=f"{deed}:{tmp_path}", agent_factory=troublesome.make, patience_s=3.0, limit=4
+        )
+    )
+    assert result.is_complete
+    assert {row.episode_id: row.attempt for row in result.records if row.attempt > 1} == {"tiny-DA-000": 2}
+    assert result.header.is_privileged
+    pids = {path.read_text() for path in tmp_path.glob(f"*.{deed}")}
+    assert len(pids) == (1 if deed == "raise" else 2)
+
+
+@pytest.mark.usefixtures("_importable")
+def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command(pack: Path, tmp_path: Path) -> None:
+    told: list[Progress] = []
+    wanted = settings(pack, tmp_path / "run", agent=f"raise!:{tmp_path}", agent_factory=troublesome.make, limit=4)
+    result = run_pack(wanted, on_progress=told.append)
+    assert (result.errors, result.is_complete, len(result.records)) == (1, False, 4)
+    row = next(row for row in result.records if row.end == "error")
+    assert (row.episode_id, row.attempt, row.error.boundary) == ("tiny-DA-000", 3, "worker")
+    assert "ZeroDivisionError: a fault of the program's" in row.error.message
+    assert (told[-1].done, told[-1].errors) == (3, 1)
+    again = run_pack(wanted)
+    assert (again.resumed, again.errors) == (3, 1)
+    _, rows = read_run(tmp_path / "run")
+    assert [row.episode_id for row in rows if row.end == "error"] == ["tiny-DA-000"] * 2
+
+
+@pytest.mark.usefixtures("_importable")
+def test_a_worker_that_keeps_dying_costs_one_episode(pack: Path, tmp_path: Path) -> None:
+    factory = troublesome.make
+    result = run_pack(settings(pack, tmp_path / "run", agent=f"exit!:{tmp_path}", agent_factory=factory, limit=3))
+    row = next(row for row in result.records if row.end == "error")
+    assert (result.errors, row.episode_id, row.initial, row.error.boundary) == (1, "tiny-DA-000", None, "worker")
+    assert "exit code 9" in row.error.message
+
+
+@pytest.mark.usefixtures("_importable")
+def test_a_run_stops_when_nothing_works(pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_module, "MAX_ERRORS_IN_A_ROW", 2)
+    with pytest.raises(run_module.InfrastructureError, match="2 episodes in a row ended as an error"):
+        run_pack(settings(pack, tmp_path / "run", agent="exec:false"))
+    assert len(read_run(tmp_path / "run")[1]) == 2
+
+
+def test_frames_are_kept_by_content_when_asked(pack: Path, tmp_path: Path) -> None:
+    result = run_pack(settings(pack, tmp_path / "run", agent="sweep", limit=2, save_frames=True))
+    store = FrameStore(tmp_path / "run" / "frames")
+    hashes = [step.frame_sha256 for row in result.records for step in row.steps]
+    assert None not in hashes
+    for sha256 in hashes:
+        assert store.keep(store.load(sha256)) == sha256
+    assert len(list((tmp_path / "run" / "frames").rglob("*.png"))) == len(set(hashes))
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1, frames=True)).is_verified
+
+
+def test_verification_finds_what_was_altered(pack: Path, tmp_path: Path) -> None:
+    run_pack(settings(pack, tmp_path / "run", agent="forward", families=("DA",)))
+    path = tmp_path / "run" / EPISODES_FILE
+    rows = [json.loads(line) for line in path.read_text().splitlines()]
+    rows[0]["steps"][0]["effect"]["moved_m"] += 0.25
+    rows[1]["steps"][1]["world"]["agent"]["position"][2] += 0.0005
+    rows[1]["steps"][2]["world"]["agent"]["rotation"] += 360.005
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    exact = verify_run(tmp_path / "run", VerifySettings(workers=1))
+    assert {difference.fact for difference in exact.differences} == {
+        "effect.moved_m",
+        "world.agent.position.2",
+        "world.agent.rotation",
+    }
+    tolerant = verify_run(tmp_path / "run", VerifySettings(workers=1, exact=False))
+    assert [str(difference) for difference in tolerant.differences] == [
+        "Episode 'tiny-DA-000' (epoch 1) step 1: effect.moved_m: recorded 1.0, found 0.75"
+    ]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"agent": None},
+        {"model": "openai/m"},
+        {"agent": "nobody"},
+        {"agent": "exec:"},
+        {"backend": "unity"},
+        {"epochs": 0},
+        {"workers": 0},
+        {"limit": 0},
+        {"families": ("XX",)},
+        {"episode_ids": ("tiny-PG-00",)},
+        {"pack": "no-such-pack"},
+        {"asset_database": Path("/no/such/file")},
+        {"agent": None, "model": "nameless"},
+    ],
+)
+def test_settings_that_make_no_sense_are_refused_before_anything_is_written(
+    pack: Path, tmp_path: Path, changes: dict[str, Any]
+) -> None:
+    with pytest.raises(InputError):
+        run_pack(replace(settings(pack, tmp_path / "run"), **changes))
+    assert not (tmp_path / "run").exists()
+
+
+def test_without_a_folder_the_same_settings_find_the_same_one(pack: Path) -> None:
+    def folder(**changes: Any) -> Path:
+        wanted = settings(pack, None, **changes)
+        return log_dir(wanted, plan_run(wanted)[2])
+
+    assert folder() == folder(workers=2)
+    assert folder().parent == Path("runs")
+    assert folder().name.startswith("tiny-noop-")
+    assert len({folder(), folder(agent="sweep"), folder(limit=1), folder(seed=1)}) == 4
+
+
+def test_a_dry_run_bounds_calls_and_tokens(pack: Path) -> None:
+    bounds = estimate(settings(pack, None, agent=None, model="openai/m", epochs=2))
+    assert bounds.episodes == 16
+    assert bounds.calls == (16, 2 * 2 * (5 + 12 + 5 + 25))
+    assert bounds.input_tokens[0] < bounds.input_tokens[1]
+    low, high = bounds.cost(1.0, 10.0)
+    assert 0 < low < high
+
+
+def test_a_simulator_that_cannot_start_stops_the_run(
+    pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "numpy.py").write_text("raise ImportError('no numpy today')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(run_module.InfrastructureError, match="no numpy today"):
+        run_pack(settings(pack, tmp_path / "run"))
+
+
+def test_a_setting_error_in_the_worker_reaches_the_user(pack: Path, tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match="cannot be started"):
+        run_pack(settings(pack, tmp_path / "run", agent="exec:/no/such/program"))
