@@ -29,6 +29,14 @@ class Member:
     yaw: float = 0.0
     on: int | None = None
 
+    def rects(self) -> list[Rect]:
+        """Returns the rectangles that it takes: a countertop's runs, or the one about its box."""
+        if self.model.category != "CounterTop":
+            return [self.rect()]
+        corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
+        boxes = [(*part.min(axis=0).tolist(), *part.max(axis=0).tolist()) for part in corners]
+        return [turned_rect(box, self.x, self.z, self.yaw) for box in boxes]
+
     def rect(self) -> Rect:
         """Returns its rectangle in the cluster's frame."""
         half_x, half_z = self.model.size.x / 2, self.model.size.z / 2
@@ -45,7 +53,8 @@ class Cluster:
 
     def solid(self) -> list[Rect]:
         """Returns the rectangles of what stands on the floor (a rug takes no room)."""
-        return [member.rect() for member in self.members if member.on is None and member.model.category != "Rug"]
+        standing = [member for member in self.members if member.on is None and member.model.category != "Rug"]
+        return [rect for member in standing for rect in member.rects()]
 
     def sweeps(self) -> list[Rect]:
         """Returns the rectangles that the doors and drawers of what stands on the floor pass over."""
@@ -53,10 +62,8 @@ class Cluster:
         for member in self.members:
             rect = swept(member.model) if member.on is None else None
             if rect is not None:
-                half_x = member.model.size.x / 2
-                ahead = (min(rect[0], -half_x), member.model.size.z / 2, max(rect[2], half_x), rect[3])
-                found.append(turned_rect(ahead, member.x, member.z, member.yaw))
-        return [rect for rect in found if rect[3] - rect[1] > 1e-3]
+                found.append(turned_rect(rect, member.x, member.z, member.yaw))
+        return found
 
     def extent(self) -> Rect:
         """Returns the rectangle about it all."""
@@ -93,9 +100,12 @@ class Anchor:
 def single(model: Model, access_m: float | None = None) -> Cluster:
     """Returns a cluster of one thing with its back to the wall, and floor in front as it needs."""
     depth = front_access(model) if access_m is None else access_m
-    half = model.size.x / 2
-    access = [(-max(half, 0.3), model.size.z, max(half, 0.3), model.size.z + depth)] if depth > 0 else []
-    return Cluster([Member(model, 0.0, model.size.z / 2)], list(access))
+    half = max(model.size.x / 2, 0.3)
+    rect = swept(model)
+    behind = 0.0 if rect is None else max(0.0, -model.size.z / 2 - rect[1])
+    front = behind + model.size.z
+    access = [(-half, front, half, front + depth)] if depth > 0 else []
+    return Cluster([Member(model, 0.0, behind + model.size.z / 2)], list(access))
 
 
 def front_access(model: Model) -> float:

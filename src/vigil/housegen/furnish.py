@@ -122,7 +122,10 @@ class Furnisher:
 
     def _kitchen(self) -> None:
         with_fridge = chance(self.rng, 0.6)
-        for feet in ((6, 4), (5, 3), (4, 3), (6,), (5,), (4,)):
+        at_corner = [5, 6, 6] if self.floor.area > 13 and chance(self.rng, 0.3) else []
+        corner = (groups.corner_run(self.rng, with_fridge, feet) for feet in shuffled(self.rng, at_corner))
+        has_corner = any(self._put(group, _along_walls(1.0, 0.0)) for group in corner)
+        for feet in () if has_corner else [*shuffled(self.rng, ((6, 6), (5, 5), (8,), (4, 4))), (3, 3), (5,), (4,)]:
             if self._put(groups.kitchen_run(self.rng, with_fridge, feet), _along_walls(0.2, 0.6)):
                 break
             if self._put(groups.kitchen_run(self.rng, False, feet), _along_walls(0.2, 0.6)):

@@ -8,7 +8,7 @@ from vigil.errors import SettingError
 from vigil.house import House
 from vigil.housegen import document, palette, states
 from vigil.housegen.check import Fault, check_house
-from vigil.housegen.draw import GENERATOR_VERSION, chance, generator, pick, shuffled
+from vigil.housegen.draw import GENERATOR_VERSION, generator, pick, shuffled
 from vigil.housegen.floor import Floor
 from vigil.housegen.floorplan import Plan, plan_rooms
 from vigil.housegen.furnish import ESSENTIAL, Furnisher
@@ -19,7 +19,7 @@ from vigil.housegen.small_objects import Tidier
 from vigil.housegen.spec import HouseSpec
 from vigil.housegen.stock import Piece
 from vigil.housegen.wall_things import Hanger
-from vigil.pose import Pose, Vec3
+from vigil.pose import Pose, Vec3, heading
 
 __all__ = ["GENERATOR_VERSION", "generate"]
 
@@ -90,7 +90,7 @@ def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
     pieces = _furnished(plan, floors, spec, key)
     if pieces is None:
         return None
-    start = _start(plan, floors, generator(*key, "start"))
+    start = _start(plan, floors, pieces, generator(*key, "start"))
     if start is None:
         return None
     look = generator(*key, "look")
@@ -131,8 +131,8 @@ def _furnished(plan: Plan, floors: dict[int, Floor], spec: HouseSpec, key: tuple
     return everything
 
 
-def _start(plan: Plan, floors: dict[int, Floor], rng: np.random.Generator) -> Pose | None:
-    """Returns a free place that the whole house can be reached from, looking along the longest free way."""
+def _start(plan: Plan, floors: dict[int, Floor], pieces: list[Piece], rng: np.random.Generator) -> Pose | None:
+    """Returns a free place that the whole house can be reached from, looking where most things are."""
     floor = floors[pick(rng, plan.rooms).number]
     free = floor.free_grid([])
     for rect in floor.clear:
@@ -146,18 +146,17 @@ def _start(plan: Plan, floors: dict[int, Floor], rng: np.random.Generator) -> Po
     rows, columns = np.nonzero(main)
     index = int(rng.integers(len(rows)))
     row, column = int(rows[index]), int(columns[index])
-    yaw = max((0.0, 90.0, 180.0, 270.0), key=lambda turn: (_run(free, row, column, turn), turn))
-    yaw = float(yaw) if chance(rng, 0.8) else pick(rng, (0.0, 90.0, 180.0, 270.0))
     x, z = float(floor.grid_x[row, column]), float(floor.grid_z[row, column])
+    yaw = max((0.0, 90.0, 180.0, 270.0), key=lambda turn: (_in_view(pieces, x, z, turn), turn))
     return Pose(position=Vec3(round(x, 3), 0.0, round(z, 3)), rotation=yaw, horizon=START_HORIZON)
 
 
-def _run(free: np.ndarray, row: int, column: int, yaw: float) -> int:
-    """Returns how many grid steps are free in a direction."""
-    step_row, step_column = {0.0: (1, 0), 90.0: (0, 1), 180.0: (-1, 0), 270.0: (0, -1)}[yaw]
-    steps = 0
-    while True:
-        row, column = row + step_row, column + step_column
-        if not (0 <= row < free.shape[0] and 0 <= column < free.shape[1] and free[row, column]):
-            return steps
-        steps += 1
+def _in_view(pieces: list[Piece], x: float, z: float, yaw: float) -> int:
+    """Returns how many pieces of furniture are before one, neither too near nor too far to make out."""
+    dx, dz = heading(yaw)
+    seen = 0
+    for piece in pieces:
+        ahead = (piece.position.x - x) * dx + (piece.position.z - z) * dz
+        aside = abs((piece.position.x - x) * dz - (piece.position.z - z) * dx)
+        seen += 1.0 < ahead < 4.0 and aside < ahead
+    return seen

@@ -6,7 +6,10 @@ from vigil.housegen.clusters import STAND_M, Cluster, Member, front_access
 from vigil.housegen.draw import chance, pick
 from vigil.housegen.stock import Model, Rect, draw_model, model_of
 
-COUNTER_FEET = (3, 4, 5, 6, 8)
+COUNTER_LOOKS = 12
+"""Looks of counters that the generator draws from."""
+COUNTER_DEPTH = 0.61
+RUN_GAP = 0.01
 SEAT_GAP = 0.06
 """Distance between a chair and the table it stands at."""
 SEAT_ROOM = 0.3
@@ -104,28 +107,41 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Cluste
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> Cluster:
-    """Returns a run along a wall: counters of the given widths (ft) with the stove between, the fridge at an end."""
-    stove = draw_model("Stove", rng)
-    counters = [model_of(f"Countertop_I_{width}x2", "CounterTop") for width in feet]
+    """Returns a run along a wall: alike counters of a width (ft) with the stove between, maybe the fridge at an end."""
+    stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_LOOKS))
+    counters = [model_of(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
     row: list[Model] = [counters[0], stove, *counters[1:]]
     if chance(rng, 0.5):
         row.reverse()
     if with_fridge:
         fridge = draw_model("Fridge", rng)
         row = [fridge, *row] if chance(rng, 0.5) else [*row, fridge]
-    width = sum(model.size.x for model in row) + 0.01 * (len(row) - 1)
+    return _run(rng, row)
+
+
+def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> Cluster:
+    """Returns an L-shaped counter (leg on the +x side) with the stove beside it, maybe the fridge beside that."""
+    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_LOOKS))}_L_{feet}x{feet}", "CounterTop")
+    row = [draw_model("Stove", rng), counter]
+    return _run(rng, [draw_model("Fridge", rng), *row] if with_fridge else row)
+
+
+def _run(rng: np.random.Generator, row: list[Model]) -> Cluster:
+    """Returns things side by side along a wall, a sink in the first counter."""
+    left = -(sum(model.size.x for model in row) + RUN_GAP * (len(row) - 1)) / 2
     members: list[Member] = []
     access: list[Rect] = []
-    left = -width / 2
-    with_sink = counters[0]
     basins: list[Member] = []
     for index, model in enumerate(row):
-        middle = left + model.size.x / 2
+        middle, right = left + model.size.x / 2, left + model.size.x
         members.append(Member(model, middle, model.size.z / 2))
-        if model is with_sink and not basins:
-            basins = _basin(rng, model, index, middle, model.size.z / 2)
-        access.append((left, model.size.z, left + model.size.x, model.size.z + max(0.8, front_access(model))))
-        left += model.size.x + 0.01
+        depth = min(model.size.z, COUNTER_DEPTH) if model.category == "CounterTop" else model.size.z
+        if model.category == "CounterTop":
+            if not basins:
+                basins = _basin(rng, index, middle, depth)
+            right = min(right, right + depth - model.size.z)
+        access.append((left, depth, right, depth + max(0.8, front_access(model))))
+        left += model.size.x + RUN_GAP
     return Cluster([*members, *basins], access)
 
 
@@ -138,10 +154,11 @@ def bathtub_group(rng: np.random.Generator) -> Cluster:
 
 def island_group(rng: np.random.Generator, stools: int) -> Cluster:
     """Returns a free-standing counter with stools on one side."""
-    counter = model_of(f"Countertop_Island_{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}", "CounterTop")
+    look, width, depth = int(rng.integers(COUNTER_LOOKS)), pick(rng, (4, 5, 6)), pick(rng, (2, 3))
+    counter = model_of(f"Countertop_{look}_Island_{width}x{depth}", "CounterTop")
     stool = draw_model("Stool", rng)
     half_x, half_z = counter.size.x / 2, counter.size.z / 2
-    members = [Member(counter, 0.0, half_z)]
+    members = [Member(counter, 0.0, half_z, 180.0)]
     for index in range(stools):
         x = (index - (stools - 1) / 2) * max(stool.size.x + 0.2, half_x * 1.2 / max(1, stools))
         members.append(Member(stool, x, counter.size.z + 0.05 + stool.size.z / 2, 180.0))
@@ -150,19 +167,17 @@ def island_group(rng: np.random.Generator, stools: int) -> Cluster:
 
 def vanity_group(rng: np.random.Generator) -> Cluster:
     """Returns a small counter with a basin on it and a faucet behind the basin."""
-    counter = model_of(f"Countertop_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
+    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_LOOKS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
     return Cluster(
-        [Member(counter, 0.0, counter.size.z / 2), *_basin(rng, counter, 0, 0.0, counter.size.z / 2)],
+        [Member(counter, 0.0, counter.size.z / 2), *_basin(rng, 0, 0.0, counter.size.z)],
         [(-counter.size.x / 2, counter.size.z, counter.size.x / 2, counter.size.z + 0.7)],
     )
 
 
-def _basin(rng: np.random.Generator, counter: Model, index: int, x: float, z: float) -> list[Member]:
-    """Returns a sink with its faucet for the counter that is member `index`, its middle at (x, z)."""
+def _basin(rng: np.random.Generator, index: int, x: float, depth: float) -> list[Member]:
+    """Returns a sink with its faucet for the counter that is member `index`: its middle, and its depth."""
     sink, faucet = draw_model("Sink", rng), draw_model("Faucet", rng)
-    back = z - counter.size.z / 2
-    depth = min(sink.size.z, counter.size.z - faucet.size.z / 2 - 0.04)
     return [
-        Member(sink, x, back + counter.size.z - 0.02 - depth / 2, on=index),
-        Member(faucet, x, back + 0.02 + faucet.size.z / 2, on=index),
+        Member(sink, x, depth - 0.02 - min(sink.size.z, depth - 0.06) / 2, on=index),
+        Member(faucet, x, 0.02 + faucet.size.z / 2, on=index),
     ]

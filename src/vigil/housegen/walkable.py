@@ -14,7 +14,7 @@ GRID_M = 0.25
 BODY_RADIUS = 0.2
 BODY_BOTTOM, BODY_TOP = 0.05, 1.8
 LEAST_SHARE = 0.9
-JAMB_M = 0.06
+JAMB_M = 0.08
 """Width that a door's frame takes from its hole on either side."""
 
 
