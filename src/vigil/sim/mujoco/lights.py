@@ -1,4 +1,4 @@
-"""Lights, sky and ground.
+"""Lights.
 
 One lamp hangs in every room. The agent's room's casts shadows; the nearest others shine without, so that the next
 room seen through a door is neither black nor changes abruptly on entering. Lamps of the house that are on add a
@@ -20,9 +20,9 @@ MAX_GLOWS = 2
 """OpenGL's fixed pipeline has eight lights: the headlight, the fills, these."""
 AMBIENT = (0.42, 0.42, 0.42)
 HEADLIGHT = (0.07, 0.07, 0.07)
-FILLS = (((0.33, 0.2, 0.92), 0.34), ((-0.33, -0.40, -0.86), 0.26))
+FILLS = (((0.33, 0.2, 0.92), 0.32), ((-0.33, -0.40, -0.86), 0.22))
 """(direction that the light travels in, strength): light from floor and walls, which nobody else computes."""
-LAMP, OTHER_LAMP = 0.52, 0.34
+LAMP, OTHER_LAMP = 0.48, 0.32
 FALLOFF, OTHER_FALLOFF = (1.0, 0.0, 0.02), (1.0, 0.0, 0.16)
 """The lamp of the agent's room, and those of other rooms: weaker, since no wall stops their light."""
 USUAL_HEIGHT_M = 2.6
@@ -30,8 +30,6 @@ RISE_M = 0.02
 """Lamps hang this far over the ceiling, which stops no light: behind a lamp the shadow map would be read backwards."""
 SHADOW_UP_TO_M, WIDEST_SHADOW_DEG = 0.7, 74.0
 """Height up to which shadows are wanted in a room's corners; half the widest angle that a shadow map may span."""
-GROUND_M = -0.12
-_SKY_PIXELS = 128
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,31 +178,4 @@ def _add_sun(spec: NativeSpec) -> None:
         specular=[0.15, 0.15, 0.15],
         castshadow=False,
         active=False,
-    )
-
-
-def add_sky(spec: NativeSpec) -> None:
-    """Adds a sky that pales towards the horizon."""
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.86, 0.91, 0.95],
-        rgb2=[0.42, 0.62, 0.86],
-        width=_SKY_PIXELS,
-        height=_SKY_PIXELS * 6,
-    )
-
-
-def add_ground(spec: NativeSpec) -> None:
-    """Adds the lawn around the house."""
-    spec.add_material(name="lawn", rgba=[0.36, 0.45, 0.27, 1.0], specular=0.0, shininess=0.0, emission=0.5)
-    spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[60.0, 60.0, 1.0],
-        pos=[0.0, 0.0, GROUND_M],
-        material="lawn",
-        contype=0,
-        conaffinity=0,
-        group=0,
     )

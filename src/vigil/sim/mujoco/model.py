@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vigil.sim.mujoco import frames, lights
+from vigil.sim.mujoco import frames, lights, outdoors
 from vigil.sim.mujoco.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
 from vigil.sim.mujoco.looks import Looks, Tint
 from vigil.sim.mujoco.pieces import Piece, Triangles, pieces_of
@@ -96,7 +96,6 @@ def build(scene: Scene) -> Model:
     _settings(spec)
     kinds = _add_structure(draft, scene)
     things = {thing.id: _add_thing(draft, index, thing) for index, thing in enumerate(scene.things.values())}
-    lights.add_sky(spec)
     lamps = lights.add_lamps(spec, scene)
     native = spec.compile()
     _resolve_looks(draft, native, things)
@@ -146,7 +145,7 @@ def _add_structure(draft: _Draft, scene: Scene) -> dict[int, str]:
         kinds[len(draft.geom_things)] = shell.kind
         _add_shell(draft, f"structure{number}", shell, tint)
     kinds[len(draft.geom_things)] = "ground"
-    lights.add_ground(draft.spec)
+    outdoors.add_outdoors(draft.spec)
     draft.geom_things.append(-1)
     draft.geom_roles.append(0)
     return kinds
