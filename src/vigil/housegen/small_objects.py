@@ -9,7 +9,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.housegen.draw import chance, pick, pick_weighted, shuffled
 from vigil.housegen.floor import Block, Floor
 from vigil.housegen.household import Household
-from vigil.housegen.stock import Model, Piece, Rect, draw_model, leaf_reach, turned_rect
+from vigil.housegen.stock import Model, Piece, Rect, draw_model, swept, turned_rect
 from vigil.pose import Vec3, rotate_floor
 
 GAP = 0.02
@@ -19,11 +19,9 @@ FULL_SHARE = 0.5
 HIGHEST_M = 1.75
 """Surfaces above it are out of sight."""
 SURFACE_TOLERANCE = 0.03
-LID_BEHIND = 0.1
-"""How far an open laptop's lid leans back."""
 
 ON_TOP: dict[str, float] = {
-    "CounterTop": 4.0,
+    "CounterTop": 5.0,
     "DiningTable": 3.5,
     "CoffeeTable": 2.6,
     "Desk": 3.0,
@@ -101,12 +99,13 @@ STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
         ("TeddyBear", ("Bed",), 0.3),
     ),
     "Bathroom": (
-        ("SoapBottle", ("CounterTop", "Toilet"), 0.6),
-        ("SoapBar", ("CounterTop", "Bathtub"), 0.7),
-        ("ToiletPaper", ("Toilet", "CounterTop"), 0.8),
-        ("Cloth", ("CounterTop", "Bathtub", "Cart"), 0.5),
-        ("SprayBottle", ("CounterTop", "Toilet", "Cart"), 0.5),
-        ("Candle", ("CounterTop",), 0.3),
+        ("SoapBottle", ("CounterTop", "Sink", "Toilet"), 0.8),
+        ("SoapBar", ("CounterTop", "Sink", "Bathtub"), 0.75),
+        ("ToiletPaper", ("Toilet", "CounterTop"), 0.9),
+        ("Cloth", ("CounterTop", "Bathtub", "Cart", "Shelf"), 0.7),
+        ("SprayBottle", ("CounterTop", "Toilet", "Cart", "Shelf"), 0.6),
+        ("TissueBox", ("Toilet", "CounterTop", "Shelf"), 0.3),
+        ("Candle", ("CounterTop", "Shelf"), 0.35),
     ),
 }
 """What a room should have: category, where (first choice first), how likely."""
@@ -238,8 +237,8 @@ def _place(
 def _with_leaf(model: Model) -> Rect:
     """Returns the model's rectangle with the room that its lid or door needs before and behind it."""
     half_x, half_z = model.size.x / 2, model.size.z / 2
-    behind = LID_BEHIND if model.category == "Laptop" else 0.0
-    return -half_x, -half_z - behind, half_x, half_z + leaf_reach(model)
+    x0, z0, x1, z1 = swept(model) or (0.0, 0.0, 0.0, 0.0)
+    return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
 
 
 def _is_back(model: Model, piece: Piece) -> bool:

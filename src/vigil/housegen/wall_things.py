@@ -20,7 +20,7 @@ BELOW_BLINDS_M = 0.5
 """Height below blinds that things on furniture need."""
 BUMP_M = 0.06
 """Things that come further out of the wall than this take up floor."""
-PAINTINGS = {"Kitchen": (0, 2), "LivingRoom": (1, 3), "Bedroom": (1, 3), "Bathroom": (0, 1)}
+PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 4), "Bedroom": (1, 3), "Bathroom": (0, 1)}
 
 Span = tuple[float, float, float, float]
 """left, right along the wall; bottom, top (m)."""
@@ -173,7 +173,10 @@ class Hanger:
     def _bathroom(self) -> None:
         sink = next((p for top in self.furniture for p in top.all() if p.category == "Sink"), None)
         if sink is not None:
-            self._behind(sink, draw_model("Mirror", self.rng), 1.62)
+            mirror = draw_model("Mirror", self.rng)
+            self._behind(sink, mirror, sink.top + ABOVE_GAP + 0.06 + mirror.size.y / 2)
+            if chance(self.rng, 0.5):
+                self._anywhere("Shelf", 1.35)
         toilet = next((piece for piece in self.furniture if piece.category == "Toilet"), None)
         if toilet is not None:
             self._beside(toilet, draw_model("ToiletPaperHanger", self.rng), 0.72)
@@ -227,9 +230,11 @@ class Hanger:
     def _cabinets(self) -> None:
         """Hangs one or two cabinets over counters."""
         counters = [piece for piece in self.furniture if piece.category == "CounterTop"]
-        for counter in shuffled(self.rng, counters)[: pick(self.rng, (1, 2))]:
-            model = draw_model("Cabinet", self.rng)
-            middle = 1.42 + model.size.y / 2
+        if not counters:
+            return
+        model = _alike(counters[0].model, [draw_model("Cabinet", self.rng) for _ in range(8)])
+        middle = 1.42 + model.size.y / 2
+        for counter in shuffled(self.rng, counters)[: pick(self.rng, (1, 2, 2))]:
             if middle + model.size.y / 2 < self.height_m - 0.15 and model.size.x <= counter.model.size.x + 0.02:
                 self._behind(counter, model, middle)
 
@@ -283,3 +288,9 @@ class Hanger:
         place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
         self.hung.append(Piece(model, place, 0.0, self.floor.room.number, is_on_wall=True))
         self.household.add("CeilingLamp")
+
+
+def _alike(model: Model, choices: list[Model]) -> Model:
+    """Returns the choice that shares most materials with `model`."""
+    materials = {part.material for part in model.asset.parts}
+    return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
