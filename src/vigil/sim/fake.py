@@ -77,8 +77,37 @@ def pieces_of(asset: Asset) -> tuple[Piece, ...]:
         )
         for part in asset.parts
         if len(part.mesh.vertices)
-        for low, high in _mesh_boxes(part)
+        for low, high in _around_panes(_mesh_boxes(part), [] if part.is_glass else _panes(asset, part.joint))
     )
+
+
+def _panes(asset: Asset, joint: str | None) -> list[tuple[np.ndarray, np.ndarray]]:
+    parts = (part for part in asset.parts if part.is_glass and part.joint == joint and len(part.mesh.vertices))
+    return [box for part in parts for box in _mesh_boxes(part)]
+
+
+def _around_panes(
+    boxes: list[tuple[np.ndarray, np.ndarray]], panes: list[tuple[np.ndarray, np.ndarray]]
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Returns the boxes with those that frame a pane cut into the four bars around it (in the x, y plane)."""
+    for pane_low, pane_high in panes:
+        cut: list[tuple[np.ndarray, np.ndarray]] = []
+        for low, high in boxes:
+            is_frame = (low[:2] <= pane_low[:2]).all() and (high[:2] >= pane_high[:2]).all()
+            cut += _bars(low, high, pane_low, pane_high) if is_frame else [(low, high)]
+        boxes = cut
+    return boxes
+
+
+def _bars(
+    low: np.ndarray, high: np.ndarray, pane_low: np.ndarray, pane_high: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    bars: list[tuple[np.ndarray, np.ndarray]] = []
+    for axis in (0, 1):
+        before, after = high.copy(), low.copy()
+        before[axis], after[axis] = pane_low[axis], pane_high[axis]
+        bars += [(low, before), (after, high)]
+    return [(a, b) for a, b in bars if float((b - a)[:2].min()) > WELD_M]
 
 
 def _mesh_boxes(part: Part) -> list[tuple[np.ndarray, np.ndarray]]:
