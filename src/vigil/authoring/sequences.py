@@ -30,12 +30,32 @@ BELONGS_IN = {
     "Stove": ("Pan", "Pot", "Plate", "Bowl"),
 }
 """Container -> what a person would look for in it."""
-ONTO = (
-    *("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand"),
-    *("Sofa", "Bed", "ArmChair", "Chair", "Stool", "Ottoman", "Cart"),
+TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
+SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
+SOFT = frozenset(
+    (
+        "Pillow",
+        "TeddyBear",
+        "Towel",
+        "HandTowel",
+        "Cloth",
+        "Book",
+        "Newspaper",
+        "Laptop",
+        "RemoteControl",
+        "TennisRacket",
+    )
 )
-INTO = ("Sink", "GarbageCan", "Bowl", "Bathtub")
-"""Where one puts things on, or into, without opening."""
+"""What one may leave on a seat as well as on a table."""
+FOOD = ("Apple", "Tomato", "Potato", "Egg", "Bread", "Lettuce")
+WARE = ("Plate", "Bowl", "Cup", "Mug", "Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "Pot", "Pan")
+PUT_INTO = {
+    "Sink": (*WARE, "DishSponge", "Apple", "Tomato", "Potato", "Lettuce"),
+    "GarbageCan": (*FOOD, "Newspaper", "AluminumFoil", "PaperTowelRoll", "ToiletPaper", "TissueBox", "Bottle"),
+    "Bowl": ("Apple", "Egg", "Potato", "Tomato", "Spoon"),
+    "Bathtub": ("Towel", "SoapBottle", "SoapBar", "Cloth", "SprayBottle"),
+}
+"""What stands open -> what one puts into it."""
 
 
 def revealing(shop: Workshop) -> Drafts:
@@ -54,7 +74,7 @@ def emptying(shop: Workshop) -> Drafts:
 
 def putting_in(shop: Workshop) -> Drafts:
     """Yields `put_into` drafts: take something and put it into a container, opened where it must be."""
-    for container in shop.things(lambda thing: thing.category in BELONGS_IN or thing.category in INTO):
+    for container in shop.things(lambda thing: thing.category in BELONGS_IN or thing.category in PUT_INTO):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
         for target in shop.things(partial(_may_go_in, container)):
             first = container if container.is_openable else target
@@ -65,7 +85,7 @@ def rearranging(shop: Workshop) -> Drafts:
     """Yields `rearrange` drafts: take something from one receptacle and put it on another."""
     for target in shop.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None):
         source = shop.thing(target.parent or "")
-        if source.category not in ONTO:
+        if source.category not in (*TABLES, *SEATS):
             continue
         for receptacle in _receptacles(shop, target, {source.id, target.id}):
             roles = {"target": target, "source": source, "receptacle": receptacle}
@@ -93,7 +113,7 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
         goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, chain=(*opened, held))
     sentences = SEQUENCES["put_into_closed" if is_shut else template]
     words = {role: str(phrase) for role, phrase in phrases.items()}
-    into = "into" if is_shut or (receptacle is not None and receptacle.category in INTO) else "on"
+    into = "into" if is_shut or (receptacle is not None and receptacle.category in PUT_INTO) else "on"
     yield shop.draft(
         "SM",
         start=start,
@@ -159,6 +179,8 @@ def _receptacles(shop: Workshop, target: Thing, without: set[str | None]) -> lis
     kind = CATALOG[target.category]
 
     def is_wanted(thing: Thing) -> bool:
-        return thing.is_receptacle and thing.id not in without and thing.category in (*ONTO, *INTO)
+        suits = thing.category in TABLES or (target.category in SOFT and thing.category in SEATS)
+        suits = suits or target.category in PUT_INTO.get(thing.category, ())
+        return thing.is_receptacle and thing.id not in without and suits
 
     return [thing for thing in shop.things(is_wanted) if CATALOG[thing.category].takes(kind)][:3]

@@ -21,7 +21,7 @@ AUTHOR = "grammar"
 TRIED_STARTS = 80
 SEEN_POINTS = 6
 MARGIN_PX = 20
-ROOMY_M = 0.1
+HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
 
 Mask = Callable[[np.ndarray], np.ndarray]
 
@@ -35,13 +35,20 @@ class Workshop:
         self.house = house
         self.rng = rng
         simulator.load(house)
-        self.home = _home(simulator, house)
+        self._homes = _homes(simulator, house)
         self.begin(Setup())
         self.stage = Stage(simulator)
 
     def begin(self, setup: Setup) -> None:
         """Starts the house anew with a setup; closed doors between rooms are opened."""
-        self.simulator.reset(self.home, self.with_open_doors(setup))
+        complete = self.with_open_doors(setup)
+        for home in self._homes[:-1]:
+            try:
+                self.simulator.reset(home, complete)
+            except EpisodeError:  # an opened leaf stands there: try the next place
+                continue
+            return
+        self.simulator.reset(self._homes[-1], complete)
 
     def with_open_doors(self, setup: Setup) -> Setup:
         """Returns a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
@@ -151,14 +158,15 @@ class Workshop:
         )
 
 
-def _home(simulator: PrivilegedSimulator, house: House) -> Pose:
-    """Returns where to stand while drafting: the house's own start, else the first free place."""
-    if house.start is not None and simulator.can_stand(house.start.position):
-        return house.start
+def _homes(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
+    """Returns where to stand while drafting: the house's own start, then free places all over it."""
+    homes = [house.start] if house.start is not None else []
     for room in simulator.scene().rooms:
-        for share in (0.5, 0.3, 0.7):
-            low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
-            x, z = (float(value) for value in low + share * (high - low))
-            if simulator.can_stand(Vec3(x, 0.0, z)):
-                return Pose(position=Vec3(x, 0.0, z), rotation=0.0)
-    raise EpisodeError(f"House {house.name!r}: no free place to stand was found; it cannot hold an episode.")
+        low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
+        for share_x, share_z in HOME_SHARES:
+            x, z = float(low[0] + share_x * (high[0] - low[0])), float(low[1] + share_z * (high[1] - low[1]))
+            homes.append(Pose(position=Vec3(x, 0.0, z), rotation=0.0))
+    free = [home for home in homes if simulator.can_stand(home.position)]
+    if not free:
+        raise EpisodeError(f"House {house.name!r}: no free place to stand was found; it cannot hold an episode.")
+    return free
