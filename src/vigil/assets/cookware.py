@@ -15,6 +15,17 @@ from vigil.pose import Vec3
 STEEL = "metal/brushed"
 GRIPS = ("plastic/#1f2022", "wood/walnut", "plastic/#1f2022", "plastic/#b4262b")
 
+CUTLERY = (
+    ("silver", STEEL, STEEL),
+    ("silver", "chrome", "chrome"),
+    ("golden", "metal/gold", "metal/gold"),
+    ("black", STEEL, "plastic/#1f2022"),
+    ("wooden", STEEL, "wood/walnut"),
+    ("red", STEEL, "plastic/#b4262b"),
+    ("blue", STEEL, "plastic/#2f5ba0"),
+)
+"""Word, metal of the head and material of the handle of cutlery."""
+
 
 def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Returns a pot, with two ears or, in a long box, one long handle."""
@@ -138,34 +149,38 @@ def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     """Returns a fork with four tines."""
     builder = Builder("Fork", size)
     half, height, length = size.x / 2, size.y, size.z
+    name, metal, grip = one_of(rng, CUTLERY)
     thick = 0.18 * height
     start = 0.22 * length
-    neck = [(-length / 2, 0.5), (-0.1 * length, 0.22), (0.05 * length, 0.24), (0.14 * length, 0.9), (start, 1.0)]
+    neck = [(-0.12 * length, 0.24), (0.05 * length, 0.24), (0.14 * length, 0.9), (start, 1.0)]
     pieces = [strip([(z, share * half) for z, share in neck], thick)]
     for x in (-0.82, -0.27, 0.27, 0.82):
         tine = strip([(start - 0.004, 0.18 * half), (0.4 * length, 0.16 * half), (length / 2, 0.06 * half)], thick)
         pieces.append(shapes.translate(tine, (x * half, 0, 0)))
-    builder.add(_grip_metal(rng), *(bend(piece, _curve(length, height)) for piece in pieces))
-    return builder.build(["silver"])
+    curve = _curve(length, height)
+    builder.add(metal, *(bend(piece, curve) for piece in pieces))
+    builder.add(grip, bend(_handle(half, length, thick, is_bare=grip == metal), curve))
+    return builder.build([name])
 
 
 def spoon(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Returns a spoon."""
     builder = Builder("Spoon", size)
     half, height, length = size.x / 2, size.y, size.z
-    handle = strip(
-        [
-            (-length / 2, 0.4 * half),
-            (-0.2 * length, 0.18 * half),
-            (0.1 * length, 0.16 * half),
-            (0.175 * length, 0.26 * half),
-        ],
-        0.14 * height,
-    )
+    name, metal, grip = one_of(rng, CUTLERY)
+    thick = 0.14 * height
+    neck = [(-0.12 * length, 0.2 * half), (0.1 * length, 0.16 * half), (0.175 * length, 0.26 * half)]
     dish = _dish((0.33 * length, 0.17 * length), half, 0.35 * height)
-    look = _grip_metal(rng)
-    builder.add(look, bend(handle, _curve(length, height)), shapes.translate(dish, (0, 0.3 * height, 0)))
-    return builder.build(["silver"])
+    curve = _curve(length, height)
+    builder.add(metal, bend(strip(neck, thick), curve), shapes.translate(dish, (0, 0.3 * height, 0)))
+    builder.add(grip, bend(_handle(0.75 * half, length, thick, is_bare=grip == metal), curve))
+    return builder.build([name])
+
+
+def _handle(half: float, length: float, thick: float, *, is_bare: bool) -> shapes.Mesh:
+    """Returns the rear part of cutlery's handle; what is not bare metal is thicker."""
+    outline = [(-length / 2, 0.35), (-0.47 * length, 0.55), (-0.3 * length, 0.42), (-0.115 * length, 0.28)]
+    return strip([(z, share * half) for z, share in outline], thick if is_bare else 2.2 * thick)
 
 
 def knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -218,9 +233,10 @@ def butter_knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     pieces = [strip([(z, s * half) for z, s in blade], 0.25 * slim), strip([(z, s * half) for z, s in grip], slim)]
     if size.y > size.x:
         pieces = [shapes.rotate(piece, "z", -90) for piece in pieces]
-    builder.add(STEEL, pieces[0])
-    builder.add(_grip_metal(rng), pieces[1])
-    return builder.build(["silver"])
+    name, metal, grip = one_of(rng, CUTLERY)
+    builder.add(metal, pieces[0])
+    builder.add(grip, pieces[1])
+    return builder.build([name])
 
 
 def ladle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -280,10 +296,6 @@ def _dish(along: tuple[float, float], half: float, sink: float) -> shapes.Mesh:
 def _curve(length: float, height: float):
     """Returns the lift of cutlery: low in the neck, rising to both ends."""
     return lambda z: 0.75 * height * (1 - np.cos(2.4 * (z / length + 0.1))) / (1 - np.cos(2.4 * 0.6))
-
-
-def _grip_metal(rng: np.random.Generator) -> str:
-    return one_of(rng, (STEEL, "chrome", STEEL))
 
 
 MAKERS: dict[str, Maker] = {

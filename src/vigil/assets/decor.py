@@ -233,8 +233,8 @@ def _bush(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
     _, bloom = colour(rng, "red", "pink", "yellow", "white", "purple")
     core = shapes.ellipsoid((1.3 * reach, 0.8 * tall, 1.3 * deep), (0, base + 0.42 * tall, 0), 10, 6)
     builder.add(green, core)
-    for k in range(26):
-        height = 1 - 1.6 * (k + 0.5) / 26
+    for k in range(18):
+        height = 1 - 1.6 * (k + 0.5) / 18
         angle = 360 * k * 0.381966
         ring = np.sqrt(max(1 - height**2, 0))
         radians = np.radians(angle)
@@ -245,7 +245,7 @@ def _bush(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
                 0.62 * deep * ring * np.cos(radians),
             ]
         )
-        size = 0.42 * reach
+        size = 0.5 * reach
         builder.add(
             green, shapes.translate(shapes.rotate(leaf(size, 0.6 * size, 0.9 - 0.4 * height), "y", angle), foot)
         )
@@ -303,9 +303,9 @@ def room_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
         foot = np.array([0.1 * across * np.cos(angle), 0.8 * low, 0.1 * across * np.sin(angle)])
         bend = (foot + tip) / 2 + [0, 0.08 * height, 0]
         builder.add(wood, shapes.tube([foot, bend, tip], [0.008, 0.006, 0.003], 4))
-        for share in (0.35, 0.6, 0.8, 1.0):
+        for share in (0.4, 0.7, 1.0):
             spot = bend + (tip - bend) * share + rng.uniform(-0.03, 0.03, 3) * width
-            builder.add(blossom, shapes.ellipsoid((0.09 * width, 0.035 * height, 0.09 * width), spot, 5, 4))
+            builder.add(blossom, shapes.ellipsoid((0.1 * width, 0.04 * height, 0.1 * width), spot, 5, 3))
     builder.column(across / 2, 0.0, low)
     builder.prism(_octagon(0.7 * width, 0.7 * depth), low, height)
     return builder.build([name])

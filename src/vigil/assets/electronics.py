@@ -279,7 +279,7 @@ def light_switch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
             )
             builder.add(look, shapes.translate(rocker, (x, 0, 0.1 * depth)))
     lamp = Look("plastic/#6b2a22", on="glow/#ff7a3c", bears_toggle=True)
-    builder.add(lamp, shapes.box((0.16 * width, 0.05 * height, 0.4 * depth), (0, 0.08 * height, 0)))
+    builder.add(lamp, shapes.box((0.34 * width, 0.07 * height, 0.44 * depth), (0, 0.085 * height, 0)))
     return builder.build([name])
 
 

@@ -176,15 +176,15 @@ def basketball(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     """Returns a basketball with its black seams."""
     builder = Builder("BasketBall", size)
     tint = one_of(rng, ("#d2691e", "#c4632c", "#b8541f"))
-    angles = np.linspace(0, 2 * np.pi, 21)
+    angles = np.linspace(0, 2 * np.pi, 19)
     tilt = ((1.0, 0.3, 0.5), 35.0)
-    ball = shapes.ellipsoid((0.985, 0.985, 0.985), segments=20, rings=10)
+    ball = shapes.ellipsoid((0.985, 0.985, 0.985), segments=18, rings=9)
     builder.add(f"leather/{tint}", shapes.rotate(ball, *tilt))
-    ring = np.c_[0.494 * np.sin(angles), 0.494 * np.cos(angles), 0 * angles]
+    ring = np.c_[0.497 * np.sin(angles), 0.497 * np.cos(angles), 0 * angles]
     curve = np.c_[np.sin(angles), 0.75 * np.cos(angles), 0.62 * np.cos(2 * angles)]
-    curve *= 0.494 / np.linalg.norm(curve, axis=1, keepdims=True)
+    curve *= 0.497 / np.linalg.norm(curve, axis=1, keepdims=True)
     for line in (ring, ring[:, [2, 1, 0]], curve):
-        builder.add("rubber/#1a1a1b", shapes.rotate(shapes.tube(line, 0.01, 4), *tilt))
+        builder.add("rubber/#1a1a1b", shapes.rotate(shapes.tube(line, 0.011, 3), *tilt))
     return builder.build(["orange"])
 
 

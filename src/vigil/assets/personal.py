@@ -42,9 +42,10 @@ def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
     """Returns a newspaper: folded and lying flat, or rolled up in a box with a thick section."""
     builder = Builder("Newspaper", size)
     width, height, length = size
+    paper = f"paper/{one_of(rng, ('#dcd7c9', '#e6e3da', '#ead3bd'))}"
     if height > 0.24 * width:
         roll = shapes.cylinder(0.5, length, axis="z", segments=16)
-        builder.add("paper/#dcd7c9", shapes.translate(shapes.scale(roll, (width, height, 1)), (0, height / 2, 0)))
+        builder.add(paper, shapes.translate(shapes.scale(roll, (width, height, 1)), (0, height / 2, 0)))
         angles = np.linspace(0, 2.2 * np.pi, 14)
         radii = np.linspace(0.42, 0.12, 14)
         spiral = np.c_[radii * np.cos(angles) * width, height / 2 + radii * np.sin(angles) * height, 0 * angles]
@@ -56,13 +57,13 @@ def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
         front = shapes.panel(0.5 * width, 0.8 * length, (0, 1.003 * height, 0), "+y")
         builder.add("print/news", front)
         return builder.build(["rolled"])
-    layers = 3
+    layers = int(rng.integers(2, 5))
     for k in range(layers):
         shrink = 1 - 0.03 * k
         low, high = k * height / layers, (k + 0.92) * height / layers
         offset = rng.uniform(-0.01, 0.01, 2) * [width, length]
         sheet = shapes.box((shrink * width, high - low, shrink * length), (0, (low + high) / 2, 0))
-        builder.add("paper/#dcd7c9", shapes.translate(sheet, (offset[0] * k, 0, offset[1] * k)))
+        builder.add(paper, shapes.translate(sheet, (offset[0] * k, 0, offset[1] * k)))
     front = shapes.panel(0.92 * width, 0.92 * length, (0, height, 0), "+y")
     builder.add("print/news", front)
     return builder.build(["folded"])

@@ -7,6 +7,7 @@ outside, to (1, 1). Triangle counts are kept low; `bevel` and smooth normals mak
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import mapbox_earcut
 import numpy as np
@@ -56,6 +57,7 @@ __all__ = [
     "volume",
 ]
 
+_THINNEST_M = 1e-5
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 
 
@@ -112,7 +114,7 @@ _BOX_NORMALS = _BOX_SIGNS * np.eye(3)[_BOX_AXES]
 
 def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
     """Returns a box: 12 triangles, or 44 with bevelled edges that shade as if rounded."""
-    half = np.asarray(size, np.float64) / 2
+    half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     cut = min(bevel, 0.45 * half.min() * 2)
     inset = np.where(np.arange(3)[None] == _BOX_AXES[:, None], half, half - cut)
     vertices = _BOX_SIGNS * inset + np.asarray(center, np.float64)
@@ -137,8 +139,8 @@ def span(low: Point3, high: Point3, bevel: float = 0.0) -> Mesh:
 
 def rounded_box(size: Point3, center: Point3 = ORIGIN, radius: float = 0.02, puff: float = 0.0) -> Mesh:
     """Returns a box with round edges (108 triangles; 192 when `puff`, metres, bulges its top and bottom)."""
-    half = np.asarray(size, np.float64) / 2
-    round_by = min(radius, 0.98 * half.min())
+    half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
+    round_by = min(max(radius, _THINNEST_M / 2), 0.98 * half.min())
     flat = half - round_by
     grids = [np.unique([-half[i], -flat[i], *([0.0] if puff else []), flat[i], half[i]]) for i in range(3)]
     vertices, normals, faces, uvs, count = [], [], [], [], 0
@@ -242,9 +244,13 @@ def _stand(part: Mesh, axis: Axis) -> Mesh:
 
 def ellipsoid(size: Point3, center: Point3 = ORIGIN, segments: int = 16, rings: int = 8) -> Mesh:
     """Returns an ellipsoid of full `size`."""
+    return translate(scale(_ball(segments, rings), size), center)
+
+
+@cache
+def _ball(segments: int, rings: int) -> Mesh:
     angles = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)
-    ball = lathe([(max(np.cos(a), 0.0) / 2, np.sin(a) / 2) for a in angles], segments=segments)
-    return translate(scale(ball, size), center)
+    return lathe([(max(np.cos(a), 0.0) / 2, np.sin(a) / 2) for a in angles], segments=segments)
 
 
 def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], segments: int = 8) -> Mesh:
@@ -252,13 +258,13 @@ def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], s
     points = np.asarray(path, np.float64)
     radii = np.broadcast_to(np.asarray(radius, np.float64), (len(points),))
     tangents = np.gradient(points, axis=0)
-    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), _THINNEST_M)
     side = np.cross(tangents[0], np.eye(3)[np.argmin(np.abs(tangents[0]))])
     angles = np.linspace(0, 2 * np.pi, segments + 1)
     rings = []
     for point, tangent, size in zip(points, tangents, radii, strict=True):
         side = side - tangent * (side @ tangent)
-        side /= np.linalg.norm(side)
+        side /= max(float(np.linalg.norm(side)), _THINNEST_M)
         other = np.cross(tangent, side)
         rings.append(point + size * (np.cos(angles)[:, None] * side + np.sin(angles)[:, None] * other))
     return loft(np.array(rings))
@@ -317,7 +323,7 @@ def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, hig
         following = np.roll(outline, -1, 0)
     count = len(outline)
     edges = following - outline
-    lengths = np.linalg.norm(edges, axis=1)
+    lengths = np.maximum(np.linalg.norm(edges, axis=1), _THINNEST_M)
     outward = np.stack([edges[:, 1], -edges[:, 0]], 1) / lengths[:, None]
     before, after = np.roll(outward, 1, 0), np.roll(outward, -1, 0)
     smooth = np.cos(np.radians(35))
