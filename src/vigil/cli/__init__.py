@@ -1,0 +1,50 @@
+"""The command `vigil`: each verb parses its arguments and calls one function."""
+
+import os
+import sys
+
+import typer
+
+from vigil.cli import doctor, houses, packs, render, runs, scores
+from vigil.errors import InfrastructureError, VigilError
+
+BAD_INPUT = 2
+FAILED = 1
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="vigil",
+    help="Evaluates embodied agents from egocentric RGB: did they finish, and do they know?",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("run")(runs.run)
+app.command("score")(scores.score)
+app.command("verify")(runs.verify)
+app.command("render")(render.render)
+app.command("doctor")(doctor.doctor)
+app.add_typer(houses.app, name="houses")
+app.add_typer(packs.app, name="pack")
+
+
+def main() -> None:
+    """Runs the command line. Exits with 0, 1 (it failed), 2 (bad input) or 130 (interrupted)."""
+    try:
+        app()
+    except InfrastructureError as error:
+        _die(error, FAILED)
+    except VigilError as error:
+        _die(error, BAD_INPUT)
+    except BrokenPipeError:
+        # The reader (head, less) has gone; nothing is left to say, also not when Python closes its streams.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(FAILED)
+    except KeyboardInterrupt:
+        print("Interrupted. What was recorded is kept; the same command continues.", file=sys.stderr)
+        sys.exit(INTERRUPTED)
+
+
+def _die(error: VigilError, code: int) -> None:
+    print(f"vigil: {error}", file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,131 @@
+"""`vigil houses`: generate, check and show houses."""
+
+import gzip
+import json
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from PIL import Image
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.cli.options import Assets, database
+from vigil.errors import HouseError, SettingError
+from vigil.house import House
+from vigil.housegen import Fault, check_house, generate, spec_for
+from vigil.sim.build import build_scene
+from vigil.sim.mujoco.model import build
+from vigil.sim.mujoco.stage import render_birdseye
+
+app = typer.Typer(help="Generate, check and show houses (ProcTHOR's JSON).", no_args_is_help=True)
+
+
+@app.command("generate")
+def generate_house(
+    seed: Annotated[int, typer.Option(help="Same seed, same house.")],
+    out: Annotated[Path, typer.Option(help="File to write.")],
+    spec: Annotated[str, typer.Option("--rooms", "--spec", help="Number of rooms, or the name of a spec.")] = "1",
+) -> None:
+    """Writes a house of the project's own.
+
+    Example: vigil houses generate --seed 7 --rooms 2 --out house.json
+    """
+    if not out.parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    house = generate(seed, spec_for(spec))
+    house.save(out)
+    print(f"{out}: {len(house.document.rooms)} rooms, {len(house.objects())} objects, sha256 {house.sha256}")
+
+
+@app.command("check")
+def check(
+    files: Annotated[list[Path], typer.Argument(help="House files; .jsonl and .jsonl.gz hold one house a line.")],
+    assets: Assets = None,
+    load: Annotated[bool, typer.Option(help="Also build the scene and compile it in MuJoCo.")] = True,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only houses that cannot be loaded.")] = False,
+) -> None:
+    """Loads houses, counts their objects and names their faults; exits with 2 when one cannot be loaded.
+
+    Faults of plausibility (things that overlap, rooms that cannot be reached) are reported and are no failure.
+
+    Example: vigil houses check house_*.json one_room.jsonl.gz --assets asset-database.json
+    """
+    sizes = database(assets)
+    checked = refused = faulty = 0
+    for name, house in _houses(files):
+        checked += 1
+        try:
+            if isinstance(house, HouseError):
+                raise house
+            faults = _examine(house, sizes, load)
+        except HouseError as error:
+            refused += 1
+            print(f"{name}: cannot be loaded: {error}")
+            continue
+        faulty += bool(faults)
+        if not quiet:
+            print(f"{name}: {len(house.document.rooms)} rooms, {len(house.objects())} objects, {len(faults)} faults")
+            for fault in faults:
+                print(f"  {fault}")
+    print(f"{checked} houses: {checked - refused} load, {refused} do not; {faulty} have faults")
+    if refused:
+        raise typer.Exit(2)
+
+
+@app.command("show")
+def show(
+    file: Annotated[Path, typer.Argument(help="A house file.")],
+    out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
+    assets: Assets = None,
+) -> None:
+    """Draws a house from above, without its ceilings.
+
+    Example: vigil houses show house.json --out house.png
+    """
+    house = House.load(file)
+    scene = build_scene(house, database(assets))
+    Image.fromarray(render_birdseye(scene)).save(out)
+    print(out)
+
+
+def _houses(files: list[Path]) -> Iterator[tuple[str, House | HouseError]]:
+    """Yields each house with its name, or why it is none."""
+    for file in files:
+        if file.suffix in (".jsonl", ".gz"):
+            yield from _house_lines(file)
+            continue
+        try:
+            yield str(file), House.load(file)
+        except HouseError as error:
+            yield str(file), error
+
+
+def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
+    if not file.is_file():
+        yield str(file), HouseError(f"House file {str(file)!r} does not exist.")
+        return
+    with gzip.open(file, "rt") if file.suffix == ".gz" else file.open() as lines:
+        for number, line in enumerate(lines, start=1):
+            name = f"{file}:{number}"
+            try:
+                yield name, House(f"{file.name.split('.')[0]}_{number}", json.loads(line))
+            except HouseError as error:
+                yield name, error
+            except ValueError as error:
+                yield name, HouseError(f"line {number} of {str(file)!r} is not JSON: {error}.")
+
+
+def _examine(house: House, database: AssetDatabase, load: bool) -> list[Fault]:
+    """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
+    if load:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            scene = build_scene(house, database)
+            build(scene)
+        absent = sorted({node.id for node, _ in house.objects()} - scene.things.keys())
+        if absent or caught:
+            what = f"objects {absent} are missing" if absent else f"loading warns: {caught[0].message}"
+            raise HouseError(f"House {house.name!r}: {what}.")
+    return check_house(house, database)

@@ -1,0 +1,84 @@
+"""`vigil render`: pictures of a house, of an episode's start, of an asset."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import typer
+from PIL import Image
+
+from vigil.assets import make
+from vigil.assets.catalog import CATALOG
+from vigil.cli.options import Assets, PackName, database
+from vigil.errors import SettingError, did_you_mean
+from vigil.house import House
+from vigil.pack import Pack
+from vigil.pose import Pose, Vec3
+from vigil.sim import Quality, make_simulator
+from vigil.sim.mujoco.stage import render_asset
+from vigil.world import Setup
+
+State = Literal["open", "closed", "on", "off"]
+
+
+def render(
+    out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
+    house: Annotated[Path | None, typer.Option(help="A house file; with --pose.")] = None,
+    pose: Annotated[str | None, typer.Option(help="x,z,yaw[,horizon]: metres and degrees.")] = None,
+    episode: Annotated[str | None, typer.Option(help="An episode's id: the frame that it starts with.")] = None,
+    asset: Annotated[str | None, typer.Option(help="A category, e.g. Fridge.")] = None,
+    variant: Annotated[int, typer.Option(help="Which of an asset's looks.")] = 0,
+    state: Annotated[State | None, typer.Option(help="State of the asset.")] = None,
+    pack: PackName = "starter",
+    assets: Assets = None,
+    render_quality: Annotated[Quality, typer.Option(help="Quality of the picture.")] = "default",
+) -> None:
+    """Draws what an agent would see, or one asset on a stage.
+
+    Example: vigil render --house house.json --pose 2.0,3.5,90,30 --out view.png
+    """
+    if [house, episode, asset].count(None) != 2:
+        raise SettingError("Say what to draw: exactly one of --house (with --pose), --episode and --asset.")
+    if not out.parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    if asset is not None:
+        frame = _asset(asset, variant, state)
+    elif house is not None:
+        loaded = House.load(house)
+        frame = _view(loaded, _pose(pose, loaded), Setup(), assets, render_quality)
+    else:
+        frozen = Pack.load(pack)
+        found = frozen.episode(episode or "")
+        frame = _view(frozen.house_of(found), found.start, found.setup, assets, render_quality)
+    Image.fromarray(frame).save(out, format="PNG")
+    print(out)
+
+
+def _view(house: House, start: Pose, setup: Setup, assets: Path | None, quality: Quality) -> np.ndarray:
+    simulator = make_simulator("mujoco", assets=database(assets), quality=quality)
+    simulator.load(house)
+    try:
+        simulator.reset(start, setup)
+        return simulator.frame()
+    finally:
+        simulator.close()
+
+
+def _asset(category: str, variant: int, state: State | None) -> np.ndarray:
+    if category not in CATALOG:
+        raise SettingError(f"Asset category {category!r} does not exist.{did_you_mean(category, CATALOG)}")
+    thing = make(category, CATALOG[category].typical_size, variant)
+    return render_asset(thing, openness=float(state == "open"), is_toggled=state == "on")
+
+
+def _pose(text: str | None, house: House) -> Pose:
+    if text is None:
+        if house.start is None:
+            raise SettingError(f"House {house.name!r} proposes no start pose: give --pose x,z,yaw[,horizon].")
+        return house.start
+    try:
+        x, z, yaw, *rest = (float(part) for part in text.split(","))
+        (horizon,) = rest or [0.0]
+    except ValueError:
+        raise SettingError(f"--pose {text!r} is not x,z,yaw[,horizon], e.g. 2.0,3.5,90,30.") from None
+    return Pose(position=Vec3(x, 0.0, z), rotation=yaw, horizon=horizon)

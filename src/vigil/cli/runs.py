@@ -1,0 +1,176 @@
+"""`vigil run` and `vigil verify`."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from vigil.authoring.solve import PRIVILEGED, privileged_agent
+from vigil.cli.options import Assets, PackName
+from vigil.cli.scores import print_families
+from vigil.cli.text import Live
+from vigil.episode import FAMILIES, Family
+from vigil.errors import SettingError
+from vigil.profile import ACTION_FEEDBACK, BASELINE, Coordinates, ImageFormat, PromptVariant, ReplyPolicy
+from vigil.runner.dry_run import estimate
+from vigil.runner.run import RunResult, run_pack
+from vigil.runner.settings import RunSettings, plan_run
+from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.sim import Quality
+from vigil.summary import settle_run
+
+_SHORT_PROFILES = {"baseline": BASELINE, "action_feedback": ACTION_FEEDBACK}
+Reasoning = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
+
+
+def run(
+    pack: PackName = "starter",
+    agent: Annotated[str | None, typer.Option(help="solver, random, noop ... or exec:COMMAND.")] = None,
+    model: Annotated[str | None, typer.Option(help="provider/model, as Inspect names it.")] = None,
+    base_url: Annotated[str | None, typer.Option(help="Address of an OpenAI-style server.")] = None,
+    log_dir: Annotated[Path | None, typer.Option(help="The run's folder; the same command continues it.")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N episodes, by id.")] = None,
+    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
+    episode: Annotated[list[str] | None, typer.Option(help="Only this episode; may be repeated.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Simulator processes.", show_default="one a CPU")] = None,
+    max_connections: Annotated[int, typer.Option(min=1, help="Episodes and requests at once.")] = 16,
+    profile: Annotated[str, typer.Option(help="baseline or action_feedback, or a profile's full name.")] = "baseline",
+    prompt_variant: Annotated[PromptVariant, typer.Option(help="System prompt.")] = "default",
+    coordinates: Annotated[Coordinates | None, typer.Option(help="How it points.", show_default="by model")] = None,
+    reply_policy: Annotated[ReplyPolicy, typer.Option(help="lenient strips a fence or prose.")] = "strict",
+    epochs: Annotated[int, typer.Option(min=1, help="Play each episode so often.")] = 1,
+    temperature: Annotated[float | None, typer.Option(help="Not sent unless given.")] = None,
+    top_p: Annotated[float | None, typer.Option(help="Not sent unless given.")] = None,
+    max_tokens: Annotated[int | None, typer.Option(min=1, help="Not sent unless given.")] = None,
+    reasoning_effort: Annotated[Reasoning | None, typer.Option(help="Not sent unless given.")] = None,
+    model_arg: Annotated[list[str] | None, typer.Option(help="K=V for the provider; may be repeated.")] = None,
+    extra_body: Annotated[str | None, typer.Option(help="JSON object added to every request.")] = None,
+    image_format: Annotated[ImageFormat, typer.Option(help="How frames are sent.")] = "png",
+    render_quality: Annotated[Quality, typer.Option(help="fast draws twice as many frames a second.")] = "default",
+    save_frames: Annotated[bool, typer.Option("--save-frames", help="Keep every frame, by content hash.")] = False,
+    backend: Annotated[str, typer.Option(help="Simulator: mujoco, or fake (no engine).")] = "mujoco",
+    assets: Assets = None,
+    seed: Annotated[int, typer.Option(help="For scheduling and scripted agents.")] = 0,
+    preflight: Annotated[bool, typer.Option(help="First prove that pictures reach the model.")] = True,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say calls and tokens, play nothing.")] = False,
+) -> None:  # fmt: skip
+    """Plays a pack with a model or an agent, and prints the table.
+
+    Examples:
+    vigil run --pack starter --agent solver --log-dir runs/solver
+    vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
+    """
+    settings = RunSettings(
+        pack=pack,
+        agent=agent,
+        agent_factory=privileged_agent if agent in PRIVILEGED else None,
+        model=model,
+        base_url=base_url,
+        log_dir=log_dir,
+        limit=limit,
+        families=_families(family or []),
+        episode_ids=tuple(episode or []),
+        workers=workers,
+        max_connections=max_connections,
+        profile=_SHORT_PROFILES.get(profile, profile),
+        prompt_variant=prompt_variant,
+        coordinates=coordinates,
+        reply_policy=reply_policy,
+        epochs=epochs,
+        temperature=temperature,
+        top_p=top_p,
+        max_tokens=max_tokens,
+        reasoning_effort=reasoning_effort,
+        model_args=_model_args(model_arg or []),
+        extra_body=_extra_body(extra_body),
+        image_format=image_format,
+        render_quality=render_quality,
+        save_frames=save_frames,
+        backend=backend,
+        asset_database=assets,
+        seed=seed,
+        preflight=preflight,
+    )
+    if dry_run:
+        _print_estimate(settings)
+        return
+    if model is not None and coordinates is None:
+        print(f"Coordinates: {plan_run(settings)[2].profile.coordinates} (published table; --coordinates overrides).")
+    with Live(model or agent or "") as live:
+        result = run_pack(settings, on_progress=live.show)
+    _print_result(result)
+    if not result.is_complete:
+        raise typer.Exit(1)
+
+
+def verify(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    frames: Annotated[bool, typer.Option("--frames", help="Compare kept frames too (same renderer).")] = False,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N records.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Simulator processes.", show_default="one a CPU")] = None,
+    pack: Annotated[str | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
+    assets: Assets = None,
+) -> None:
+    """Plays the recorded actions again and compares every hidden state; exits with 1 when one differs.
+
+    Example: vigil verify runs/solver
+    """
+    settings = VerifySettings(pack=pack, asset_database=assets, workers=workers, limit=limit, frames=frames)
+    found = verify_run(run, settings)
+    for difference in found.differences:
+        print(difference)
+    kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
+    print(f"{found.checked} episodes played again, compared {kind}: {len(found.differences)} differences")
+    if found.errors:
+        print(f"{found.errors} rows ended as errors: nothing to verify in them.")
+    if not found.is_verified:
+        raise typer.Exit(1)
+
+
+def _families(names: list[str]) -> tuple[Family, ...]:
+    wanted = {name.strip().upper() for names_ in names for name in names_.split(",")}
+    for name in sorted(wanted - FAMILIES.keys()):
+        raise SettingError(f"Family {name!r} does not exist. The families: {', '.join(FAMILIES)}.")
+    return tuple(family for family in FAMILIES if family in wanted)
+
+
+def _model_args(pairs: list[str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for pair in pairs:
+        name, sign, value = pair.partition("=")
+        if not sign or not name:
+            raise SettingError(f"--model-arg {pair!r} is not K=V, e.g. --model-arg api_version=2024-10-21.")
+        try:
+            found[name] = json.loads(value)
+        except ValueError:
+            found[name] = value
+    return found
+
+
+def _extra_body(text: str | None) -> dict[str, Any]:
+    if text is None:
+        return {}
+    try:
+        found = json.loads(text)
+    except ValueError as error:
+        raise SettingError(f"--extra-body is not JSON: {error}.") from None
+    if not isinstance(found, dict):
+        raise SettingError("--extra-body must be a JSON object, e.g. '{\"top_k\": 20}'.")
+    return found
+
+
+def _print_estimate(settings: RunSettings) -> None:
+    expected = estimate(settings)
+    print(f"{expected.episodes} episodes; nothing was sent. Bounds, from a report at once to every step used:")
+    for name in ("calls", "input_tokens", "output_tokens"):
+        low, high = getattr(expected, name)
+        print(f"{name.replace('_', ' '):14} {low:>14,} .. {high:>14,}")
+
+
+def _print_result(result: RunResult) -> None:
+    settlement = settle_run(result.episodes, result.records, result.header.spec.epochs)
+    print_families(result.header.spec.agent, settlement)
+    print(f"Records: {result.folder}")
+    if not result.is_complete:
+        print(f"{result.errors} episodes ended as errors and are not scored; the same command plays them again.")
