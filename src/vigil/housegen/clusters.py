@@ -49,7 +49,9 @@ class Cluster:
 
     members: list[Member]
     access: list[Rect] = field(default_factory=list)
-    """Floor before them that must stay open, in the cluster's frame."""
+    """Floor before them that one can stand on, in the cluster's frame."""
+    open: list[Rect] = field(default_factory=list)
+    """Floor that nothing else stands on (a chair is pulled back there)."""
 
     def solid(self) -> list[Rect]:
         """Returns the rectangles of what stands on the floor (a rug takes no room)."""
@@ -57,8 +59,8 @@ class Cluster:
         return [rect for member in standing for rect in member.rects()]
 
     def sweeps(self) -> list[Rect]:
-        """Returns the rectangles that the doors and drawers of what stands on the floor pass over."""
-        found: list[Rect] = []
+        """Returns the floor to keep open, with what the doors and drawers of its furniture pass over."""
+        found: list[Rect] = list(self.open)
         for member in self.members:
             rect = swept(member.model) if member.on is None else None
             if rect is not None:

@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.errors import SettingError
 from vigil.housegen.draw import chance, pick, shuffled
-from vigil.housegen.spec import ALONE_AREA_SCALE, AREA_M2, HouseSpec
+from vigil.housegen.spec import ALONE_SCALE, AREA_M2, HouseSpec
 
 UNIT_M = 0.1
 NARROWEST = {"Kitchen": 26, "LivingRoom": 30, "Bedroom": 28, "Bathroom": 20}
@@ -124,11 +124,11 @@ def _shapes(spec: HouseSpec, kinds: tuple[str, ...], rng: np.random.Generator) -
 
 
 def _areas(spec: HouseSpec, kinds: tuple[str, ...], rng: np.random.Generator) -> list[float]:
-    scale = ALONE_AREA_SCALE if len(kinds) == 1 else 1.0
+    scale, spread = (ALONE_SCALE[kinds[0]], 0.38) if len(kinds) == 1 else (1.0, 0.28)
     areas = []
     for kind in kinds:
         low, middle, high = AREA_M2[kind]
-        areas.append(float(np.clip(middle * scale * math.exp(0.28 * rng.standard_normal()), low, high * scale)))
+        areas.append(float(np.clip(middle * scale * math.exp(spread * rng.standard_normal()), low, high * scale)))
     if spec.area_m2 is not None:
         areas = [area * spec.area_m2 / sum(areas) for area in areas]
     return areas

@@ -33,43 +33,42 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
         ("Stool", 0.2),
     ),
     "LivingRoom": (
-        ("FloorLamp", 0.85),
-        ("ShelvingUnit", 0.65),
-        ("HousePlant", 0.75),
-        ("ArmChair", 0.5),
-        ("SideTable", 0.5),
-        ("Box", 0.4),
-        ("Safe", 0.3),
-        ("Ottoman", 0.3),
-        ("DogBed", 0.25),
-        ("RoomDecor", 0.3),
-        ("GarbageCan", 0.3),
-        ("Footstool", 0.2),
-        ("VacuumCleaner", 0.2),
-        ("BasketBall", 0.15),
-        ("Boots", 0.2),
-        ("WateringCan", 0.15),
-        ("Dumbbell", 0.12),
+        ("FloorLamp", 0.75),
+        ("ShelvingUnit", 0.45),
+        ("HousePlant", 0.55),
+        ("ArmChair", 0.35),
+        ("SideTable", 0.4),
+        ("Box", 0.3),
+        ("Safe", 0.2),
+        ("Ottoman", 0.15),
+        ("DogBed", 0.15),
+        ("RoomDecor", 0.15),
+        ("GarbageCan", 0.2),
+        ("Footstool", 0.12),
+        ("VacuumCleaner", 0.12),
+        ("BasketBall", 0.1),
+        ("Boots", 0.12),
+        ("WateringCan", 0.12),
+        ("Dumbbell", 0.1),
     ),
     "Bedroom": (
-        ("Dresser", 0.95),
-        ("FloorLamp", 0.4),
-        ("ShelvingUnit", 0.3),
-        ("ArmChair", 0.3),
-        ("Safe", 0.35),
-        ("Box", 0.5),
-        ("LaundryHamper", 0.4),
-        ("HousePlant", 0.4),
-        ("GarbageCan", 0.35),
-        ("BasketBall", 0.3),
-        ("Dumbbell", 0.25),
-        ("Boots", 0.25),
-        ("Ottoman", 0.2),
-        ("DogBed", 0.15),
-        ("VacuumCleaner", 0.2),
-        ("BaseballBat", 0.15),
-        ("RoomDecor", 0.15),
-        ("Footstool", 0.2),
+        ("FloorLamp", 0.35),
+        ("ShelvingUnit", 0.2),
+        ("ArmChair", 0.25),
+        ("Safe", 0.25),
+        ("Box", 0.4),
+        ("LaundryHamper", 0.3),
+        ("HousePlant", 0.35),
+        ("GarbageCan", 0.3),
+        ("BasketBall", 0.2),
+        ("Dumbbell", 0.18),
+        ("Boots", 0.18),
+        ("Ottoman", 0.12),
+        ("DogBed", 0.12),
+        ("VacuumCleaner", 0.12),
+        ("BaseballBat", 0.12),
+        ("RoomDecor", 0.1),
+        ("Footstool", 0.12),
     ),
     "Bathroom": (
         ("WashingMachine", 0.55),
@@ -161,7 +160,7 @@ class Furnisher:
         for tables in (pick(self.rng, (1, 2, 2)), 1, 0, 0):
             if self._put(groups.bed_group(self.rng, tables), _along_walls(0.1, 0.5)):
                 break
-        if chance(self.rng, 0.75):
+        if chance(self.rng, 0.65):
             self._put(groups.desk_group(self.rng), _along_walls(0.4, 0.2))
         self._put_single("Dresser")
         if self.household.may_have("Television") and self.floor.area > 15 and chance(self.rng, 0.3):
@@ -174,12 +173,12 @@ class Furnisher:
         self._put_single("Toilet")
 
     def _dining(self) -> None:
-        at_wall = self.floor.area < 16 or chance(self.rng, 0.25)
-        for chairs in (4, 4, 3, 2, 2) if self.floor.area > 18 else (3, 2, 2, 1):
-            group = groups.dining_group(self.rng, chairs, at_wall)
-            if at_wall and self._put(group, _along_walls(0.1, 0.3)):
-                return
-            if not at_wall and self._put_free(group):
+        if self.floor.area > 15 and chance(self.rng, 0.75):
+            for chairs in (4, 4, 3, 2) if self.floor.area > 18 else (3, 2):
+                if self._put_free(groups.dining_group(self.rng, chairs, False)):
+                    return
+        for chairs in (3, 3, 2, 2, 1):
+            if self._put(groups.dining_group(self.rng, chairs, True), _along_walls(0.1, 0.3)):
                 return
 
     def _put_single(self, category: str) -> bool:

@@ -4,7 +4,7 @@ import numpy as np
 
 from vigil.housegen.clusters import STAND_M, Cluster, Member, front_access
 from vigil.housegen.draw import chance, pick
-from vigil.housegen.stock import Model, Rect, draw_model, model_of
+from vigil.housegen.stock import Model, Rect, draw_model, model_of, turned_rect
 
 COUNTER_LOOKS = 12
 """Looks of counters that the generator draws from."""
@@ -12,6 +12,8 @@ COUNTER_DEPTH = 0.61
 RUN_GAP = 0.01
 SEAT_GAP = 0.06
 """Distance between a chair and the table it stands at."""
+PULL_M = 0.2
+"""Floor behind a dining chair to pull it back."""
 SEAT_ROOM = 0.3
 """Floor behind a chair to sit down."""
 
@@ -103,7 +105,9 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Cluste
     rise = half_z
     members = [Member(table, 0.0, rise)]
     members.extend(Member(chair, x, z + rise, yaw) for x, z, yaw in seats[:chairs])
-    return Cluster(members)
+    half = chair.size.x / 2
+    behind = (-half, -chair.size.z / 2 - PULL_M, half, -chair.size.z / 2)
+    return Cluster(members, open=[turned_rect(behind, x, z + rise, yaw) for x, z, yaw in seats[:chairs]])
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> Cluster:

@@ -16,6 +16,8 @@ GAP = 0.02
 EDGE = 0.012
 FULL_SHARE = 0.5
 """Share of a surface covered at which nothing more is put there: things must find a free place later."""
+BASIN_SHARE = 0.75
+"""The same for a counter with a basin, which takes much of it."""
 HIGHEST_M = 1.75
 """Surfaces above it are out of sight."""
 SURFACE_TOLERANCE = 0.03
@@ -23,16 +25,16 @@ SURFACE_TOLERANCE = 0.03
 ON_TOP: dict[str, float] = {
     "CounterTop": 5.0,
     "DiningTable": 3.5,
-    "CoffeeTable": 2.6,
-    "Desk": 3.0,
+    "CoffeeTable": 1.6,
+    "Desk": 2.4,
     "SideTable": 1.4,
     "Dresser": 2.4,
-    "TVStand": 1.2,
-    "ShelvingUnit": 4.5,
+    "TVStand": 1.6,
+    "ShelvingUnit": 3.0,
     "Shelf": 1.8,
     "Sofa": 1.2,
     "ArmChair": 0.35,
-    "Bed": 1.6,
+    "Bed": 1.2,
     "Toilet": 0.8,
     "Bathtub": 0.3,
     "Sink": 0.3,
@@ -211,7 +213,9 @@ def _place(
         return None
     taken = _taken(piece, surface)
     covered = sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in taken)
-    if covered + model.size.x * model.size.z > FULL_SHARE * surface.size_x * surface.size_z and taken:
+    is_basin = any(child.category == "Sink" for child in piece.children)
+    share = BASIN_SHARE if is_basin else FULL_SHARE
+    if covered + model.size.x * model.size.z > share * surface.size_x * surface.size_z and taken:
         return None
     for _ in range(16):
         turn = 0.0 if model.category in STRAIGHT else pick(rng, (0.0, 90.0, 180.0, 270.0)) + float(rng.uniform(-14, 14))

@@ -19,8 +19,8 @@ AREA_M2: dict[str, tuple[float, float, float]] = {
 }
 """Smallest, median and largest area of a room by its kind."""
 
-ALONE_AREA_SCALE = 1.25
-"""A house of one room is larger than the same room in a house of several (as in ProcTHOR)."""
+ALONE_SCALE: dict[str, float] = {"Kitchen": 1.45, "LivingRoom": 1.25, "Bedroom": 1.4, "Bathroom": 1.25}
+"""How much larger a room is that is the whole house (as in ProcTHOR)."""
 
 
 class HouseSpec(BaseModel):
@@ -55,7 +55,7 @@ def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
     if spec.area_m2 is None:
         return
     least = sum(AREA_M2[kind][0] for kind in rooms)
-    most = sum(AREA_M2[kind][2] for kind in rooms) * (ALONE_AREA_SCALE if len(rooms) == 1 else 1.0)
+    most = sum(AREA_M2[kind][2] for kind in rooms) * (ALONE_SCALE[rooms[0]] if len(rooms) == 1 else 1.0)
     if not least <= spec.area_m2 <= most:
         raise SettingError(
             f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {_counted(rooms)}; "

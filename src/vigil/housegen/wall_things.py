@@ -20,7 +20,7 @@ BELOW_BLINDS_M = 0.5
 """Height below blinds that things on furniture need."""
 BUMP_M = 0.06
 """Things that come further out of the wall than this take up floor."""
-PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 4), "Bedroom": (1, 3), "Bathroom": (0, 1)}
+PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (1, 4), "Bedroom": (1, 3), "Bathroom": (0, 1)}
 
 Span = tuple[float, float, float, float]
 """left, right along the wall; bottom, top (m)."""
