@@ -103,6 +103,27 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
     return shapes.mesh(moved, part.faces, normals, part.uvs)
 
 
+def creased(part: Mesh) -> Mesh:
+    """Returns the mesh with faces that smooth normals would light from behind made flat: for sharp folds in skins."""
+    corners = part.vertices[part.faces].astype(np.float64)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(across, axis=1, keepdims=True)
+    across /= np.maximum(lengths, 1e-15)
+    agreement = np.einsum("ij,ikj->ik", across, part.normals[part.faces]).min(1)
+    sharp = (agreement < 0.4) & (lengths[:, 0] > 1e-15)
+    if not sharp.any():
+        return part
+    own = part.faces[sharp].ravel()
+    faces = part.faces.copy()
+    faces[sharp] = len(part.vertices) + np.arange(len(own)).reshape(-1, 3)
+    return shapes.mesh(
+        np.concatenate([part.vertices, part.vertices[own]]),
+        faces,
+        np.concatenate([part.normals, np.repeat(across[sharp], 3, axis=0)]),
+        np.concatenate([part.uvs, part.uvs[own]]),
+    )
+
+
 def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 0.0) -> Mesh:
     """Returns a flat board along z, symmetric about x = 0, from (z, half width) pairs with rising z."""
     outline = [(half, z) for z, half in width_at] + [(-half, z) for z, half in reversed(width_at)]

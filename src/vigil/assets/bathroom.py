@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets import shapes
-from vigil.assets.arrange import Maker, drape, lengthwise
+from vigil.assets.arrange import Maker, creased, drape, lengthwise
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder, Look
 from vigil.assets.palette import colour, one_of
@@ -100,7 +100,7 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
         (-0.3 * width, 0.3 * height, rail),
         (0, 0.55 * height, rail + 0.02),
     ]
-    builder.add("metal/brushed", shapes.tube(hose, 0.7 * rod, 6))
+    builder.add("metal/brushed", creased(shapes.tube(hose, 0.7 * rod, 6)))
     for ring, count in ((0.25, 4), (0.75, 9)):
         for k in range(count):
             angle = 2 * np.pi * k / count

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vigil.assets import shapes
-from vigil.assets.arrange import Maker, lengthwise
+from vigil.assets.arrange import Maker, creased, lengthwise
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder
 from vigil.assets.palette import one_of
@@ -143,7 +143,7 @@ def _leaf_bowl(rng: np.random.Generator) -> shapes.Mesh:
         front = np.c_[half * across, np.full(4, y), out]
         back = front[::-1] - [0, 0, 0.06]
         rings.append(np.concatenate([front, back, front[:1]]))
-    return shapes.loft(np.array(rings))
+    return creased(shapes.loft(np.array(rings)))
 
 
 def _swell(part: shapes.Mesh, factor: Callable[[np.ndarray], np.ndarray]) -> shapes.Mesh:

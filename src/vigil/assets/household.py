@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets import shapes
-from vigil.assets.arrange import Maker, along_longest, lengthwise
+from vigil.assets.arrange import Maker, along_longest, creased, lengthwise
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder
 from vigil.assets.palette import colour, one_of
@@ -265,7 +265,7 @@ def vacuum_cleaner(size: Vec3, rng: np.random.Generator, _levels: Sequence[float
         (0, 0.98 * height, back + 0.26 * width),
         (0, 0.9 * height, back + 0.22 * width),
     ]
-    builder.add(DARK, shapes.tube(grip, 0.055 * width, 8))
+    builder.add(DARK, creased(shapes.tube(grip, 0.055 * width, 8)))
     hose = [
         (0.18 * width, 0.16 * height, -0.1 * depth),
         (0.3 * width, 0.4 * height, -0.2 * depth),

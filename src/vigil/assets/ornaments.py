@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vigil.assets import shapes
-from vigil.assets.arrange import Maker
+from vigil.assets.arrange import Maker, creased
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder
 from vigil.assets.palette import COLOURS, colour, one_of
@@ -183,7 +183,7 @@ def _boat(builder: Builder, rng: np.random.Generator) -> str:
     rings = []
     for z, half, low in ((-0.5, 0.14, 0.05), (-0.2, 0.17, 0.0), (0.2, 0.14, 0.0), (0.5, 0.01, 0.08)):
         rings.append([(-half, 0.22, z), (-half * 0.5, low, z), (half * 0.5, low, z), (half, 0.22, z), (-half, 0.22, z)])
-    along = shapes.rotate(shapes.loft(np.array(rings)), "y", 90)
+    along = shapes.rotate(creased(shapes.loft(np.array(rings))), "y", 90)
     builder.add(f"plastic/{tint}", along)
     builder.add("wood/oak", shapes.box((0.86, 0.02, 0.22), (-0.06, 0.215, 0)))
     builder.add("wood/walnut", shapes.cylinder(0.015, 0.8, (0.05, 0.6, 0), segments=6))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets import shapes
-from vigil.assets.arrange import Maker, drape
+from vigil.assets.arrange import Maker, creased, drape
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder, Look
 from vigil.assets.palette import colour, one_of
@@ -74,7 +74,7 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
         front = np.c_[u[row] * edge[row] * width / 2, lift[row] * 0.8 * height, v[row] * edge[row] * depth / 2]
         back = front[::-1] + np.array([0, 0.16 * height, 0])
         rings.append(np.concatenate([front, back, front[:1]]))
-    builder.add(f"{weave}/{tint}", shapes.loft(np.array(rings)))
+    builder.add(f"{weave}/{tint}", creased(shapes.loft(np.array(rings))))
     return builder.build([name])
 
 
