@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets import shapes
 from vigil.assets.asset import Asset, Glow
 from vigil.assets.builder import Builder, Look
-from vigil.assets.carpentry import Corner, Finish, add_shelves, hollow, lining, shelf_heights
+from vigil.assets.carpentry import Corner, Finish, add_case, add_shelves, lining, shelf_heights
 from vigil.assets.palette import one_of
 from vigil.pose import Vec3
 
@@ -34,7 +34,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     body = face - door
     (x0, x1), z0 = builder.across, builder.through[0]
     base = 0.05
-    builder.add(shell.material, hollow((x0, base, z0), (x1, height, body), wall))
+    add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
     builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body))
     low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
     high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
@@ -46,7 +46,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     )
     if not levels:
         _crisper(builder, low, (high[0], heights[0] - 0.04, body - 0.13))
-    builder.solid((x0, 0, z0), (x1, height, body))
+    builder.solid((x0, 0, z0), (x1, base, body))
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
     side = 1 if rng.random() < 0.5 else -1
     gap = 0.005
@@ -108,7 +108,7 @@ def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
     face = depth / 2 - 0.022
     body, panel = face - door, x0 + 0.24 * width
     foot = 0.012
-    builder.add(shell.material, hollow((panel, foot, z0), (x1, height, body), wall))
+    add_case(builder, shell.material, (panel, foot, z0), (x1, height, body), wall)
     builder.block(shell.material, (x0, panel), (foot, height), (z0, body))
     for x in (x0 + 0.05, x1 - 0.05):
         for z in (z0 + 0.05, body - 0.05):
@@ -126,7 +126,7 @@ def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
     builder.surface("turntable", (middle[0], low[1] + 0.014, middle[1]), room,
                     high[1] - low[1] - 0.016, is_inside=True)  # fmt: skip
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
-    builder.solid((x0, 0, z0), (x1, height, body))
+    builder.solid((x0, 0, z0), (panel, height, face))
     _microwave_door(builder, shell, (panel + 0.002, foot, body), (x1, height, face))
     builder.glow = Glow(Vec3(middle[0], 0.6 * height, middle[1]), (1.0, 0.87, 0.6), 0.15)
     return builder.build((shell.word,))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import shapely
 
 from vigil.assets.asset import Asset, Glow, Joint, Mesh, Part, Solid, Surface
 from vigil.assets.meshes import Point3, bounds, merge, scale, translate
@@ -105,7 +106,7 @@ class Builder:
         parts = tuple(self._part(index, look, fit) for index, look in enumerate(self._meshes))
         still = [part.mesh for part in parts if part.joint is None and part.shown != "on"]
         box = bounds(still or [part.mesh for part in parts])
-        solids = tuple(fit.solid(solid) for solid in self._solids)
+        solids = tuple(clipped for solid in self._solids if (clipped := fit.solid(solid)) is not None)
         if not solids and takes_room:
             solids = (_box_solid(*box),)
         half = np.asarray(self._size) / 2
@@ -144,6 +145,7 @@ class _Fit:
         self.factor = np.where(extent > 1e-9, size / np.maximum(extent, 1e-9), 1.0)
         self.factor = np.where(np.abs(self.factor - 1) < 1e-6, 1.0, self.factor)
         self.middle = (low + high) / 2
+        self.size = size
 
     def point(self, point: Point3) -> Vec3:
         return _vec((np.asarray(point, np.float64) - self.middle) * self.factor)
@@ -167,10 +169,20 @@ class _Fit:
             clearance=clear if clear >= UNBOUNDED_M else clear * float(self.factor[1]),
         )
 
-    def solid(self, solid: Solid) -> Solid:
-        corners = ((np.array(solid.polygon) - self.middle[[0, 2]]) * self.factor[[0, 2]]).tolist()
+    def solid(self, solid: Solid) -> Solid | None:
+        """Returns the solid with what stands out of the box cut off; None when nothing is left."""
+        corners = (np.array(solid.polygon) - self.middle[[0, 2]]) * self.factor[[0, 2]]
+        half_x, half_y, half_z = (float(length) / 2 for length in self.size)
+        if (np.abs(corners) > [half_x, half_z]).any():
+            inside = shapely.Polygon(corners).intersection(shapely.box(-half_x, -half_z, half_x, half_z))
+            if not isinstance(inside, shapely.Polygon) or inside.is_empty:
+                return None
+            corners = np.array(inside.exterior.coords)[:-1]
         bottom, top = ((y - self.middle[1]) * self.factor[1] for y in (solid.bottom, solid.top))
-        return replace(solid, polygon=tuple((x, z) for x, z in corners), bottom=float(bottom), top=float(top))
+        bottom, top = max(float(bottom), -half_y), min(float(top), half_y)
+        if bottom >= top:
+            return None
+        return replace(solid, polygon=tuple((x, z) for x, z in corners.tolist()), bottom=bottom, top=top)
 
 
 def _box_solid(low: np.ndarray, high: np.ndarray) -> Solid:

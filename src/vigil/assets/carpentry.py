@@ -68,10 +68,10 @@ def cloth(rng: np.random.Generator) -> Finish:
     return Finish(f"{kind}/{code}", word)
 
 
-def hollow(low: Corner, high: Corner, wall: float, missing: str = "+z") -> Mesh:
-    """Returns five boards around a space that is open on one side ("+z", "+y", ...)."""
+def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[Corner, Corner]]:
+    """Returns the corners of five boards around a space that is open on one side ("+z", "+y", ...)."""
     (x0, y0, z0), (x1, y1, z1) = low, high
-    boards = {
+    found: dict[str, tuple[Corner, Corner]] = {
         "-x": ((x0, y0, z0), (x0 + wall, y1, z1)),
         "+x": ((x1 - wall, y0, z0), (x1, y1, z1)),
         "-y": ((x0 + wall, y0, z0), (x1 - wall, y0 + wall, z1)),
@@ -79,11 +79,25 @@ def hollow(low: Corner, high: Corner, wall: float, missing: str = "+z") -> Mesh:
         "-z": ((x0 + wall, y0 + wall, z0), (x1 - wall, y1 - wall, z0 + wall)),
         "+z": ((x0 + wall, y0 + wall, z1 - wall), (x1 - wall, y1 - wall, z1)),
     }
-    if missing in ("+y", "-y"):
+    if missing == "+y":
         for side in ("-z", "+z"):
-            (ax, ay, az), (bx, by, bz) = boards[side]
-            boards[side] = ((ax, y0 if missing == "-y" else ay, az), (bx, y1 if missing == "+y" else by, bz))
-    return shapes.merge(shapes.span(*corners) for side, corners in boards.items() if side != missing)
+            (ax, ay, az), (bx, _, bz) = found[side]
+            found[side] = ((ax, ay, az), (bx, y1, bz))
+    return [corners for side, corners in found.items() if side != missing]
+
+
+def hollow(low: Corner, high: Corner, wall: float, missing: str = "+z") -> Mesh:
+    """Returns five boards around a space that is open on one side."""
+    return shapes.merge(shapes.span(*corners) for corners in boards(low, high, wall, missing))
+
+
+def add_case(
+    builder: Builder, look: Look | str, low: Corner, high: Corner, wall: float, *, missing: str = "+z"
+) -> None:
+    """Adds five boards around a space, each of them solid, so that things can be inside."""
+    builder.add(look, hollow(low, high, wall, missing))
+    for corners in boards(low, high, wall, missing):
+        builder.solid(*corners)
 
 
 def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
@@ -123,7 +137,8 @@ def add_shelves(
     """Adds boards whose tops are at `heights` across the space low..high, and surfaces there and on its floor."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     for height in heights:
-        builder.add(look, shapes.span((x0, height - BOARD_M, z0), (x1, height, z1)))
+        builder.block(look, (x0, x1), (height - BOARD_M, height), (z0, z1))
+        builder.solid((x0, height - BOARD_M, z0), (x1, height, z1))
     tops = [y0, *heights]
     for index, (top, above) in enumerate(zip(tops, [*heights, y1], strict=True)):
         clearance = above - top - (BOARD_M if index < len(heights) else 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets import shapes
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder, Look
-from vigil.assets.carpentry import CLOTHS, Finish, hollow, lining, shelf_heights, wood
+from vigil.assets.carpentry import CLOTHS, Finish, add_case, lining, shelf_heights, wood
 from vigil.assets.palette import COLOURS, one_of
 from vigil.pose import Vec3
 
@@ -24,7 +24,7 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     card = f"cardboard/{code}"
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
     wall, top = 0.005, builder.height - 0.008
-    builder.add(card, hollow((x0, 0, z0), (x1, top, z1), wall, "+y"))
+    add_case(builder, card, (x0, 0, z0), (x1, top, z1), wall, missing="+y")
     builder.surface("bottom", (0, wall, 0), (x1 - x0 - 0.04, z1 - z0 - 0.04), top - wall, is_inside=True)
     builder.add("print/label", shapes.panel(0.34 * size.x, 0.3 * height, (0.12 * size.x, 0.55 * height, z1 + 0.0004)))
     for side, z in ((-1, z0), (1, z1)):
@@ -39,7 +39,6 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
             Look(card, joint, bears_open=True), (min(x, 0.0), max(x, 0.0)), (top + 0.004, height - 0.0005), (z0, z1)
         )
     builder.block(tape, (-0.06 * size.x, -0.001), (height - 0.001, height), (z0, z1))
-    builder.solid((x0, 0, z0), (x1, top, z1))
     return builder.build((word, "cardboard"))
 
 
@@ -116,7 +115,7 @@ def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
         builder.add(bag, _bin(1.0 * outline, (height - 0.09, height), 0.985, 0.016))
     else:
         builder.add(kind.material, _bin(outline, (height - 0.03, height), 0.99, 0.014))
-    builder.surface("bottom", (0, 0.016, 0), (0.62 * foot * width, 0.62 * foot * depth), height - 0.02)
+    builder.surface("bottom", (0, 0.016, 0), (0.62 * foot * width, 0.62 * foot * depth))
     corners = shapes.rounded_rectangle(width, depth, radius, 2)
     builder.prism(corners, 0, height)
     return builder.build((kind.word,))
@@ -131,7 +130,7 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     door, wall = 0.05, 0.035
     face = z1 - 0.045
     body = face - door
-    builder.add(steel, hollow((x0, 0.015, z0), (x1, height, body), wall))
+    add_case(builder, steel, (x0, 0.015, z0), (x1, height, body), wall)
     for x in (x0 + 0.04, x1 - 0.04):
         for z in (z0 + 0.04, body - 0.02):
             builder.add("rubber", shapes.cylinder(0.02, 0.016, (x, 0.008, z), segments=8))
@@ -140,7 +139,6 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     room = (high[0] - low[0] - 0.02, high[2] - low[2] - 0.02)
     builder.surface("floor", (0, low[1] + 0.001, (low[2] + high[2]) / 2), room, high[1] - low[1], is_inside=True)
     builder.surface("top", (0, height, (z0 + body) / 2), (x1 - x0 - 0.03, body - z0 - 0.03))
-    builder.solid((x0, 0, z0), (x1, height, body))
     joint = builder.hinge("door", (0, 1, 0), (x1, 0, face), 100.0)
     look, metal = Look(steel, joint, bears_open=True), Look("chrome", joint, bears_open=True)
     builder.block(look, (x0, x1), (0.015, height), (body, face), 0.008)

@@ -8,7 +8,7 @@ from vigil.assets import shapes
 from vigil.assets.arrange import lengthwise
 from vigil.assets.asset import Asset, Glow
 from vigil.assets.builder import Builder, Look, Range
-from vigil.assets.carpentry import HANDLES, WOODS, Finish, front_board, handle, hollow, lining, paint
+from vigil.assets.carpentry import HANDLES, WOODS, Finish, add_case, front_board, handle, hollow, lining, paint
 from vigil.assets.palette import one_of
 from vigil.pose import Vec3
 
@@ -194,7 +194,7 @@ def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
     face = z1 - 0.05
     low, high = 0.12, height - 0.14
     oven_front = face - 0.03
-    builder.add(shell.material, hollow((x0, low, z0), (x1, high, oven_front), 0.05))
+    add_case(builder, shell.material, (x0, low, z0), (x1, high, oven_front), 0.05)
     builder.block(shell.material, (x0, x1), (0.0, low), (z0, face - 0.02))
     builder.block("plastic/#1b1c1e", (x0 + 0.02, x1 - 0.02), (0.01, 0.02), (z0, face - 0.01))
     builder.block(shell.material, (x0, x1), (high, height - 0.022), (z0, face), 0.004)
@@ -217,7 +217,8 @@ def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
         )
     lamp = shapes.cylinder(0.007, 0.008, (x0 + 0.02, height - 0.05, face + 0.002), "z", 10)
     builder.add(Look("plastic/#5a2320", on="glow/#ff3b20", bears_toggle=True), lamp)
-    builder.solid((x0, 0, z0), (x1, height, face))
+    builder.solid((x0, 0, z0), (x1, low, face - 0.02))
+    builder.solid((x0, high, z0), (x1, height, face))
     builder.surface("hob", (0, height, (z0 + face) / 2), (x1 - x0 - 0.06, face - z0 - 0.06))
     builder.glow = Glow(Vec3(0, height + 0.05, 0), (1.0, 0.45, 0.2), 0.08)
     return builder.build((shell.word,))
@@ -294,10 +295,10 @@ def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
     grip = shapes.cylinder(0.4, 0.8 * depth, (0, 0, 0.6 * depth), "z", 18)
     builder.add(material, _oval(grip, width, height))
     light = "plastic/#c83a2c" if material != "plastic/#232528" else "plastic/#f4f4f0"
-    for shown, box in (("off", (0.12 * width, 0.42 * height)), ("on", (0.42 * width, 0.12 * height))):
-        offset = (0, middle + 0.2 * height) if shown == "off" else (-0.2 * width, middle)
-        mark = shapes.box((*box, 0.1 * depth), (offset[0], offset[1], 0.97 * depth))
-        builder.add(Look(light, bears_toggle=True, shown=shown), mark)
+    upright = shapes.box((0.12 * width, 0.42 * height, 0.1 * depth), (0, middle + 0.2 * height, 0.97 * depth))
+    across = shapes.box((0.42 * width, 0.12 * height, 0.1 * depth), (-0.2 * width, middle, 0.97 * depth))
+    builder.add(Look(light, bears_toggle=True, shown="off"), upright)
+    builder.add(Look(light, bears_toggle=True, shown="on"), across)
     return builder.build()
 
 

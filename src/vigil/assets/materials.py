@@ -167,6 +167,7 @@ _KIND_WORDS: tuple[tuple[str, str], ...] = (
     ("checkerboard", "checker"), ("bathroomtiles", "small_tiles"), ("smalltiles", "small_tiles"),
     ("smallkitchentiles", "small_tiles"), ("marbletiles", "marble_tiles"), ("marble floor", "marble_tiles"),
     ("granitetiles", "tiles"), ("fireplacebrick", "brick"), ("brick", "brick"), ("drywall", "plaster"),
+    ("clothpattern", "fabric"), ("carpet", "carpet"),
     ("tile", "tiles"), ("marble", "marble"), ("granite", "granite"), ("countertop", "granite"),
     ("lamp shade", "fabric"), ("lamp", "metal"), ("furniture", "wood"), ("plaster", "plaster"),
     ("concrete", "concrete"), ("cross", "parquet"), ("slashhatch", "parquet"), ("planks", "planks"),

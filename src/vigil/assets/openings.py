@@ -95,16 +95,14 @@ def _panelled(builder: Builder, skin: Look, x: Range, y: Range) -> None:
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, 0.8 * y[1]), (0.8 * y[1] + 0.09, y[1] - 0.11))
     openings = [((x[0] + stile, x[1] - stile), row) for row in rows]
     _rails(builder, skin, x, y, openings)
-    if wide > 0.65:
-        middle = (x[0] + x[1]) / 2
-        builder.block(skin, (middle - 0.04, middle + 0.04), (rows[0][0], rows[-1][1]), (-_LEAF_M / 2, _LEAF_M / 2))
+    middle, half = (x[0] + x[1]) / 2, 0.04 if wide > 0.65 else 0.0
+    if half:
+        builder.block(skin, (middle - half, middle + half), (rows[0][0], rows[-1][1]), (-_LEAF_M / 2, _LEAF_M / 2))
     for across, (low, high) in openings:
         builder.block(skin, across, (low, high), (-0.2 * _LEAF_M, 0.2 * _LEAF_M))
-        halves = (across,) if wide <= 0.65 else ((across[0], middle - 0.04), (middle + 0.04, across[1]))
-        for a, b in halves:
-            builder.block(
-                skin, (a + 0.035, b - 0.035), (low + 0.035, high - 0.035), (-0.38 * _LEAF_M, 0.38 * _LEAF_M), 0.006
-            )
+        for a, b in ((across[0], middle - half), (middle + half, across[1])) if half else (across,):
+            field = (low + 0.035, high - 0.035)
+            builder.block(skin, (a + 0.035, b - 0.035), field, (-0.38 * _LEAF_M, 0.38 * _LEAF_M), 0.006)
 
 
 def _glazed(builder: Builder, skin: Look, x: Range, y: Range) -> None:

@@ -28,7 +28,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     oval = _oval(wide, long, middle)
     builder.add(seat, _ring(oval, 0.72, rim - 0.028, rim - 0.01))
     back = z0 + tank + 0.03
-    joint = builder.hinge("lid", (1, 0, 0), (0, rim - 0.006, back + 0.015), -94.0)
+    joint = builder.hinge("lid", (1, 0, 0), (0, rim - 0.006, back + 0.015), -90.0)
     lid = Look(seat, joint, bears_open=True)
     builder.add(
         lid,
@@ -48,7 +48,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     if rng.random() < 0.5:
         builder.add("chrome", shapes.cylinder(0.022, 0.012, (0, height - 0.004, z0 + tank / 2), segments=14))
     else:
-        lever = shapes.box((0.07, 0.014, 0.014), (0.3 * width, height - 0.08, z0 + tank + 0.022), 0.004)
+        lever = shapes.box((0.07, 0.014, 0.014), (0.38 * width, height - 0.08, z0 + tank + 0.022), 0.004)
         builder.add("chrome", lever)
     builder.solid((x0, rim - 0.05, z0), (x1, height, z0 + tank + 0.02))
     builder.solid((-0.12, 0, z0 + 0.02), (0.12, rim, back + 0.05))

@@ -27,7 +27,7 @@ def chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
     else:
         style = one_of(rng, (_slat_chair, _slat_chair, _padded_chair, _shell_chair))
         finish = style(builder, rng, seat)
-    builder.surface("seat", (0, seat, 0.03 * size.z), (0.82 * size.x, 0.78 * size.z), size.y - seat)
+    builder.surface("seat", (0, seat, 0.03 * size.z), (0.82 * size.x, 0.78 * size.z))
     return builder.build((finish.word,))
 
 

@@ -109,7 +109,7 @@ def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run:
     builder.solid((x0, foot, z0), (x1, suite.seat, z1))
     builder.solid((x0, suite.seat, z0), (x1, height, z0 + suite.back))
     depth = run - suite.back - 0.08
-    builder.surface("seat", (0, suite.seat - 0.006, z1 - depth / 2), (inner1 - inner0 - 0.04, depth - 0.04), height)
+    builder.surface("seat", (0, suite.seat - 0.006, z1 - depth / 2), (inner1 - inner0 - 0.04, depth - 0.04))
 
 
 def _chaise(builder: Builder, suite: _Suite, run: float, seats: int) -> None:
@@ -156,7 +156,7 @@ def _framed(builder: Builder, rng: np.random.Generator, suite: _Suite) -> None:
     builder.block(finish.material, inner, (height - 0.07, height - 0.02), (z0, z0 + 0.035))
     builder.solid((x0 + 0.05, suite.seat - 0.17, z0), (x1 - 0.05, suite.seat, z1))
     builder.solid((x0 + 0.05, suite.seat, z0), (x1 - 0.05, height, z0 + 0.2))
-    builder.surface("seat", (0, suite.seat, (z0 + 0.2 + z1) / 2), (inner[1] - inner[0] - 0.06, z1 - z0 - 0.26), height)
+    builder.surface("seat", (0, suite.seat, (z0 + 0.2 + z1) / 2), (inner[1] - inner[0] - 0.06, z1 - z0 - 0.26))
 
 
 def _soft(

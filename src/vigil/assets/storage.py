@@ -12,12 +12,12 @@ from vigil.assets.carpentry import (
     HANDLES,
     Fronts,
     HandleKind,
+    add_case,
     add_drawer,
     add_leaf,
     add_legs,
     add_shelves,
     handle_room,
-    hollow,
     lining,
     shelf_heights,
     wood,
@@ -56,11 +56,11 @@ def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     front = depth / 2 - handle_room(fronts.knob)
     base = _plinth(builder, rng, finish.material, front)
     top = 0.03
-    body = hollow((-width / 2 + 0.008, base, -depth / 2), (width / 2 - 0.008, height - top, front - 0.004), BOARD_M)
-    builder.add(finish.material, body)
+    low, high = (-width / 2 + 0.008, base, -depth / 2), (width / 2 - 0.008, height - top, front - 0.004)
+    add_case(builder, finish.material, low, high, BOARD_M)
     builder.block(finish.material, (-width / 2, width / 2), (height - top, height), (-depth / 2, front), 0.006)
     builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.05))
-    builder.solid((-width / 2, base, -depth / 2), (width / 2, height, front))
+    builder.solid((-width / 2, height - top, -depth / 2), (width / 2, height, front))
     columns = 1 if width < 0.7 else 2 if width < 1.7 else 3
     rows = int(np.clip(round((height - base) / 0.22), 2, 6))
     _drawers(builder, fronts, (-width / 2 + 0.028, base + 0.024, -depth / 2 + 0.03),
@@ -93,9 +93,8 @@ def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     fronts = _fronts(rng, wood(rng).material if rng.random() < 0.3 else finish.material)
     width, height, depth = size
     front = depth / 2 - handle_room(fronts.knob)
-    builder.add(finish.material, hollow((-width / 2, 0, -depth / 2), (width / 2, height, front - 0.004), 0.014))
+    add_case(builder, finish.material, (-width / 2, 0, -depth / 2), (width / 2, height, front - 0.004), 0.014)
     builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.06))
-    builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, front - 0.004))
     low, high = (-width / 2 + 0.016, 0.016, -depth / 2 + 0.02), (width / 2 - 0.016, height - 0.016, front)
     add_drawer(builder, "drawer0", low, high, fronts, 0.65 * depth)
     return builder.build((finish.word,))
@@ -109,7 +108,7 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     width, height, depth = size
     front = depth / 2 - handle_room(fronts.knob)
     leaf = front - 0.02
-    builder.add(finish.material, hollow((-width / 2, 0, -depth / 2), (width / 2, height, leaf - 0.002), BOARD_M))
+    add_case(builder, finish.material, (-width / 2, 0, -depth / 2), (width / 2, height, leaf - 0.002), BOARD_M)
     skin = 0.001
     low = (-width / 2 + BOARD_M + skin, BOARD_M + skin, -depth / 2 + BOARD_M + skin)
     high = (width / 2 - BOARD_M - skin, height - BOARD_M - skin, leaf - 0.012)
@@ -117,7 +116,6 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     count = max(1, round(height / 0.35) - 1)
     add_shelves(builder, fronts.inner, low, high, shelf_heights(levels, low[1], high[1], count), inside=True)
     builder.surface("top", (0, height, (leaf - depth / 2) / 2), (width - 0.02, depth - 0.06))
-    builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, leaf))
     if width > 0.55:
         add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.002, height - 0.004, front), fronts, hinge=-1)
         add_leaf(builder, "leaf1", (0.002, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=1)
@@ -135,9 +133,8 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
     width, height, depth = size
     front = depth / 2 - handle_room(fronts.knob)
     base = _plinth(builder, rng, finish.material, front)
-    builder.add(finish.material, hollow((-width / 2, base, -depth / 2), (width / 2, height, front - 0.002), 0.024))
+    add_case(builder, finish.material, (-width / 2, base, -depth / 2), (width / 2, height, front - 0.002), 0.024)
     builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.05))
-    builder.solid((-width / 2, base, -depth / 2), (width / 2, height, front))
     low = (-width / 2 + 0.024, base + 0.024, -depth / 2 + 0.024)
     high = (width / 2 - 0.024, height - 0.024, front - 0.006)
     end = 0.0 if width < 0.95 else 0.28 * (high[0] - low[0])
@@ -167,7 +164,7 @@ def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float])
     half_x, half_z = width / 2, depth / 2
     if style in ("case", "cubes"):
         finish = wood(rng)
-        builder.add(finish.material, hollow((-half_x, 0, -half_z), (half_x, height, half_z), 0.024))
+        add_case(builder, finish.material, (-half_x, 0, -half_z), (half_x, height, half_z), 0.024)
         low, high = (-half_x + 0.024, 0.024, -half_z + 0.024), (half_x - 0.024, height - 0.024, half_z)
         add_shelves(builder, finish.material, low, high, [y for y in heights if 0.08 < y < height - 0.08])
         if style == "cubes" and width > 0.55:
@@ -177,7 +174,6 @@ def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float])
                 builder.block(
                     finish.material, (x - 0.009, x + 0.009), (0.024, height - 0.024), (-half_z + 0.024, half_z - 0.006)
                 )
-        builder.solid((-half_x, 0, -half_z), (half_x, height, half_z))
         builder.surface("top", (0, height, 0), (width - 0.02, depth - 0.02))
         return builder.build((finish.word,))
     return _rack(builder, rng, heights, style)
@@ -194,17 +190,18 @@ def _rack(builder: Builder, rng: np.random.Generator, heights: list[float], styl
         for sz in (-1, 1):
             x, z = sx * (half_x - thick / 2), sz * (half_z - thick / 2)
             builder.block(post, (x - thick / 2, x + thick / 2), (0, height), (z - thick / 2, z + thick / 2))
+            builder.solid((x - thick / 2, 0, z - thick / 2), (x + thick / 2, height, z + thick / 2))
         for y in (0.08, height - 0.03):
             builder.add(post, shapes.box((thick * 0.8, 0.02, depth - thick), (sx * (half_x - thick / 2), y, 0)))
     shelves = sorted({0.12 if heights[0] > 0.3 else heights[0], *heights})
-    builder.solid((-half_x, 0, -half_z), (half_x, height, half_z))
+    x, z = (-half_x + 0.004, half_x - 0.004), (-half_z + 0.004, half_z - 0.004)
     for index, top in enumerate(shelves):
-        builder.block(
-            board.material, (-half_x + 0.004, half_x - 0.004), (top - 0.022, top), (-half_z + 0.004, half_z - 0.004)
-        )
+        builder.block(board.material, x, (top - 0.022, top), z)
+        builder.solid((-half_x, top - 0.022, -half_z), (half_x, top, half_z))
         above = shelves[index + 1] - 0.022 if index + 1 < len(shelves) else height - 0.04
         builder.surface(f"shelf{index}", (0, top, 0), (width - 0.06, depth - 0.02), above - top)
     builder.block(board.material, (-half_x, half_x), (height - 0.022, height), (-half_z, half_z))
+    builder.solid((-half_x, height - 0.022, -half_z), (half_x, height, half_z))
     builder.surface("top", (0, height, 0), (width - 0.02, depth - 0.02))
     return builder.build((board.word,))
 
@@ -216,7 +213,7 @@ def shelf(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
     width, height, depth = size
     thick = min(0.025, 0.5 * height)
     if height > 0.16:
-        builder.add(finish.material, hollow((-width / 2, 0, -depth / 2), (width / 2, height, depth / 2), 0.02))
+        add_case(builder, finish.material, (-width / 2, 0, -depth / 2), (width / 2, height, depth / 2), 0.02)
         low, high = (-width / 2 + 0.02, 0.02, -depth / 2 + 0.02), (width / 2 - 0.02, height - 0.02, depth / 2)
         add_shelves(builder, finish.material, low, high, shelf_heights(levels, 0.02, high[1], round(height / 0.35)))
     else:

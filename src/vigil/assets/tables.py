@@ -12,10 +12,10 @@ from vigil.assets.carpentry import (
     Finish,
     Fronts,
     HandleKind,
+    add_case,
     add_drawer,
     add_legs,
     handle_room,
-    hollow,
     leg,
     shelf_heights,
     wood,
@@ -177,11 +177,10 @@ def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> N
     foot = rng.uniform(0.1, 0.4) * height
     middle = (0.0, (front - depth / 2) / 2)
     add_legs(builder, finish.material, (width - 0.03, front + depth / 2 - 0.03), foot, 0.038, "tapered", middle)
-    case = hollow((-width / 2 + 0.006, foot, -depth / 2), (width / 2 - 0.006, height - 0.02, front - 0.004), 0.016)
-    builder.add(finish.material, case)
+    low, high = (-width / 2 + 0.006, foot, -depth / 2), (width / 2 - 0.006, height - 0.02, front - 0.004)
+    add_case(builder, finish.material, low, high, 0.016)
     builder.block(finish.material, builder.across, (height - 0.022, height), (-depth / 2, front), 0.004)
     builder.surface("top", (0, height, middle[1]), (width - 0.02, depth - 0.05))
-    builder.solid((-width / 2, foot, -depth / 2), (width / 2, height, front))
     rows = 2 if height - foot > 0.34 else 1
     tall = (height - 0.026 - foot - 0.02) / rows
     for row in range(rows):
@@ -236,8 +235,7 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: Floor) -> None:
     """Adds a chest of three drawers below a desk's top, `reach` wide at -x; `face` is (top, front z)."""
     x0, z0, (top, front) = builder.across[0] + 0.01, builder.through[0] + 0.02, face
-    builder.add(fronts.front, hollow((x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016))
-    builder.solid((x0, 0, z0), (x0 + reach, top, front))
+    add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)
     builder.block(fronts.front, (x0 + 0.02, x0 + reach - 0.02), (0, 0.04), (z0 + 0.02, front - 0.05))
     tall = (top - 0.08) / 3
     for row in range(3):
@@ -250,8 +248,7 @@ def _hutch(builder: Builder, material: str, desk_top: float, levels: Sequence[fl
     """Adds shelves above the rear of a desk."""
     (x0, x1), z0, height = builder.across, builder.through[0], builder.height
     z1 = z0 + min(0.28, 0.45 * builder.depth)
-    builder.add(material, hollow((x0, desk_top, z0), (x1, height, z1), 0.02))
-    builder.solid((x0, desk_top, z0), (x1, height, z1))
+    add_case(builder, material, (x0, desk_top, z0), (x1, height, z1), 0.02)
     above = [level for level in levels if level > desk_top + 0.1]
     count = max(1, round((height - desk_top) / 0.4) - 1)
     shelves = shelf_heights(above, desk_top, height - 0.02, count)
