@@ -18,6 +18,8 @@ FULL_SHARE = 0.5
 """Share of a surface covered at which nothing more is put there: things must find a free place later."""
 BASIN_SHARE = 0.75
 """The same for a counter with a basin, which takes much of it."""
+LEAST_LOOSE, ROUNDS = 6, 3
+"""Fewer small things than this in a room, and more are looked for, so many times."""
 HIGHEST_M = 1.75
 """Surfaces above it are out of sight."""
 SURFACE_TOLERANCE = 0.03
@@ -138,6 +140,12 @@ class Tidier:
             self._fill_inside(piece, clutter)
         for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
             self._fill_top(piece, clutter)
+        for _ in range(ROUNDS):
+            everything = [found for top in self.furniture for found in top.all()]
+            if sum(CATALOG[found.category].is_pickupable for found in everything) >= LEAST_LOOSE * clutter:
+                break
+            for piece in shuffled(self.rng, everything):
+                self._fill_top(piece, clutter)
 
     def _put_on_one_of(self, category: str, supports: Sequence[str]) -> None:
         for support in supports:
