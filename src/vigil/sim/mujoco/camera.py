@@ -125,6 +125,7 @@ class Camera:
             self._update_holding(agent, in_hand)
         else:
             self._update(*_view_of(agent))
+        tuning.lift(tuning.LAMP_BIAS)
         return self._render()
 
     def survey(self, eye: np.ndarray, axes: np.ndarray, fovy_deg: float, sun: Sun) -> np.ndarray:
@@ -132,6 +133,7 @@ class Camera:
         self._model.lamps.daylight(self._model.native, sun)
         self._context.shadowClip = sun.reach_m
         self._update(eye, axes, fovy_deg)
+        tuning.lift(tuning.SUN_BIAS)
         return self._render()
 
     def segment(self, agent: Pose) -> np.ndarray:
@@ -171,7 +173,7 @@ class Camera:
         held.bring_near([geom for geom in self._drawn() if geom.objid in geoms], eye, center, smaller)
 
     def _without_shadow(self) -> np.ndarray:
-        """Returns the places in the drawing list of what casts no shadow: glass, what is overhead and what is in the hand."""
+        """Returns the places in the drawing list of what casts no shadow: glass, what hangs, what is in the hand."""
         groups = self._model.native.geom_group
         lets_light_through = (groups == GLASS) | (groups == HELD)
         lets_light_through[self._model.lets_light_through] = True
@@ -182,7 +184,6 @@ class Camera:
 
     def _render(self) -> np.ndarray:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
-        tuning.set_back()
         mujoco.mjr_render(self._viewport, self._scene, self._context)
         mujoco.mjr_readPixels(self._buffer, None, self._viewport, self._context)
         return self._buffer[::-1].copy()

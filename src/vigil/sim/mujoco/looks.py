@@ -11,6 +11,10 @@ Tint = tuple[float, float, float] | None
 TEXTURE_PIXELS = 512
 """Longer sides are halved until they are no longer than this."""
 
+_WHITE = np.full((4, 4, 3), 255, dtype=np.uint8)
+"""For materials without a texture: Mesa loses the matrix of the shadow map's texture unit (`vigil.sim.mujoco.tuning`)
+for geoms without one."""
+
 
 class Looks:
     """The materials that a model under construction has so far."""
@@ -41,8 +45,9 @@ class Looks:
             emission=look.emission,
             reflectance=0.0,
         )
-        if look.texture is not None:
-            added.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = self._texture(look.texture)
+        added.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = self._texture(
+            _WHITE if look.texture is None else look.texture
+        )
         return name
 
     def _texture(self, picture: np.ndarray) -> str:

@@ -13,7 +13,7 @@ from vigil.sim.scene import RoomShape, Scene, Thing
 
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0
-_PAPER = MaterialRef(name="plaster/white")
+_PAPER = MaterialRef(name="plastic/#c3c6c8")
 
 
 def render_asset(
