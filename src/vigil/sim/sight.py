@@ -19,7 +19,7 @@ WIDTH, HEIGHT = 640, 480
 FOCAL_PX = HEIGHT / 2
 """Vertical field of view 90 degrees: tan(45) = 1."""
 NEAR_M = 0.02
-RAYS_PER_OBJECT = 2500
+RAYS_PER_OBJECT = 1600
 NEAR_CLICK_PX = 3
 VISIBLE_PX = 200
 VISIBLE_SHARE = 0.25
@@ -169,39 +169,42 @@ class Sight:
         return self._engine.cast(eye, rays, through_glass=through_glass).things == self._index[thing.id]
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
-        """Returns what is seen of each thing; one cast for all of them."""
-        windows = [(thing, window_of(agent, thing)) for thing in things if thing.is_present and not thing.is_held]
-        shown = [(thing, window, window.pixels()) for thing, window in windows if window is not None]
+        """Returns what is seen of each thing: its outline alone first, then one cast of all outlines into the scene."""
         found = {thing.id: UNSEEN for thing in things}
-        if not shown:
+        outlines: list[tuple[Thing, Window, np.ndarray]] = []
+        for thing in things:
+            window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
+            if window is not None:
+                rays = directions(agent, window.pixels())
+                alone = self._engine.cast(agent.eye, rays, through_glass=True, only=thing.id)
+                outlines.append((thing, window, rays[alone.things == self._index[thing.id]]))
+        if not outlines:
             return found
-        rays = directions(agent, np.concatenate([pixels for _, _, pixels in shown]))
-        hits = self._engine.cast(agent.eye, rays, through_glass=True)
+        hits = self._engine.cast(agent.eye, np.concatenate([rays for _, _, rays in outlines]), through_glass=True)
         first = 0
-        for thing, window, pixels in shown:
-            part = slice(first, first + len(pixels))
-            first += len(pixels)
+        for thing, window, rays in outlines:
+            part = slice(first, first + len(rays))
+            first += len(rays)
             is_hit = hits.things[part] == self._index[thing.id]
             if is_hit.any():
-                state_px = _state_rays(thing, hits.roles[part][is_hit]) * window.stride**2
-                nearest = float(hits.distances[part][is_hit].min())
-                verdict = self._is_visible(agent, thing, window, rays[part], int(is_hit.sum()))
-                found[thing.id] = Sighting(verdict, int(is_hit.sum()) * window.stride**2, state_px, nearest)
+                found[thing.id] = _sighting(thing, window, is_hit, hits.roles[part], hits.distances[part])
         return found
 
     def _cast(self, agent: Pose, pixels: np.ndarray, *, through_glass: bool) -> np.ndarray:
         return self._engine.cast(agent.eye, directions(agent, pixels), through_glass=through_glass).things
 
-    def _is_visible(self, agent: Pose, thing: Thing, window: Window, rays: np.ndarray, hit: int) -> bool:
-        """The strict verdict: >= 200 px and >= 25 % of its unoccluded pixels, or all of it in view."""
-        is_large = hit * window.stride**2 >= VISIBLE_PX
-        if is_large and hit >= VISIBLE_SHARE * len(rays):
-            return True  # its unoccluded pixels are at most all rays of its window
-        if not is_large and not window.is_whole:
-            return False
-        alone = self._engine.cast(agent.eye, rays, through_glass=True, only=thing.id)
-        unoccluded = int((alone.things == self._index[thing.id]).sum())
-        return (is_large and hit >= VISIBLE_SHARE * unoccluded) or (window.is_whole and hit >= unoccluded)
+
+def _sighting(thing: Thing, window: Window, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray) -> Sighting:
+    """Returns what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
+    seen, whole = int(is_hit.sum()), len(is_hit)
+    visible_px = seen * window.stride**2
+    is_plain = visible_px >= VISIBLE_PX and seen >= VISIBLE_SHARE * whole
+    return Sighting(
+        visible=is_plain or (window.is_whole and seen == whole),
+        visible_px=visible_px,
+        state_px=_state_rays(thing, roles[is_hit]) * window.stride**2,
+        nearest_m=float(distances[is_hit].min()),
+    )
 
 
 def _state_rays(thing: Thing, roles: np.ndarray) -> int:
