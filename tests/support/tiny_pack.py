@@ -108,6 +108,8 @@ def _goal(family: Family) -> Goal:
             return ReportStatus(object_id=FRIDGE, state="is_open")
         case "AI":
             return ObjectInState(object_id=FRIDGE, state="is_open")
+        case "VS":
+            return ObjectInState(object_id=MUG, state="is_visible")
         case _:
             return AgentNearTarget(object_id=TABLE)
 

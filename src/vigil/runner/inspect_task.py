@@ -211,8 +211,9 @@ def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, l
     model = endpoint.model()
     ask = persistent(sender(model), endpoint.patience)
     stop: list[VigilError] = []
+    tidy = _Tidy(model, play_one, len(tickets))
     logs = inspect_eval(
-        _task(tickets, _agent(tickets, play_one, lambda: ask, stop)),
+        _task(tickets, _agent(tickets, tidy.play_one, lambda: ask, stop)),
         model=model,
         log_dir=str(log_dir),
         display="none",
@@ -228,6 +229,29 @@ def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, l
     if stop:
         raise stop[0]
     _check(logs)
+
+
+class _Tidy:
+    """Closes the model's connections when the last episode is over, while the event loop still runs."""
+
+    def __init__(self, model: Model, play_one: PlayOne, episodes: int) -> None:
+        self._model = model
+        self._play_one = play_one
+        self._left = episodes
+        self._alive = 0
+
+    async def play_one(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
+        self._left -= 1
+        self._alive += 1
+        try:
+            return await self._play_one(ticket, ask)
+        except VigilError:
+            self._left = 0
+            raise
+        finally:
+            self._alive -= 1
+            if self._left == 0 and self._alive == 0:
+                await self._model.api.aclose()
 
 
 def _check(logs: list[EvalLog]) -> None:

@@ -106,8 +106,8 @@ class Worker:
         self._end(CLOSING_S)
 
     def _handle(self, request: Request, generation: int | None) -> tuple[int, Any]:
-        if generation is not None and generation != self._generation:
-            raise WorkerLost(f"Simulator {self.name} was restarted and has lost its live episodes.")
+        if generation is not None and (generation != self._generation or self._connection is None):
+            raise WorkerLost(f"Simulator {self.name} has been restarted; its live episodes are lost.")
         try:
             connection = self._running()
             connection.send(request)

@@ -42,14 +42,14 @@ from vigil.runner.wire import (
     View,
 )
 from vigil.sim import make_simulator
-from vigil.sim.protocol import Simulator
+from vigil.sim.embedded import EmbeddedSimulator
 
 
 @dataclass(slots=True)
 class Stage:
     """A simulator with its Env, and the episode that goes on there."""
 
-    simulator: Simulator
+    simulator: EmbeddedSimulator
     env: Env
     ticket: Ticket | None = None
     observation: Observation | None = None
@@ -119,7 +119,7 @@ class Theatre:
         if self._frames is not None:
             self._frames.keep(observation.rgb)
 
-    def _agent_for(self, ticket: Ticket, simulator: Simulator) -> Agent:
+    def _agent_for(self, ticket: Ticket, simulator: EmbeddedSimulator) -> Agent:
         plan = self._plan
         if plan.agent_factory is not None:
             return plan.agent_factory(plan.agent, ticket.episode, simulator)

@@ -1,0 +1,261 @@
+"""Whole runs of a model: real HTTP, real worker processes, Inspect in between."""
+
+import gc
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from chat_server import LOOK, REPORT, Answer, Asked, failure, serving
+from inspect_ai import score
+from inspect_ai.log import read_eval_log
+from tiny_pack import tiny_pack
+
+from vigil.errors import InfrastructureError, ModelAPIError
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pack import Pack
+from vigil.profile import ACTION_FEEDBACK
+from vigil.prompt import system_prompt
+from vigil.record import EPISODES_FILE, EpisodeRecord
+from vigil.runner import run as run_module
+from vigil.runner.inspect_task import vigil_score
+from vigil.runner.run import RunResult, run_pack
+from vigil.runner.run_folder import read_header, read_run
+from vigil.runner.settings import RunSettings
+from vigil.runner.verify_run import VerifySettings, verify_run
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
+    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
+]
+WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 40}}'
+
+
+@pytest.fixture(autouse=True)
+def _collect() -> Iterator[None]:
+    """Streams that Inspect leaves open are collected while their warnings are filtered."""
+    yield
+    gc.collect()
+
+
+@pytest.fixture(scope="module")
+def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pack of eight episodes."""
+    folder = tmp_path_factory.mktemp("packs") / "tiny"
+    tiny_pack(folder, 8)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def calm(pack: Path, tmp_path_factory: pytest.TempPathFactory) -> RunResult:
+    """The result of a run in which nothing went wrong."""
+    with serving(walk_and_report) as server:
+        return run_pack(settings(pack, server.url, tmp_path_factory.mktemp("runs") / "calm"))
+
+
+def settings(pack: Path, url: str, log_dir: Path, **changes: Any) -> RunSettings:
+    fields: dict[str, Any] = {
+        "pack": pack,
+        "model": "openai/loopback",
+        "base_url": url,
+        "log_dir": log_dir,
+        "backend": "fake",
+        "workers": 1,
+        "max_connections": 4,
+        "first_wait_s": 0.01,
+        "retries": 3,
+        "preflight": False,
+    }
+    return RunSettings(**{**fields, **changes})
+
+
+def walk_and_report(asked: Asked) -> Answer:
+    return Answer(REPORT if asked.turn >= 4 else [LOOK, WALK, "prose"][asked.turn - 1], delay_s=0.01)
+
+
+def without_times(record: EpisodeRecord) -> dict[str, Any]:
+    fields = record.model_dump(mode="json")
+    for name in ("run_id", "started", "ended"):
+        fields.pop(name)
+    for step in fields["steps"]:
+        step["reply"].pop("seconds")
+    return fields
+
+
+def test_a_run_is_recorded_resumed_and_verified(pack: Path, tmp_path: Path) -> None:
+    with serving(walk_and_report) as server:
+        result = run_pack(settings(pack, server.url, tmp_path / "run", preflight=True, epochs=2, workers=2))
+        asked = len(server.asked)
+        again = run_pack(settings(pack, "http://127.0.0.1:9/v1", tmp_path / "run", preflight=True, epochs=2))
+    assert (server.preflights, server.most_alive <= 4) == (1, True)
+    assert result.is_complete
+    assert (again.resumed, asked) == (16, 16 * 4)
+    ends = {record.episode_id[5:7]: (record.end, len(record.steps)) for record in result.records}
+    assert ends == dict.fromkeys(("DA", "PG", "SV", "AI"), ("report", 4))
+    assert all(step.frame_sha256 for record in result.records for step in record.steps)
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1, frames=True)).is_verified
+    spec = read_header(tmp_path / "run").spec
+    assert (spec.agent, spec.agent_kind, spec.sampling) == ("openai/loopback", "model", {})
+    assert list((tmp_path / "run" / "inspect").glob("*.eval"))
+
+
+def test_what_a_model_is_sent_is_the_contract_and_no_more(pack: Path, tmp_path: Path) -> None:
+    def brain(asked: Asked) -> Answer:
+        return Answer(LOOK.replace("5}", f"{asked.turn % 20 + 1}}}"))
+
+    with serving(brain) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", episode_ids=("tiny-AI-003",), profile=ACTION_FEEDBACK)
+        record = run_pack(wanted).records[0]
+    episode = Pack.load(pack).episode("tiny-AI-003")
+    assert (record.end, len(server.asked)) == ("fail_no_report", 25)
+    prompt = system_prompt(episode.instruction, read_header(tmp_path / "run").spec.profile)
+    calm = {"too_far": False, "path_blocked": False}
+    for index, asked in enumerate(server.asked):
+        kept = min(index, 20)
+        assert [m["role"] for m in asked.messages] == ["system", *["user", "assistant"] * kept, "user"]
+        assert asked.texts[0] == prompt
+        assert len(asked.pictures) == 1
+        assert asked.texts[2:-1:2] == [step.reply.text for step in record.steps[index - kept : index]]
+        past = [json.loads(text) for text in asked.texts[1:-1:2]]
+        first = {"frame": {"role": "past"}}
+        assert past == [first if index - kept + turn == 0 else {**first, "feedback": calm} for turn in range(kept)]
+        now: dict[str, Any] = {"frame": {"role": "current", "width": FRAME_WIDTH, "height": FRAME_HEIGHT}}
+        assert json.loads(asked.texts[-1]) == (now if index == 0 else {**now, "feedback": calm})
+
+
+def test_trouble_all_around_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
+    count = 0
+
+    def troubled(asked: Asked) -> Answer:
+        nonlocal count
+        count += 1
+        if count % 5 == 0:
+            return [failure(429), failure(500), Answer("x", breaks=True)][count // 5 % 3]
+        return walk_and_report(asked)
+
+    with serving(troubled) as server:
+        rough = run_pack(settings(pack, server.url, tmp_path / "rough"))
+    assert rough.is_complete
+    assert [without_times(row) for row in rough.records] == [without_times(row) for row in calm.records]
+
+
+def test_an_outage_gives_error_rows_with_what_was_played_and_the_same_command_goes_on(
+    pack: Path, tmp_path: Path
+) -> None:
+    is_out = True
+
+    def brain(asked: Asked) -> Answer:
+        return failure(503, "gone fishing") if is_out and asked.turn == 3 and "(0)" in asked.texts[0] else Answer(LOOK)
+
+    with serving(brain) as server:
+        result = run_pack(settings(pack, server.url, tmp_path / "run", limit=4))
+        failed = next(record for record in result.records if record.end == "error")
+        assert (result.errors, failed.episode_id, len(failed.steps)) == (1, "tiny-DA-000", 2)
+        assert (failed.error.boundary, failed.attempt) == ("model", 1)
+        assert "gone fishing" in failed.error.message
+        is_out = False
+        before = len(server.asked)
+        again = run_pack(settings(pack, server.url, tmp_path / "run", limit=4))
+    assert (again.resumed, again.errors, len(server.asked) - before) == (3, 0, 12)
+    assert [row.end for row in read_run(tmp_path / "run")[1] if row.episode_id == "tiny-DA-000"] == [
+        "error",
+        "fail_no_report",
+    ]
+
+
+def test_a_server_that_is_gone_for_good_stops_the_run(
+    pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_module, "MAX_ERRORS_IN_A_ROW", 3)
+    with serving(lambda asked: failure(401, "wrong key")) as server:
+        with pytest.raises(InfrastructureError, match=r"3 episodes in a row.*wrong key"):
+            run_pack(settings(pack, server.url, tmp_path / "run", max_connections=1))
+        assert len(server.asked) == 3
+
+
+def test_a_blind_server_is_found_out_before_anything_is_played(pack: Path, tmp_path: Path) -> None:
+    with serving(walk_and_report, can_see=False) as server:
+        with pytest.raises(ModelAPIError, match="pictures do not seem to reach it"):
+            run_pack(settings(pack, server.url, tmp_path / "run", preflight=True))
+        assert server.asked == []
+    assert read_run(tmp_path / "run")[1] == []
+
+
+def test_rejections_end_as_invalid_actions_not_as_errors(pack: Path, tmp_path: Path) -> None:
+    with serving(lambda asked: failure(400, "flagged by our safety system", code="content_policy_violation")) as server:
+        result = run_pack(settings(pack, server.url, tmp_path / "run", families=("SV",), limit=1))
+    record = result.records[0]
+    assert (record.end, len(record.steps), len(server.asked)) == ("invalid_action_limit_exceeded", 3, 9)
+    assert {step.invalid.reason for step in record.steps} == {"provider_rejected"}
+
+
+def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
+    killed: list[int] = []
+
+    def killing(asked: Asked) -> Answer:
+        if asked.turn == 3 and not killed:
+            workers = [
+                child for child in psutil.Process().children() if "vigil.runner.worker" in " ".join(child.cmdline())
+            ]
+            killed.extend(child.pid for child in workers)
+            for child in workers:
+                os.kill(child.pid, signal.SIGKILL)
+        return walk_and_report(asked)
+
+    with serving(killing) as server:
+        rough = run_pack(settings(pack, server.url, tmp_path / "rough"))
+    assert len(killed) == 1
+    assert rough.is_complete
+    assert len(server.asked) == 8 * 4
+    assert [without_times(row) for row in rough.records] == [without_times(row) for row in calm.records]
+
+
+def test_a_run_that_is_killed_goes_on_where_it_was(pack: Path, tmp_path: Path) -> None:
+    path = tmp_path / "run" / EPISODES_FILE
+    process: list[subprocess.Popen[bytes]] = []
+
+    def brain(asked: Asked) -> Answer:
+        if process and path.is_file() and path.read_bytes().count(b"\n") >= 2:
+            process.pop().kill()
+        return walk_and_report(asked)
+
+    with serving(brain) as server:
+        program = (
+            "from pathlib import Path; from vigil.runner.run import run_pack; "
+            "from vigil.runner.settings import RunSettings\n"
+            f"run_pack(RunSettings(pack=Path({str(pack)!r}), model='openai/loopback', base_url={server.url!r}, "
+            f"log_dir=Path({str(tmp_path / 'run')!r}), backend='fake', workers=1, max_connections=2, preflight=False))"
+        )
+        running = subprocess.Popen([sys.executable, "-c", program])
+        process.append(running)
+        assert running.wait(60) == -signal.SIGKILL
+        survived = read_run(tmp_path / "run")[1]
+        assert 2 <= len(survived) < 8
+        again = run_pack(settings(pack, server.url, tmp_path / "run"))
+    assert (again.resumed, again.is_complete) == (len(survived), True)
+    assert list(again.header.spec.episode_ids) == [record.episode_id for record in again.records]
+
+
+def test_inspect_runs_the_pack_as_a_task_of_its_own(pack: Path, tmp_path: Path) -> None:
+    inspect = Path(sys.executable).with_name("inspect")
+    with serving(walk_and_report) as server:
+        command = [inspect, "eval", "vigil/vigil", "--model", "openai-api/local/m", "--model-base-url", server.url]
+        options = ["-T", f"pack={pack}", "-T", "backend=fake", "-T", "workers=1", "--epochs", "2", "--display", "plain"]
+        environment = {**os.environ, "LOCAL_API_KEY": "none", "INSPECT_LOG_DIR": str(tmp_path / "logs")}
+        done = subprocess.run([*command, *options], env=environment, cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert len(server.asked) == 8 * 2 * 4
+        assert all(len(asked.pictures) == 1 for asked in server.asked)
+    assert "grouped_all" in done.stdout
+    log = read_eval_log(str(next((tmp_path / "logs").glob("*.eval"))))
+    samples = log.samples or []
+    again = score(log, vigil_score(), action="overwrite", display="none").samples or []
+    first, second = ([next(iter((row.scores or {}).values())).value for row in rows] for rows in (samples, again))
+    assert first == second
+    assert {value["W"] for value in first} == {0.0, 1.0}
