@@ -151,10 +151,20 @@ class Furnisher:
         for _ in range(3):
             if self._put(groups.media_group(self.rng), _opposite(sofa) if sofa else _along_walls(0.0, 0.5)):
                 break
+        self._keep_view_free(sofa)
         if self.household.count("DiningTable") == 0 and self.floor.area > 17 and chance(self.rng, 0.75):
             self._dining()
         if self.household.count("Desk") == 0 and self.floor.area > 18 and chance(self.rng, 0.3):
             self._put(groups.desk_group(self.rng), _along_walls(0.3, 0.2))
+
+    def _keep_view_free(self, sofa: Piece | None) -> None:
+        """Keeps furniture from between the sofa and the television that it faces."""
+        stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
+        if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > 1.0:
+            return
+        ends = [piece.out_of(side, piece.model.size.z / 2) for piece in (sofa, stand) for side in (-0.4, 0.4)]
+        xs, zs = [x for x, _ in ends], [z for _, z in ends]
+        self.floor.sweeps.append((min(xs), min(zs), max(xs), max(zs)))
 
     def _bedroom(self) -> None:
         for tables in (pick(self.rng, (1, 2, 2)), 1, 0, 0):

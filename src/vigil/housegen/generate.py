@@ -147,7 +147,8 @@ def _start(plan: Plan, floors: dict[int, Floor], pieces: list[Piece], rng: np.ra
     index = int(rng.integers(len(rows)))
     row, column = int(rows[index]), int(columns[index])
     x, z = float(floor.grid_x[row, column]), float(floor.grid_z[row, column])
-    yaw = max((0.0, 90.0, 180.0, 270.0), key=lambda turn: (_in_view(pieces, x, z, turn), turn))
+    here = [piece for piece in pieces if piece.room == floor.room.number]
+    yaw = max((0.0, 90.0, 180.0, 270.0), key=lambda turn: (_in_view(here, x, z, turn), turn))
     return Pose(position=Vec3(round(x, 3), 0.0, round(z, 3)), rotation=yaw, horizon=START_HORIZON)
 
 

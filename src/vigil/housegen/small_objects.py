@@ -43,6 +43,8 @@ ON_TOP: dict[str, float] = {
     "Cart": 2.0,
     "Stove": 0.8,
     "Cabinet": 1.0,
+    "WashingMachine": 0.5,
+    "ClothesDryer": 0.5,
     "Ottoman": 0.2,
 }
 """How many small things lie on a category, on average."""
@@ -64,6 +66,20 @@ INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
 }
 """What lies inside a category: how many things on average, and which."""
+
+_DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
+_TOILETRIES = ("Cloth", "SoapBottle", "SprayBottle", "ToiletPaper", "TissueBox", "SoapBar", "Candle")
+ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
+    ("Kitchen", "ShelvingUnit"): _DISHES,
+    ("Kitchen", "Shelf"): _DISHES,
+    ("Kitchen", "Cart"): (*_DISHES, "Apple", "Bread", "Tomato"),
+    ("Bathroom", "Cart"): _TOILETRIES,
+    ("Bathroom", "Shelf"): _TOILETRIES,
+    ("Bathroom", "Cabinet"): _TOILETRIES,
+    ("Bathroom", "WashingMachine"): _TOILETRIES,
+    ("Bathroom", "ClothesDryer"): _TOILETRIES,
+}
+"""What lies on a support in one kind of room, besides what the catalogue says."""
 
 STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
@@ -173,9 +189,15 @@ class Tidier:
             self._put(pick_weighted(self.rng, names, weights), piece, False)
 
     def _candidates(self, support: str) -> list[tuple[str, float]]:
-        found: list[tuple[str, float]] = []
+        also = ALSO_ON.get((self.kind, support), ())
+        found = [(name, 0.5) for name in also if self.household.may_have(name)]
         for name, kind in CATALOG.items():
-            if support not in kind.rests_on or self.kind not in kind.rooms or not self.household.may_have(name):
+            if (
+                name in also
+                or support not in kind.rests_on
+                or self.kind not in kind.rooms
+                or not self.household.may_have(name)
+            ):
                 continue
             if kind.is_pickupable or name in AT_THE_BACK:
                 weight = 1.0 / (1.5 + kind.rests_on.index(support))
