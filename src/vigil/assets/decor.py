@@ -81,7 +81,9 @@ def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     builder = Builder("HousePlant", size)
     width, height, depth = size
     slim = height > 1.3 * width
-    kinds = ("sword", "tree", "palm", "broad") if slim else ("broad", "bush", "cactus", "broad")
+    kinds = ("sword", "tree", "palm", "broad" if height < 2.0 * width else "sword")
+    if not slim:
+        kinds = ("broad", "bush", "cactus", "broad")
     kind = one_of(rng, kinds)
     name, tint = colour(rng, "white", "brown", "grey", "teal", "orange", "dark grey", "cream")
     share = {"tree": 0.24, "palm": 0.26, "sword": 0.36, "cactus": 0.42}.get(kind, 0.4)

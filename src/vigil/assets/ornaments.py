@@ -28,11 +28,18 @@ def statue(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     """Returns a statue: in a low box a dog or a reclining curve, in a high one a bust, a figure, a cat or a bird."""
     builder = Builder("Statue", size)
     name, stone = one_of(rng, STONES)
-    low = size.y < 0.9 * max(size.x, size.z)
-    forms: tuple[Callable[[Builder, str], None], ...] = (_dog, _horse, _knot) if low else (_bust, _figure, _cat, _hand)
-    form = one_of(rng, forms)
+    form = one_of(rng, _forms(size.y / max(size.x, size.z)))
     form(builder, stone)
     return builder.build([name, form.__name__.strip("_")])
+
+
+def _forms(slimness: float) -> tuple[Callable[[Builder, str], None], ...]:
+    """Returns what looks right in a box of that height over width."""
+    if slimness < 0.9:
+        return _dog, _horse, _knot
+    if slimness < 1.5:
+        return _bust, _cat, _hand
+    return (_figure, _cat, _hand) if slimness < 2.0 else (_figure,)
 
 
 def _ball(builder: Builder, look: str, at: Point, extent: Point, fine: int = 10) -> None:

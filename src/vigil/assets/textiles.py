@@ -37,7 +37,7 @@ def _plump(size: np.ndarray) -> shapes.Mesh:
     ticks = np.linspace(-1, 1, steps + 1)
     u, v = (grid.ravel() for grid in np.meshgrid(ticks, ticks, indexing="ij"))
     pinch_u, pinch_v = 1 - 0.07 * (1 - v**2), 1 - 0.07 * (1 - u**2)
-    thick = np.clip((1 - u**4) * (1 - v**4), 0, 1) ** 0.6
+    thick = np.clip((1 - u**2) * (1 - v**2), 0, 1) ** 0.45
     x, z = u * pinch_v * width / 2, v * pinch_u * depth / 2
     faces = []
     for i in range(steps):
