@@ -9,10 +9,11 @@ from vigil.sim.mujoco.binding import NativeSpec, mujoco
 
 GROUND_M = -0.02
 LAWN_HALF_M = 60.0
-SKY_PIXELS = 256
-_ZENITH, _HORIZON = np.array([0.42, 0.62, 0.86]), np.array([0.84, 0.90, 0.95])
-_TREES, _NEAR_TREES = np.array([0.40, 0.50, 0.42]), np.array([0.30, 0.40, 0.26])
-_GRASS = np.array([0.42, 0.53, 0.32])
+SKY_PIXELS = 192
+_ZENITH, _HORIZON = np.array([0.42, 0.62, 0.86], np.float32), np.array([0.84, 0.90, 0.95], np.float32)
+_TREES, _NEAR_TREES = np.array([0.40, 0.50, 0.42], np.float32), np.array([0.30, 0.40, 0.26], np.float32)
+_GRASS = np.array([0.42, 0.53, 0.32], np.float32)
+_CLOUD = np.array([1.0, 1.0, 1.0], np.float32)
 _FACES = np.array(
     [
         # (right, down, outward) of the six faces, in the frame of OpenGL's cube maps
@@ -23,7 +24,7 @@ _FACES = np.array(
         [(1, 0, 0), (0, -1, 0), (0, 0, 1)],
         [(-1, 0, 0), (0, -1, 0), (0, 0, -1)],
     ],
-    dtype=float,
+    dtype=np.float32,
 )
 
 
@@ -64,7 +65,7 @@ def add_outdoors(spec: NativeSpec) -> None:
 @lru_cache(maxsize=1)
 def _sky() -> bytes:
     """Returns the six faces of the sky, one under the other."""
-    place = (np.arange(SKY_PIXELS) + 0.5) / SKY_PIXELS * 2.0 - 1.0
+    place = ((np.arange(SKY_PIXELS) + 0.5) / SKY_PIXELS * 2.0 - 1.0).astype(np.float32)
     faces = []
     for right, down, outward in _FACES:
         rays = outward + place[None, :, None] * right + place[:, None, None] * down
@@ -78,10 +79,10 @@ def _paint(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Returns the colours (..., 3) seen in unit directions, in MuJoCo's frame."""
     azimuth, height = np.arctan2(y, x), np.degrees(np.arcsin(up))
     colour = _blend(_HORIZON, _ZENITH, np.clip(height / 55.0, 0.0, 1.0) ** 0.7)
-    colour = _blend(colour, np.array([1.0, 1.0, 1.0]), _clouds(x, y, up))
+    colour = _blend(colour, _CLOUD, _clouds(x, y, up))
     hills = 3.2 + 1.1 * np.sin(3 * azimuth + 0.4) + 0.6 * np.sin(7 * azimuth + 2.0) + 0.25 * np.sin(23 * azimuth)
     trees = 1.5 + 0.5 * np.sin(5 * azimuth + 1.0) + 0.35 * np.sin(17 * azimuth) + 0.25 * np.sin(41 * azimuth + 0.7)
-    colour = _blend(colour, _blend(_TREES, _HORIZON, np.array(0.45)), _edge(hills - height))
+    colour = _blend(colour, _blend(_TREES, _HORIZON, np.array(0.45, np.float32)), _edge(hills - height))
     colour = _blend(colour, _NEAR_TREES, _edge(trees - height))
     return _blend(colour, _GRASS, _edge(-0.9 - height))
 
