@@ -177,8 +177,8 @@ def _panes(builder: Builder, material: str, area: tuple[Range, Range], grid: tup
 
 
 def _bay(builder: Builder, material: str) -> None:
-    """Adds three windows that stand out to +z, between a sill and a head board."""
-    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
+    """Adds three windows that stand out to -z, away from the room, between a sill and a head board."""
+    (x0, x1), (z1, z0), height = builder.across, builder.through, builder.height
     corner = 0.28 * builder.width
     floor = [(x0, z0), (x1, z0), (x1 - corner, z1), (x0 + corner, z1)]
     builder.add(material, shapes.extrude(floor, 0.0, 0.05), shapes.extrude(floor, height - 0.05, height))
@@ -190,12 +190,12 @@ def _bay(builder: Builder, material: str) -> None:
         def place(part: shapes.Mesh, angle: float = angle, middle: tuple[float, float, float] = middle) -> shapes.Mesh:
             return shapes.translate(shapes.rotate(part, "y", angle), middle)
 
-        pane = shapes.box((length, height - 0.1, 0.006), (0, height / 2, -0.02))
+        pane = shapes.box((length, height - 0.1, 0.006), (0, height / 2, 0.02))
         builder.add(Look(_GLASS, is_glass=True), place(pane))
         for side in (-1, 1):
-            post = shapes.box((0.05, height - 0.1, 0.04), (side * (length / 2 - 0.03), height / 2, -0.02))
+            post = shapes.box((0.05, height - 0.1, 0.04), (side * (length / 2 - 0.03), height / 2, 0.02))
             builder.add(material, place(post))
-        builder.add(material, place(shapes.box((length - 0.06, 0.035, 0.03), (0, height / 2, -0.02))))
+        builder.add(material, place(shapes.box((length - 0.06, 0.035, 0.03), (0, height / 2, 0.02))))
     builder.prism(floor, 0, height)
 
 

@@ -208,6 +208,8 @@ def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segme
         [ends[:, None, 0] * circle[:, 0], np.broadcast_to(ends[:, None, 1], (len(ends), segments + 1)),
          ends[:, None, 0] * circle[:, 1]], -1)  # fmt: skip
     uvs = np.stack(np.broadcast_arrays(angles[None] * points[:, 0].max(), travel[:, None]), -1)
+    is_flat = np.abs(ends[:, 1]) > 0.97 * np.linalg.norm(ends, axis=1)
+    uvs = np.where(is_flat[:, None, None], vertices[..., [0, 2]], uvs)
     faces = []
     for first in range(0, len(rings), 2):
         quads = _grid_faces(2, segments + 1, flip=True) + first * (segments + 1)
