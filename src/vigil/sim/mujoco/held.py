@@ -7,13 +7,13 @@ from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.model import Model
 from vigil.sim.scene import Thing
 
-AHEAD_M = 0.75
+AHEAD_M = 0.5
 """Where its size is taken from: as large as it looks at arm's length, unless that is too large."""
 WIDTH = 0.23
 """Share of the frame's width that it takes at most; a quarter is promised."""
 HEIGHT = 0.32
 MARGIN = 0.02
-NEARER = 0.16
+NEARER = 0.24
 """It is then drawn this much nearer and smaller, which looks the same and never touches a wall."""
 TURN_DEG, TILT_DEG = 20.0, 18.0
 _ASPECT = 640 / 480

@@ -18,6 +18,7 @@ from vigil.sim.scene import RoomShape, Scene, Thing
 MAX_ROOM_LAMPS = 3
 MAX_GLOWS = 2
 """OpenGL's fixed pipeline has eight lights: the headlight, the fills, these."""
+GLOW = 0.55
 AMBIENT = (0.42, 0.42, 0.42)
 HEADLIGHT = (0.07, 0.07, 0.07)
 FILLS = (((0.33, 0.2, 0.92), 0.32), ((-0.33, -0.40, -0.86), 0.22))
@@ -97,7 +98,7 @@ def _aim_glow(native: NativeModel, light: int, thing: Thing) -> None:
     position, matrix = frames.thing_place(thing)
     native.light_active[light] = 1
     native.light_pos[light] = position + matrix @ frames.points(np.array(glow.position))
-    native.light_diffuse[light] = np.array(glow.rgb) * min(glow.intensity, 1.0) * 0.35
+    native.light_diffuse[light] = np.array(glow.rgb) * min(glow.intensity, 1.0) * GLOW
 
 
 def settings(spec: NativeSpec) -> None:

@@ -11,6 +11,8 @@ Tint = tuple[float, float, float] | None
 TEXTURE_PIXELS = 512
 """Longer sides are halved until they are no longer than this."""
 
+EMISSION = 0.5
+"""What shines is lit by the room as well; all of its own light on top would bleach it."""
 _WHITE = np.full((4, 4, 3), 255, dtype=np.uint8)
 """For materials without a texture: Mesa loses the matrix of the shadow map's texture unit (`vigil.sim.mujoco.tuning`)
 for geoms without one."""
@@ -42,7 +44,7 @@ class Looks:
             rgba=list(look.rgba),
             specular=look.specular,
             shininess=look.shininess,
-            emission=look.emission,
+            emission=look.emission * EMISSION,
             reflectance=0.0,
         )
         added.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = self._texture(
