@@ -19,10 +19,10 @@ CUTLERY = (
     ("silver", STEEL, STEEL),
     ("silver", "chrome", "chrome"),
     ("golden", "metal/gold", "metal/gold"),
-    ("black", STEEL, "plastic/#1f2022"),
-    ("wooden", STEEL, "wood/walnut"),
-    ("red", STEEL, "plastic/#b4262b"),
-    ("blue", STEEL, "plastic/#2f5ba0"),
+    ("dark-handled", STEEL, "plastic/#1f2022"),
+    ("wooden-handled", STEEL, "wood/walnut"),
+    ("red-handled", STEEL, "plastic/#b4262b"),
+    ("blue-handled", STEEL, "plastic/#2f5ba0"),
 )
 """Word, metal of the head and material of the handle of cutlery."""
 
@@ -62,7 +62,7 @@ def pan(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     builder = Builder("Pan", size)
     width, height, length = size
     kind = one_of(rng, ("black", "black", "steel", "coloured"))
-    name, tint = colour(rng, "red", "green", "blue", "orange")
+    _, tint = colour(rng, "red", "green", "blue", "orange")
     body = {"black": "metal/black", "steel": "chrome"}.get(kind, f"ceramic/{tint}")
     inside = "metal/brushed" if kind == "steel" else "metal/black"
     across = float(np.clip(width, 0.5 * length, 0.84 * length))
@@ -75,7 +75,7 @@ def pan(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     rise = height - 0.08 * height - 0.8 * rim
     span = max(end - start, 1e-3)
     builder.add(one_of(rng, GRIPS), bend(grip, lambda z: rise * np.clip((z - start) / span, 0, 1)))
-    return builder.build([name if kind == "coloured" else kind])
+    return builder.build([kind])
 
 
 def _vessel(
@@ -283,7 +283,7 @@ def spatula(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
         (0.36 * width, 0.5 * height, 0.46 * length), (0, 0.75 * height, -0.27 * length), 0.1 * height
     )
     builder.add(f"plastic/{tint}", grip)
-    return builder.build([name])
+    return builder.build([name if material.startswith("plastic") else "steel"])
 
 
 def _dish(along: tuple[float, float], half: float, sink: float) -> shapes.Mesh:

@@ -52,7 +52,8 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
         builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
     builder.surface("inside", (0, 0.16 * height, 0), (0.56 * width, 0.56 * depth))
     hollow(builder, width, depth, 0.13 * height)
-    return builder.build([name, "banded"] if kind == "banded" else [kind if kind != "ceramic" else name])
+    is_plain = kind == "ceramic" and tint in looks[1]
+    return builder.build([name] if is_plain else [kind])
 
 
 def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -78,7 +79,7 @@ def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
         builder.add(f"ceramic/{tint}", turning(ring, width, depth, 24))
     builder.surface("top", (0, sunk, 0), (0.72 * width, 0.72 * depth))
     builder.prism(_octagon(width, depth), 0.0, sunk)
-    return builder.build(["white"] if kind == "white" else [name])
+    return builder.build([name] if kind == "coloured" else [kind])
 
 
 def mug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

@@ -164,7 +164,7 @@ def cell_phone(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
         builder.add(
             "plastic/#3c3e42", shapes.panel(0.2 * width, 0.012 * length, (0, height * 0.985, -0.465 * length), "+y")
         )
-    return builder.build([name])
+    return builder.build([name] if name == "black" else [])
 
 
 def remote_control(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

@@ -82,7 +82,7 @@ def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
             along * size.z,
         )
         builder.add("plastic/#5f452b", shapes.ellipsoid(np.array(size) * 0.09, spot, segments=6, rings=4))
-    return builder.build(["brown"])
+    return builder.build()
 
 
 def bread(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

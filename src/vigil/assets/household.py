@@ -62,7 +62,7 @@ def dish_sponge(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     soft = (width, 0.76 * height, length)
     builder.add(f"foam/{tint}", shapes.rounded_box(soft, (0, 0.38 * height, 0), 0.12 * height))
     builder.add("carpet/#2f6b3f", shapes.box((width, 0.24 * height, length), (0, 0.88 * height, 0), 0.04 * height))
-    return builder.build([name])
+    return builder.build([f"{name} and green"])
 
 
 def garbage_bag(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

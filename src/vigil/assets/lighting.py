@@ -84,7 +84,7 @@ def floor_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
         builder.add(metal, shapes.scale(plate, (0.34 * width, 0.03, 0.34 * depth)))
     builder.column(0.12, 0.0, low)
     builder.prism(_octagon(width, depth), low, height)
-    return builder.build([name, kind])
+    return builder.build([kind] if kind == "dish" else [name, kind])
 
 
 def _arc_lamp(builder: Builder, rng: np.random.Generator) -> Asset:
@@ -139,7 +139,7 @@ def desk_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
     builder.add(material, shapes.scale(stem, (1, 1, ratio)))
     builder.add("metal/brushed", shapes.cylinder(0.04 * radius, 0.4 * height, (0, 0.68 * height, 0), segments=6))
     bulb(builder, (0, low + 0.2 * height, 0), 0.11 * radius, 0.5)
-    return builder.build([name, tone])
+    return builder.build([name] if material.startswith("metal") else [name, f"{tone} foot"])
 
 
 def _arm_lamp(builder: Builder, rng: np.random.Generator) -> Asset:

@@ -181,12 +181,12 @@ def table_top_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[floa
     builder = Builder("TableTopDecor", size)
     forms = (_boat, _ring) if size.y > 0.8 * size.x else (_boat, _balls, _ring) if size.y > 0.5 * size.x else (_balls,)
     form = one_of(rng, forms)
-    tag = form(builder, rng)
-    return builder.build([tag, form.__name__.strip("_")])
+    form(builder, rng)
+    return builder.build([form.__name__.strip("_")])
 
 
-def _boat(builder: Builder, rng: np.random.Generator) -> str:
-    name, tint = colour(rng, "blue", "red", "green", "brown", "navy")
+def _boat(builder: Builder, rng: np.random.Generator) -> None:
+    _, tint = colour(rng, "blue", "red", "green", "brown", "navy")
     rings = []
     for z, half, low in ((-0.5, 0.14, 0.05), (-0.2, 0.17, 0.0), (0.2, 0.14, 0.0), (0.5, 0.01, 0.08)):
         rings.append([(-half, 0.22, z), (-half * 0.5, low, z), (half * 0.5, low, z), (half, 0.22, z), (-half, 0.22, z)])
@@ -197,16 +197,15 @@ def _boat(builder: Builder, rng: np.random.Generator) -> str:
     for outline in ([(0.07, 0.28), (0.45, 0.28), (0.07, 0.92)], [(0.03, 0.28), (-0.42, 0.28), (0.03, 0.98)]):
         builder.add("fabric/#f2f1ee", shapes.extrude(outline, -0.008, 0.008, "z"))
     builder.add("wood/walnut", shapes.box((0.5, 0.03, 0.3), (0, 0.0, 0)))
-    return name
 
 
-def _balls(builder: Builder, rng: np.random.Generator) -> str:
+def _balls(builder: Builder, rng: np.random.Generator) -> None:
     width, height, depth = builder.width, builder.height, builder.depth
     floor = 0.06 * height
     tray = shapes.lathe([(0.0, 0.0), (0.9, 0.0), (1.0, 0.3), (0.94, 0.3), (0.85, 0.06), (0.0, 0.06)], segments=20)
     tone = one_of(rng, ("wood/walnut", "metal/gold", "ceramic/#2a2a2c"))
     builder.add(tone, shapes.scale(tray, (width / 2, height, depth / 2)))
-    name, tint = colour(rng, "teal", "white", "orange", "grey", "navy")
+    _, tint = colour(rng, "teal", "white", "orange", "grey", "navy")
     tints = (tint, colour(rng, "cream", "yellow", "white")[1], colour(rng, "brown", "beige", "black")[1])
     weave = one_of(rng, ("ceramic", "wicker", "ceramic"))
     largest = min((height - floor) / 2, 0.21 * width, 0.36 * depth)
@@ -214,17 +213,15 @@ def _balls(builder: Builder, rng: np.random.Generator) -> str:
         radius = share * largest
         spot = (x * width, floor + radius, z * depth)
         builder.add(f"{weave}/{shade}", shapes.ellipsoid((2 * radius,) * 3, spot, 14, 8))
-    return name
 
 
-def _ring(builder: Builder, rng: np.random.Generator) -> str:
+def _ring(builder: Builder, rng: np.random.Generator) -> None:
     metal = one_of(rng, ("gold", "black", "copper"))
     angles = np.linspace(0, 2 * np.pi, 25)
     for radius, lift in ((0.42, 0.48), (0.26, 0.36)):
         loop = np.c_[radius * np.sin(angles), lift + radius * np.cos(angles), 0.1 * np.sin(angles)]
         builder.add(f"metal/{metal}", shapes.tube(loop, 0.045, 7))
     builder.add("stone/#d8d4ca", shapes.box((0.6, 0.09, 0.3), (0, 0.045, 0), 0.015))
-    return metal
 
 
 MAKERS: dict[str, Maker] = {

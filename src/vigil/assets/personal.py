@@ -8,17 +8,20 @@ from vigil.assets import shapes
 from vigil.assets.arrange import Maker, along_longest, lengthwise
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder, Look
-from vigil.assets.palette import colour, one_of
+from vigil.assets.materials import material
+from vigil.assets.palette import COLOURS, colour, one_of
 from vigil.pose import Vec3
 
 DARK = "plastic/#1f2022"
+COVERS = 24
 
 
 def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Returns a book that lies on its back, its spine at -x; its cover opens by 165 degrees."""
     builder = Builder("Book", size)
     width, height, length = size
-    name, tint = colour(rng, "red", "blue", "green", "brown", "purple", "teal", "navy", "orange", "black", "yellow")
+    cover = f"cover/{rng.integers(COVERS)}"
+    name, tint = _ground(cover)
     board = min(0.12 * height, 0.004)
     cloth = f"leather/{tint}"
     builder.add(cloth, shapes.span((-width / 2, 0, -length / 2), (width / 2, board, length / 2)))
@@ -32,10 +35,23 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     builder.add(lid, shapes.span((-width / 2, height - board, -length / 2), (width / 2, 0.999 * height, length / 2)))
     inside = Look("print/text", joint=hinge, bears_open=True)
     builder.add(inside, shapes.panel(0.94 * width, 0.96 * length, (0, height - 1.05 * board, 0), "-y"))
-    front = Look(f"cover/{rng.integers(24)}", joint=hinge, bears_open=True)
+    front = Look(cover, joint=hinge, bears_open=True)
     builder.add(front, shapes.panel(0.92 * width, 0.99 * length, (0.03 * width, height, 0), "+y"))
     builder.solid((-width / 2, 0, -length / 2), (width / 2, height, length / 2))
     return builder.build([name])
+
+
+def _ground(cover: str) -> tuple[str, str]:
+    """Returns the colour at a cover's corner: the word nearest to it, and "#rrggbb"."""
+    picture = material(cover).texture
+    ground = (128, 128, 128) if picture is None else tuple(int(part) for part in picture[2, 2])
+
+    def far(name: str) -> float:
+        return float(
+            sum((int(COLOURS[name][k : k + 2], 16) - part) ** 2 for k, part in zip((1, 3, 5), ground, strict=True))
+        )
+
+    return min(COLOURS, key=far), "#{:02x}{:02x}{:02x}".format(*ground)
 
 
 def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -87,7 +103,7 @@ def pen(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
         builder.add(look, shapes.translate(shapes.scale(rod, (width, thick, 1)), (0, thick / 2, 0)))
     clip = shapes.box((0.2 * width, 0.12 * height, 0.26 * length), (0, height - 0.06 * height, -0.34 * length))
     builder.add("metal/brushed", clip)
-    return builder.build([name])
+    return builder.build([name] if barrel == f"plastic/{tint}" else [])
 
 
 def pencil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -149,7 +165,7 @@ def key_chain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
         (0.5 * width, 0.9 * height, fob_length), (0, 0.45 * height, -0.5 * length + fob_length / 2), 0.2 * width
     )
     builder.add(f"leather/{tint}", fob)
-    return builder.build([name])
+    return builder.build([f"{name} fob"])
 
 
 def _key(length: float, width: float, thick: float) -> shapes.Mesh:

@@ -90,7 +90,7 @@ def rug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
             part = shapes.cylinder(0.5, height * (0.7 + 0.1 * k), segments=32)
             part = shapes.scale(part, (share * width, 1, share * depth))
             builder.add(f"carpet/{tone}", shapes.translate(part, (0, height * (0.35 + 0.05 * k), 0)))
-        return builder.build([name, kind], takes_room=False)
+        return builder.build([kind], takes_room=False)
     fringe = 0.03 * width if kind != "plain" else 0.0
     body = width - 2 * fringe
     builder.add(f"carpet/{tint}", shapes.box((body, 0.9 * height, depth), (0, 0.45 * height, 0)))
@@ -110,7 +110,7 @@ def rug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
             for k in range(24):
                 spot = (side * (width / 2 - fringe / 2), 0.2 * height, (k - 11.5) * depth / 24)
                 builder.add("fabric/#e8e0cc", shapes.panel(1.1 * fringe, 0.5 * depth / 24, spot, "+y", fit=False))
-    return builder.build([name, kind], takes_room=False)
+    return builder.build([kind] if kind == "striped" else [name, kind], takes_room=False)
 
 
 def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

@@ -155,7 +155,7 @@ def shaker(category: str, dark: bool) -> Maker:
         builder.add(
             "plastic/#ecebe6" if dark else "plastic/#2b2622", shapes.translate(shapes.rotate(letter, "x", -lean), place)
         )
-        return builder.build(["black" if dark else "white"])
+        return builder.build(["glass"] if kind == "glass" else ["black" if dark else "white"])
 
     return make
 
