@@ -11,9 +11,8 @@ import shapely
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.deeds import box_distances
-from vigil.authoring.propose import Drafts, allows, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.propose import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
 from vigil.authoring.region import is_cut_off
-from vigil.authoring.rules import START_PX
 from vigil.authoring.wording import CONSTRAINTS, SHORT_ORDERS, Act, say
 from vigil.authoring.workshop import Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
@@ -25,11 +24,12 @@ from vigil.sim.scene import Thing
 from vigil.world import ObjectSetup, Placement, Setup
 
 OBSTACLES = (
-    *("Box", "BasketBall", "WateringCan", "Boots", "TeddyBear", "Footstool", "Dumbbell", "Pillow", "TissueBox"),
-    *("Vase", "Plunger", "SoapBottle", "Pot", "Kettle", "SprayBottle", "Laptop", "Towel", "ToiletPaper"),
+    *("Box", "BasketBall", "WateringCan", "Boots", "TeddyBear", "Footstool", "Vase", "Statue", "Kettle", "Pot"),
+    *("Plunger", "TissueBox", "Dumbbell", "TableTopDecor"),
 )
 """What may stand on the floor in somebody's way."""
 MOVED_M = 0.5
+LEAST_OBSTACLE_M = 0.12
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 SAID_BEFORE = ("swing", "close_first", "stop_first")
 """Wordings that name the target before they say what to do with it."""
@@ -107,7 +107,7 @@ def leaf_in_the_way(shop: Workshop) -> Drafts:
         for target in shop.things(lambda thing: is_target(thing) and bool(_acts_for(thing))):
             act = _acts_for(target)[int(shop.rng.integers(len(_acts_for(target))))]
             setup = Setup(objects={**setup_for(target, act).objects, **opened})
-            start = _behind(shop, target, setup) if leaf.id != target.id else None
+            start = _behind(shop, target, leaf, setup) if leaf.id != target.id else None
             if start is not None:
                 yield from _draft(shop, Sketch("leaf", setup, target, act, constraint), start)
 
@@ -115,7 +115,7 @@ def leaf_in_the_way(shop: Workshop) -> Drafts:
 def _ways(shop: Workshop, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
     """Yields start poses that see a target far off, with places (n, 2) on the way to it."""
     shop.begin(setup)
-    see = is_seen(START_PX)
+    see = is_seen(CLEAR_PX)
     starts = [place for place in shop.starts(shop.away_from(target, 2.2, 6.0), 40) if shop.sights(place, target) >= 6]
     for place in starts[:TRIED_STARTS]:
         shop.begin(setup)
@@ -146,12 +146,12 @@ def _barrier(shop: Workshop, target: Thing, setup: Setup, start: Pose, spots: np
             if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
                 blocked = _with(setup, obstacle, spot)
                 shop.begin(blocked)
-                if is_seen(START_PX)(shop.seen_from(start, target.id)):
+                if shop.sees_clearly(start, [target.id, obstacle.id], is_seen(CLEAR_PX)):
                     return obstacle, blocked
     return None
 
 
-def _behind(shop: Workshop, target: Thing, setup: Setup) -> Pose | None:
+def _behind(shop: Workshop, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
     """Returns a start pose that sees a target but is cut off from it, and is not without the leaf; None without one."""
     shop.begin(setup)
     free = shop.stage.plan().tight
@@ -160,7 +160,7 @@ def _behind(shop: Workshop, target: Thing, setup: Setup) -> Pose | None:
     for place in shop.starts(shop.away_from(target, 1.6, 6.0), 40):
         if is_cut_off(free, (place.x, place.z), box_of(target)) and shop.sights(place, target) >= 6:
             start = shop.facing(place, target, LOOKING_DOWN_DEG, 25.0)
-            if is_seen(START_PX)(shop.seen_from(start, target.id)):
+            if shop.sees_clearly(start, [target.id, leaf.id], is_seen(CLEAR_PX)):
                 return start
     return None
 
@@ -221,7 +221,8 @@ def _draft(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterato
     """Yields one draft, or none where no start or no words are found."""
     target, constraint = sketch.target, sketch.constraint
     shop.begin(sketch.setup)
-    start = start or shop.start_seeing(target, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(START_PX))
+    also = constraint.object_id if sketch.template == "swing" else None
+    start = start or shop.start_seeing(target, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
     phrase, other = shop.phrase(target.id), shop.phrase(constraint.object_id)
     shop.begin(Setup())
     if start is None or phrase is None or other is None:

@@ -25,9 +25,10 @@ from vigil.pose import EYE_HEIGHT_M, Pose
 from vigil.sim.scene import Thing
 from vigil.world import ObjectSetup, ObjectState, Setup
 
-START_PX = 100
-SMALL_PX = 40
-STATE_PX = 150
+CLEAR_PX = 300
+"""Pixels of the object to act on in a start that a person finds clear; the rules ask for less."""
+CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 80}
+STATE_PX = 250
 LEVEL_DEG = 0.0
 UNNAMED = frozenset({"Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"})
 """Categories that make poor targets: parts of the building, or too many or too plain to be asked for."""
@@ -62,8 +63,8 @@ def is_target(thing: Thing) -> bool:
 
 
 def is_seen(least_px: int) -> Callable[[ObjectState], bool]:
-    """Returns the test that at least so many pixels of an object are in the frame, with a margin."""
-    return lambda state: state.visible_px >= least_px + MARGIN_PX and is_observable(state)
+    """Returns the test that an object is clearly in the frame, by at least so many pixels and a margin."""
+    return lambda state: state.visible and state.visible_px >= least_px + MARGIN_PX and is_observable(state)
 
 
 def size_of(thing: Thing) -> Size:
@@ -74,9 +75,8 @@ def size_of(thing: Thing) -> Size:
 
 def pointing(shop: Workshop, size: Size) -> Drafts:
     """Yields PG drafts with targets of a size."""
-    least = SMALL_PX if size == "small" else START_PX
     for thing in shop.things(lambda thing: is_target(thing) and size_of(thing) == size):
-        start = shop.start_seeing(thing, (0.3, 1.35), LOOKING_DOWN_DEG, is_seen(least))
+        start = shop.start_seeing(thing, (0.3, 1.35), LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
         if start is not None:
             yield shop.draft(
                 "PG",
@@ -91,7 +91,7 @@ def pointing(shop: Workshop, size: Size) -> Drafts:
 def approaching(shop: Workshop) -> Drafts:
     """Yields DA drafts."""
     for thing in shop.things(lambda thing: is_target(thing) and 0.15 < max(thing.asset.size) < 1.9):
-        start = shop.start_seeing(thing, (2.2, 6.0), LOOKING_DOWN_DEG, is_seen(START_PX))
+        start = shop.start_seeing(thing, (2.2, 6.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
         if start is not None:
             yield shop.draft(
                 "DA",
@@ -168,7 +168,7 @@ def acting(shop: Workshop, act: Act) -> Drafts:
     for thing in shop.things(lambda thing: is_target(thing) and allows(thing, act)):
         setup = setup_for(thing, act)
         shop.begin(setup)
-        start = shop.start_seeing(thing, (1.8, 5.0), LOOKING_DOWN_DEG, is_seen(START_PX))
+        start = shop.start_seeing(thing, (1.8, 5.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
         phrase = shop.phrase(thing.id)
         shop.begin(Setup())
         if start is not None:

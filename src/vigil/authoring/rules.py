@@ -213,6 +213,14 @@ def _chained(case: Case) -> Faults:
         yield "a sequence binds at least two objects"
 
 
+def _seen_constraint(case: Case) -> Faults:
+    constraint = case.episode.goal.constraint
+    assert constraint is not None
+    state = case.world.objects[constraint.object_id]
+    if not state.is_held and state.visible_px < START_PX + MARGIN_PX:
+        yield f"{state.visible_px} px of {constraint.object_id!r} are in view, {START_PX + MARGIN_PX} are needed"
+
+
 def _stands(case: Case) -> Faults:
     """The goal cannot be reached while the constraint stands: no exact place allows the goal's own interaction."""
     if case.episode.provenance.template not in CR_TEMPLATES:
@@ -241,6 +249,7 @@ RULES: dict[str, Rule] = {
     "unambiguous": Rule(_ALL, "every thing mentioned is one thing", _unambiguous),
     "state_not_given_away": Rule(("SV",), "the instruction does not answer itself", _secret),
     "chain_of_objects": Rule(("SM",), "a sequence has a template and several objects", _chained),
+    "constraint_visible": Rule(("CR",), "what is in the way is seen at the start", _seen_constraint),
     "constraint_stands": Rule(("CR",), "the goal is out of reach until the constraint is resolved", _stands),
 }
 """Rule name -> rule, in the order in which they are checked."""

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from vigil.assets.catalog import CATALOG
-from vigil.authoring.propose import Drafts, is_seen, is_target
-from vigil.authoring.rules import START_PX
+from vigil.authoring.propose import CLEAR_PX, Drafts, is_seen, is_target
 from vigil.authoring.wording import SEQUENCES, say
 from vigil.authoring.workshop import Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
@@ -95,7 +94,7 @@ def rearranging(shop: Workshop) -> Drafts:
 def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
     shop.begin(setup)
-    start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(START_PX))
+    start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
     phrases = {role: shop.phrase(thing.id) for role, thing in roles.items()}
     shop.begin(Setup())
     is_wordy = any(phrase is None or phrase.support is not None for phrase in phrases.values())
@@ -161,17 +160,9 @@ def _place_inside(thing: Thing, container: Thing) -> Placement | None:
 
 
 def _may_go_in(container: Thing, thing: Thing) -> bool:
-    wanted = BELONGS_IN.get(container.category)
-    kinds = CATALOG[container.category], CATALOG[thing.category]
-    is_small = max(thing.asset.size) < 0.4
-    allowed = thing.category in wanted if wanted else is_small
-    return (
-        thing.is_pickupable
-        and is_target(thing)
-        and thing.parent != container.id
-        and allowed
-        and kinds[0].takes(kinds[1])
-    )
+    suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
+    takes = CATALOG[container.category].takes(CATALOG[thing.category])
+    return suits and takes and thing.is_pickupable and is_target(thing) and thing.parent != container.id
 
 
 def _receptacles(shop: Workshop, target: Thing, without: set[str | None]) -> list[Thing]:

@@ -23,6 +23,7 @@ SEEN_POINTS = 6
 MARGIN_PX = 20
 HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
 
+Clear = Callable[[ObjectState], bool]
 Mask = Callable[[np.ndarray], np.ndarray]
 
 
@@ -105,17 +106,24 @@ class Workshop:
         return int(self.stage.sees(eye, surface_points(thing, 128), thing.id, through_glass=True).sum())
 
     def start_seeing(
-        self, thing: Thing, away: tuple[float, float], horizon: float, is_clear: Callable[[ObjectState], bool]
+        self, thing: Thing, away: tuple[float, float], horizon: float, is_clear: Clear, also: str | None = None
     ) -> Pose | None:
-        """Returns a start pose at a distance from a thing that sees it clearly; None when none is found."""
+        """Returns a start pose at a distance from a thing that sees it clearly (and another thing `also`).
+
+        None when none is found.
+        """
         for place in self.starts(self.away_from(thing, *away)):
             if self.sights(place, thing) < SEEN_POINTS:
                 continue
             for spread_deg in (40.0, 15.0):
                 pose = self.facing(place, thing, horizon, spread_deg)
-                if is_clear(self.seen_from(pose, thing.id)):
+                if self.sees_clearly(pose, [thing.id, *([also] if also else [])], is_clear):
                     return pose
         return None
+
+    def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: Clear) -> bool:
+        """Whether all of the things are clear from a pose."""
+        return all(is_clear(self.seen_from(pose, thing_id)) for thing_id in thing_ids)
 
     def away_from(self, thing: Thing, least_m: float, most_m: float) -> Mask:
         """Returns the mask of places between two distances from a thing's box."""
