@@ -15,7 +15,7 @@ from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, RunSpec
 from vigil.runner.pool import PATIENCE_S
 from vigil.runner.serving import serving, without_secrets
-from vigil.runner.wire import Plan, PrivilegedFactory, Quality
+from vigil.runner.wire import Plan, PrivilegedFactory, Quality, SimulatorFactory
 from vigil.sim import BACKENDS
 
 RUNS_FOLDER = Path("runs")
@@ -55,6 +55,8 @@ class RunSettings:
     extra_body: Mapping[str, Any] = field(default_factory=dict)
     model_args: Mapping[str, Any] = field(default_factory=dict)
     backend: str = "mujoco"
+    simulator_factory: SimulatorFactory | None = None
+    """Makes a simulator of one's own, which `backend` then only names in the header. Must be picklable."""
     render_quality: Quality = "default"
     asset_database: Path | None = None
     save_frames: bool = False
@@ -123,6 +125,7 @@ def worker_plan(
         run_id=run_id,
         profile=profile,
         backend=settings.backend,
+        simulator_factory=settings.simulator_factory,
         quality=settings.render_quality,
         asset_database=settings.asset_database,
         frames=frames,
@@ -164,7 +167,7 @@ def _check(settings: RunSettings) -> None:
             raise SettingError(f"Setting {name} is {getattr(settings, name)}; it must be {least} or more.")
     if settings.workers is not None and settings.workers < 1:
         raise SettingError(f"Setting workers is {settings.workers}; it must be 1 or more.")
-    if settings.backend not in BACKENDS:
+    if settings.backend not in BACKENDS and settings.simulator_factory is None:
         raise SettingError(f"Simulator {settings.backend!r} does not exist. Choose one of: {', '.join(BACKENDS)}.")
     if settings.agent is not None and settings.agent_factory is None:
         make_agent(settings.agent, Profile())

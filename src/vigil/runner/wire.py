@@ -12,14 +12,18 @@ from typing import Literal
 from vigil.actions import Reply
 from vigil.agents.agent import Agent
 from vigil.agents.picture import Picture
+from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.observation import Feedback
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord
 from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.protocol import Simulator
 
 PrivilegedFactory = Callable[[str, Episode, EmbeddedSimulator], Agent]
 """Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
+SimulatorFactory = Callable[[AssetDatabase, "Quality"], Simulator]
+"""Makes a simulator of one's own, as those in `vigil.sim.BACKENDS`. Must be picklable."""
 Quality = Literal["default", "fast"]
 
 
@@ -31,6 +35,8 @@ class Plan:
     run_id: str
     profile: Profile
     backend: str = "mujoco"
+    simulator_factory: SimulatorFactory | None = None
+    """Makes the simulator in place of the backend of that name."""
     quality: Quality = "default"
     asset_database: Path | None = None
     frames: Path | None = None

@@ -17,7 +17,7 @@ from vigil.agents.choose import make_agent
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
-from vigil.errors import SimulatorError, VigilError
+from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.observation import Observation
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord
@@ -43,13 +43,14 @@ from vigil.runner.wire import (
 )
 from vigil.sim import make_simulator
 from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.protocol import Simulator
 
 
 @dataclass(slots=True)
 class Stage:
     """A simulator with its Env, and the episode that goes on there."""
 
-    simulator: EmbeddedSimulator
+    simulator: Simulator
     env: Env
     ticket: Ticket | None = None
     observation: Observation | None = None
@@ -119,9 +120,11 @@ class Theatre:
         if self._frames is not None:
             self._frames.keep(observation.rgb)
 
-    def _agent_for(self, ticket: Ticket, simulator: EmbeddedSimulator) -> Agent:
+    def _agent_for(self, ticket: Ticket, simulator: Simulator) -> Agent:
         plan = self._plan
         if plan.agent_factory is not None:
+            if not isinstance(simulator, EmbeddedSimulator):
+                raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
             return plan.agent_factory(plan.agent, ticket.episode, simulator)
         seed = plan.seed + ticket.epoch - 1
         if seed not in self._agents:
@@ -175,7 +178,11 @@ class Theatre:
         """Returns a free stage; one is kept at hand, since building a simulator takes time and memory."""
         if self._spare:
             return self._spare.pop()
-        simulator = make_simulator(self._plan.backend, assets=self._assets, quality=self._plan.quality)
+        plan = self._plan
+        if plan.simulator_factory is not None:
+            simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
+        else:
+            simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
         return Stage(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
 
 
