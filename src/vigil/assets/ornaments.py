@@ -179,7 +179,7 @@ def _hand(builder: Builder, stone: str) -> None:
 def table_top_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Returns a table ornament: a sailing boat, balls on a tray, or an open ring."""
     builder = Builder("TableTopDecor", size)
-    forms = (_boat, _ring) if size.y > 0.8 * size.x else (_boat, _balls, _ring) if size.y > 0.5 * size.x else (_balls,)
+    forms = (_balls,) if size.y < 0.55 * size.x else (_boat, _ring)
     form = one_of(rng, forms)
     form(builder, rng)
     return builder.build([form.__name__.strip("_")])
