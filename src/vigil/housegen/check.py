@@ -263,7 +263,7 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
     start = house.start
     if start is None:
         return [Fault("start", house.name, "metadata.agent proposes no start")]
-    if ground.is_near_main(start.position.x, start.position.z):
+    if ground.is_start(start.position.x, start.position.z):
         return []
     return [
         Fault("start", house.name, f"the agent's start at {start.position.x:.2f}, {start.position.z:.2f} is not free")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vigil.housegen.floor import WALL_GAP, Floor, wall_yaw
+from vigil.housegen.floor import WALL_GAP, Floor
 from vigil.housegen.stock import Model, Piece, Rect, leaf_reach, swept, turned_rect
 from vigil.pose import Vec3, rotate_floor
 
@@ -129,7 +129,7 @@ def wall_anchors(floor: Floor, cluster: Cluster, rng: np.random.Generator) -> li
             x, z = edge.at(float(along), WALL_GAP)
             at_end = min(along - first, last - along) < 1e-6
             middle = 1.0 - abs(2 * (along - first) / (last - first) - 1) if last > first else 1.0
-            found.append(Anchor(x, z, wall_yaw(edge), 1.0 if at_end else 0.0, float(middle), edge.length))
+            found.append(Anchor(x, z, edge.yaw, 1.0 if at_end else 0.0, float(middle), edge.length))
     return found
 
 

@@ -9,7 +9,7 @@ from shapely import Polygon, contains_xy
 from vigil.housegen.floorplan import Corner, RoomPlan
 from vigil.housegen.openings import Opening
 from vigil.housegen.stock import Rect
-from vigil.housegen.walls import WallPiece, room_edges
+from vigil.housegen.walls import room_edges
 
 GRID_M = 0.25
 BODY_RADIUS = 0.2
@@ -45,6 +45,9 @@ class Floor:
             _middle(_strip(opening, room.number, 0.5))
             for opening in self.openings
             if opening.is_door and opening.openable is not False
+        ]
+        self.leaves: list[Rect] = [
+            rect for opening in self.openings if opening.wall.room == room.number for rect in opening.leaves()
         ]
         x0, z0, x1, z1 = room.polygon.bounds
         xs = np.arange(np.ceil(x0 / GRID_M), np.floor(x1 / GRID_M) + 1) * GRID_M
@@ -98,7 +101,7 @@ class Floor:
     def free_grid(self, more: list[Rect]) -> np.ndarray:
         """Returns the grid nodes on which the body can stand."""
         free = self.walkable.copy()
-        for x0, z0, x1, z1 in [*self.taken, *more]:
+        for x0, z0, x1, z1 in [*self.taken, *self.leaves, *more]:
             reach = BODY_RADIUS + 0.01
             free &= ~(
                 (self.grid_x > x0 - reach)
@@ -116,12 +119,6 @@ class Floor:
         x0, z0, x1, z1 = rect
         within = (self.grid_x >= x0) & (self.grid_x <= x1) & (self.grid_z >= z0) & (self.grid_z <= z1)
         return bool((nodes & within).any())
-
-
-def wall_yaw(edge: WallPiece) -> float:
-    """Returns the yaw of a thing that stands with its back to the wall."""
-    x, z = edge.inward
-    return float(np.degrees(np.arctan2(x, z)) % 360.0)
 
 
 def _before(opening: Opening, room: int) -> Rect | None:

@@ -4,9 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vigil.assets import make
 from vigil.housegen.draw import chance, pick, pick_weighted, shuffled
 from vigil.housegen.floorplan import Plan
+from vigil.housegen.solids import OPENING_DEPTH_M, moved_solid
+from vigil.housegen.stock import Rect, turned_rect
 from vigil.housegen.walls import WallPiece, facing_piece, wall_pieces
+from vigil.pose import Vec3
 
 DOOR_WIDTH = 1.0
 DOUBLE_WIDTH = 1.6
@@ -54,6 +58,22 @@ class Opening:
         if not self.is_door:
             return 0.0
         return DOOR_CLEAR if self.category == "Doorway" and self.openable else PASSAGE_CLEAR
+
+    def leaves(self) -> list[Rect]:
+        """Returns the floor that its leaves stand on when it is open, in the room that they swing into."""
+        if self.category != "Doorway" or not self.openable:
+            return []
+        size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), OPENING_DEPTH_M)
+        asset = make(self.category, size, int(self.asset_id.rpartition("_")[2]))
+        joints = {joint.name: joint for joint in asset.joints}
+        x, z = self.wall.at(self.middle)
+        rects: list[Rect] = []
+        for solid in asset.solids:
+            if solid.joint in joints:
+                corners, _, _ = moved_solid(solid, joints[solid.joint], 1.0)
+                low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+                rects.append(turned_rect((*low, *high), x, z, self.wall.yaw))
+        return rects
 
     def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
         """Returns the room's wall piece with the hole's ends along it; None when it is not the room's."""

@@ -24,6 +24,10 @@ class Walkable:
 
     xs: np.ndarray
     zs: np.ndarray
+    space: shapely.Geometry
+    """Where the body's axis can be, obstacles aside."""
+    obstacles: shapely.Geometry
+    """Where it cannot be because of things."""
     free: np.ndarray
     main: np.ndarray
 
@@ -37,9 +41,11 @@ class Walkable:
         """Whether a node of the largest part lies on a floor."""
         return bool((self.main & shapely.contains_xy(floor, self.xs, self.zs)).any())
 
-    def is_near_main(self, x: float, z: float) -> bool:
-        """Whether a place is on or beside a node of the largest part."""
-        near = np.hypot(self.xs - x, self.zs - z) <= GRID_M * 0.75
+    def is_start(self, x: float, z: float) -> bool:
+        """Whether the body fits at a place beside nodes of the largest part."""
+        if not shapely.contains_xy(self.space, x, z) or shapely.contains_xy(self.obstacles, x, z):
+            return False
+        near = np.hypot(self.xs - x, self.zs - z) <= GRID_M
         return bool((self.main & near).any())
 
     def can_serve(self, body: Body, reach_m: float) -> bool:
@@ -64,18 +70,22 @@ def walkable_of(house: House, bodies: list[Body]) -> Walkable:
     rows = np.arange(np.floor(z0 / GRID_M), np.ceil(z1 / GRID_M) + 1) * GRID_M
     xs, zs = np.meshgrid(columns, rows)
     free = shapely.contains_xy(space, xs, zs)
-    stand = [
-        prism.polygon.buffer(BODY_RADIUS)
-        for body in bodies
-        if not body.is_opening
-        for prism in body.prisms()
-        if _is_in_way(prism)
-    ]
-    if stand:
-        free &= ~shapely.contains_xy(shapely.union_all(stand), xs, zs)
+    obstacles = shapely.union_all([prism.polygon.buffer(BODY_RADIUS) for prism in _standing(bodies)])
+    free &= ~shapely.contains_xy(obstacles, xs, zs)
     labels, count = ndimage.label(free)  # type: ignore[misc]
     main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1 if count else np.zeros_like(free)
-    return Walkable(xs, zs, free, main)
+    return Walkable(xs, zs, space, obstacles, free, main)
+
+
+def _standing(bodies: list[Body]) -> list[Prism]:
+    """Returns what one walks around: things as they are, the leaves of doors that can open when they stand open."""
+    found: list[Prism] = []
+    for body in bodies:
+        if not body.is_opening:
+            found.extend(body.prisms())
+        elif body.can_open:
+            found.extend(prism for prism in body.prisms(1.0) if prism.joint is not None)
+    return [prism for prism in found if _is_in_way(prism)]
 
 
 def _is_in_way(prism: Prism) -> bool:

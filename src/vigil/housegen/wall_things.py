@@ -4,7 +4,7 @@ import numpy as np
 from shapely import box
 
 from vigil.housegen.draw import chance, pick, shuffled
-from vigil.housegen.floor import Floor, rect_of, wall_yaw
+from vigil.housegen.floor import Floor, rect_of
 from vigil.housegen.household import Household
 from vigil.housegen.stock import Model, Piece, draw_model
 from vigil.housegen.walls import WallPiece
@@ -114,7 +114,7 @@ class Hanger:
             return None
         self._spans[index].append(span)
         x, z = edge.at(along, size.z / 2 + 0.002)
-        piece = Piece(model, Vec3(x, middle, z), wall_yaw(edge), self.floor.room.number, is_on_wall=True)
+        piece = Piece(model, Vec3(x, middle, z), edge.yaw, self.floor.room.number, is_on_wall=True)
         self.household.add(model.category)
         self.hung.append(piece)
         return piece
@@ -205,7 +205,7 @@ class Hanger:
         """Hangs a thing on the wall behind `piece`."""
         for index, edge in enumerate(self.floor.edges):
             along = edge.along((piece.position.x, piece.position.z))
-            if abs(wall_yaw(edge) - piece.yaw) < 1.0 and self._is_behind(edge, piece):
+            if abs(edge.yaw - piece.yaw) < 1.0 and self._is_behind(edge, piece):
                 return self._hang(model, index, along, middle)
         return None
 
@@ -218,7 +218,7 @@ class Hanger:
     def _beside(self, piece: Piece, model: Model, middle: float) -> Piece | None:
         """Hangs a thing on the wall behind `piece`, beside it."""
         for index, edge in enumerate(self.floor.edges):
-            if abs(wall_yaw(edge) - piece.yaw) < 1.0 and self._is_behind(edge, piece):
+            if abs(edge.yaw - piece.yaw) < 1.0 and self._is_behind(edge, piece):
                 along = edge.along((piece.position.x, piece.position.z))
                 away = piece.model.size.x / 2 + model.size.x / 2 + 0.12
                 for sign in shuffled(self.rng, (-1, 1)):
@@ -257,7 +257,7 @@ class Hanger:
     def _dress(self, wall: WallPiece, along: float, middle: float, model: Model) -> None:
         """Hangs curtains or blinds before a window when nothing stands in their place."""
         x, z = wall.at(along, model.size.z / 2 + SILL_M)
-        piece = Piece(model, Vec3(x, middle, z), wall_yaw(wall), self.floor.room.number, is_on_wall=True)
+        piece = Piece(model, Vec3(x, middle, z), wall.yaw, self.floor.room.number, is_on_wall=True)
         shape = box(*piece.footprint())
         low = piece.bottom - (0.0 if model.category == "Curtains" else BELOW_BLINDS_M)
         in_way = any(

@@ -35,6 +35,12 @@ class WallPiece:
         x, z = self.direction
         return z, -x
 
+    @property
+    def yaw(self) -> float:
+        """Yaw of a thing that stands with its back to it."""
+        x, z = self.inward
+        return math.degrees(math.atan2(x, z)) % 360.0
+
     def at(self, along: float, into: float = 0.0) -> Corner:
         """Returns the floor point `along` metres from the start and `into` metres inside the room."""
         (dx, dz), (nx, nz) = self.direction, self.inward
