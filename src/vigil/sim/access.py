@@ -26,6 +26,9 @@ OWN_WALL_M = 0.12
 
 def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     """Returns the id of what stops the thing's parts on their way to openness `target`; None when nothing does."""
+    rider = _rider(state, thing)
+    if rider is not None:
+        return rider
     moving = {solid.joint for solid in thing.asset.solids if solid.joint}
     path = [_moving_prisms(thing, openness, moving) for openness in _samples(thing, target)]
     if not path or not path[0]:
@@ -52,6 +55,14 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
     thing.openness = target
     state.mark(thing)
     return [thing, *moved]
+
+
+def _rider(state: SceneState, thing: Thing) -> str | None:
+    """Returns the id of what lies on a lid or cover, on no surface of its own (a pen on a laptop)."""
+    if not any(joint.kind == "hinge" for joint in thing.asset.joints):
+        return None
+    riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
+    return next((rider for rider in riders if state.scene.things[rider].surface is None), None)
 
 
 def _moving_prisms(thing: Thing, openness: float, joints: set[str]) -> list[Prism]:

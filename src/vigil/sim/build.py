@@ -22,7 +22,7 @@ from vigil.sim.walls import panels_of, place_of_opening, rooms_of
 
 HOVER_M = 0.07
 """Heights of children nearer than this are one level: in ProcTHOR's houses children hover up to 6 cm."""
-ADAPT_M, FALL_M = 0.25, 0.6
+ADAPT_M, FALL_M = 0.25, 2.0
 """How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
 SURFACE_EDGE_M = 0.1
 LEVEL_STEP_M = 0.005
@@ -48,8 +48,9 @@ def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDat
     if parent is not None:
         thing.parent = parent.id
         settle(thing, parent)
-    else:
-        _settle_on_floor(thing)
+    if thing.surface is None and (parent is None or _lies_under(thing, parent)):
+        thing.parent = None
+        _settle_on_floor(thing, HOVER_M if parent is None else FALL_M)
     scene.things[thing.id] = thing
     for child in node.children:
         _add(scene, child, thing, assets)
@@ -133,7 +134,13 @@ def settle(thing: Thing, parent: Thing) -> None:
         thing.position = Vec3(thing.position.x, thing.position.y - height, thing.position.z)
 
 
-def _settle_on_floor(thing: Thing) -> None:
+def _lies_under(thing: Thing, parent: Thing) -> bool:
+    """Whether a child lies below all that could carry it, as some of ProcTHOR's lie under their table."""
+    heights = [float(frame.shift[1]) for _, frame in level_surfaces(parent)]
+    return bool(heights) and whole_box(thing).bottom < min(heights) - ADAPT_M
+
+
+def _settle_on_floor(thing: Thing, within_m: float) -> None:
     gap = whole_box(thing).bottom
-    if 0.0 < gap < HOVER_M:
+    if 0.0 < gap < within_m:
         thing.position = Vec3(thing.position.x, thing.position.y - gap, thing.position.z)

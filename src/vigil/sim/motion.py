@@ -93,6 +93,9 @@ class FloorPlan:
             pairs = np.array(edges)
             sweeps = np.array(shapely.linestrings(np.stack([free[pairs[:, 0]], free[pairs[:, 1]]], axis=1)), ndmin=1)
             blocked = self._any_near(sweeps) | ~shapely.covers(self._inside, sweeps)
+            for edge in np.flatnonzero((pairs == index[0, 0]).any(axis=1)):  # the start may touch something
+                near = free[pairs[edge][pairs[edge] != index[0, 0]][0]]
+                blocked[edge] = self.blocker(start, Vec3(float(near[0]), start.y, float(near[1]))) is not None
             for a, b in pairs[~blocked]:
                 links.setdefault(int(a), []).append(int(b))
                 links.setdefault(int(b), []).append(int(a))

@@ -1,7 +1,9 @@
 """Putting things down: at a clicked point, at the nearest free spot, or straight down in front of the body.
 
-A placed thing keeps the yaw that it has in the house when it fits so, else it is turned to the surface's own sides. The
-search is a fixed grid ordered by distance, so the same state gives the same spot.
+"Within 0.3 m" is measured from the clicked point to the place under the thing's middle: in space, but along the floor
+alone where the point lies over the surface. A placed thing keeps the yaw that it has in the house when it fits so, else
+it is turned to the surface's own sides. The search is a fixed grid ordered by distance, so the same state gives the
+same spot.
 """
 
 import math
@@ -24,6 +26,7 @@ EDGE_INSIDE_M = 0.01
 EDGE_M = 0.03
 """How far a thing may stand out over the edge of a surface."""
 SLACK_M = 0.003
+BESIDE_M = 0.1
 DROP_AHEAD_M = (0.4, 0.3, 0.5)
 DROP_FROM_M = 1.0
 
@@ -133,7 +136,8 @@ def _spots(
     reach = math.floor(SPOT_WITHIN_M / SPOT_STEP_M)
     steps = np.arange(-reach, reach + 1) * SPOT_STEP_M
     places = nearest + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
-    gaps = np.sqrt(((places - [local.x, local.z]) ** 2).sum(axis=1) + local.y**2)
+    rise = 0.0 if _is_over(surface, local) else local.y
+    gaps = np.sqrt(((places - [local.x, local.z]) ** 2).sum(axis=1) + rise**2)
     keep = (np.abs(places) <= half + 1e-9).all(axis=1) & (gaps <= SPOT_WITHIN_M + 1e-9)
     places, gaps = places[keep], np.round(gaps[keep], 6)
     turn = _yaw_of(frame)
@@ -147,6 +151,15 @@ def _spots(
             key = (float(gaps[index]), float(rank), *map(float, places[index]))
             found.append((key, Spot(position, yaw, None, surface.name, surface.joint)))
     return found
+
+
+def _is_over(surface: Surface, point: Vec3) -> bool:
+    """Whether a clicked point lies in the free space over a surface, or on what bounds it (a bin's rim, a sofa's back).
+
+    What is put there sinks to the surface, so only the floor-plane distance counts.
+    """
+    is_beside = abs(point.x) > surface.size_x / 2 + BESIDE_M or abs(point.z) > surface.size_z / 2 + BESIDE_M
+    return not is_beside and -SLACK_M <= point.y <= surface.clearance + SLACK_M
 
 
 def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], ignored: set[str]) -> Spot | None:
