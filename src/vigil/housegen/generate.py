@@ -143,7 +143,8 @@ def _start(plan: Plan, floors: dict[int, Floor], pieces: list[Piece], rng: np.ra
     if count == 0:
         return None
     main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1
-    rows, columns = np.nonzero(main)
+    roomy = ndimage.binary_erosion(main)
+    rows, columns = np.nonzero(roomy if roomy.any() else main)
     index = int(rng.integers(len(rows)))
     row, column = int(rows[index]), int(columns[index])
     x, z = float(floor.grid_x[row, column]), float(floor.grid_z[row, column])

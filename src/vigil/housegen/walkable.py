@@ -81,7 +81,7 @@ def _standing(bodies: list[Body]) -> list[Prism]:
     """Returns what one walks around: things as they are, the leaves of doors that can open when they stand open."""
     found: list[Prism] = []
     for body in bodies:
-        if not body.is_opening:
+        if not body.is_opening or body.category == "Window":
             found.extend(body.prisms())
         elif body.can_open:
             found.extend(prism for prism in body.prisms(1.0) if prism.joint is not None)

@@ -1,0 +1,51 @@
+"""Generated houses keep their promises in a simulator: one can start, walk everywhere and open everything."""
+
+import pytest
+from shapely import Polygon, contains_xy
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.sim import make_simulator
+from vigil.sim.access import swing_blocker
+from vigil.sim.motion import FloorPlan
+from vigil.sim.state import AGENT, SceneState
+from vigil.world import ObjectSetup, Setup
+
+
+@pytest.fixture
+def loaded(house):
+    simulator = make_simulator("fake", assets=AssetDatabase.default())
+    simulator.load(house)
+    yield house, simulator
+    simulator.close()
+
+
+def test_the_start_is_free(loaded):
+    house, simulator = loaded
+    simulator.reset(house.start, Setup())
+    assert simulator.can_stand(house.start.position)
+
+
+def test_every_room_can_be_walked_to_past_open_doors(loaded):
+    house, simulator = loaded
+    doors = {door.id: ObjectSetup(openness=1.0) for door in house.document.doors if door.openable}
+    simulator.reset(house.start, Setup(objects=doors))
+    places = simulator.reachable(house.start.position)
+    for room in house.document.rooms:
+        floor = Polygon([(point.x, point.z) for point in room.floor_polygon])
+        assert contains_xy(floor, places[:, 0], places[:, 1]).sum() >= 4, room.id
+
+
+def test_nothing_is_kept_from_opening_or_closing(loaded):
+    house, simulator = loaded
+    scene = simulator.scene()
+    state = SceneState(scene, house.start, FloorPlan(scene))
+    for thing in scene.things.values():
+        if thing.is_openable:
+            stopped_by = swing_blocker(state, thing, 0.0 if thing.openness > 0.5 else 1.0)
+            assert stopped_by in (None, AGENT), (thing.id, stopped_by)
+
+
+def test_nothing_small_falls(loaded):
+    _, simulator = loaded
+    loose = [thing for thing in simulator.scene().things.values() if thing.parent and "Towel" not in thing.category]
+    assert [thing.id for thing in loose if not thing.surface] == []
