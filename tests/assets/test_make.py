@@ -199,6 +199,15 @@ def test_shelves_stand_where_things_rest(category: str, levels: tuple[float, ...
             assert min(abs(top - level) for top in tops) < 0.03, (level, sorted(tops))
 
 
+@pytest.mark.parametrize("category", ["TVStand", "Dresser", "Fridge", "Desk", "SideTable", "Sofa"])
+def test_levels_that_the_usual_shape_has_change_nothing(category: str) -> None:
+    size = _usual(category)
+    for variant in range(4):
+        usual = make(category, size, variant)
+        levels = tuple(round(surface.center.y + size.y / 2 + 0.01, 3) for surface in usual.surfaces)
+        assert make(category, size, variant, levels) is usual
+
+
 @pytest.mark.parametrize(("category", "level"), [("Sofa", 0.42), ("Chair", 0.45), ("Bed", 0.5), ("ArmChair", 0.4)])
 def test_seats_and_mattresses_are_where_things_rest(category: str, level: float) -> None:
     size = _usual(category)

@@ -12,6 +12,8 @@ from vigil.assets.palette import one_of
 from vigil.pose import Vec3
 
 _CANOPY_FROM_M = 1.5
+_HIGHEST_M = 0.85
+"""Of a mattress: what lies higher lies on something else."""
 
 
 def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -44,7 +46,7 @@ def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
 
 def _lying_height(height: float, levels: Sequence[float]) -> float:
     fitting = [level for level in levels if level > 0.25 * height]
-    if fitting and (fitting[0] < _CANOPY_FROM_M / 2 or fitting[0] > 0.9 * height):
+    if fitting and fitting[0] <= _HIGHEST_M:
         return min(fitting[0], height)
     return min(0.54, 0.62 * height if height > 0.5 else height)
 

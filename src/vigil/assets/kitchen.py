@@ -116,7 +116,7 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     width, height, depth = size
     bowl = min(0.17, 0.92 * height)
     floor = height - bowl
-    shelf = 0.09
+    shelf = 0.09 if height < 0.5 else min(0.3 * depth, 0.2)
     inner_x, inner_z = (-width / 2 + 0.035, width / 2 - 0.035), (-depth / 2 + shelf, depth / 2 - 0.035)
     if rng.random() < 0.4 and height < 0.4:
         _round_basin(builder, material, bowl)

@@ -80,7 +80,8 @@ def _seascape(rng: np.random.Generator) -> np.ndarray:
 def _portrait(rng: np.random.Generator) -> np.ndarray:
     image = _gradient(_vary(rng, (72, 62, 52)), _vary(rng, (112, 88, 64)), 192, 240)
     brush = ImageDraw.Draw(image)
-    skin = _vary(rng, (214, 170, 138), 25)
+    shade = rng.uniform(0.55, 1.05)
+    skin = _vary(rng, (int(214 * shade), int(170 * shade), int(138 * shade)), 4)
     hair = _vary(rng, (70, 44, 26), 30)
     coat = _vary(rng, (60, 70, 110), 45)
     brush.ellipse((50, 38, 142, 158), fill=hair)
@@ -92,7 +93,8 @@ def _portrait(rng: np.random.Generator) -> np.ndarray:
         brush.ellipse((x - 7, 92, x + 7, 102), fill=(246, 244, 240))
         brush.ellipse((x - 3, 93, x + 3, 101), fill=(46, 34, 24))
         brush.line((x - 9, 85, x + 9, 84), fill=hair, width=3)
-    brush.line((96, 100, 92, 120, 99, 121), fill=_vary(rng, (176, 130, 104), 5), width=2)
+    shadow = (int(176 * shade), int(130 * shade), int(104 * shade))
+    brush.line((96, 100, 92, 120, 99, 121), fill=shadow, width=2)
     brush.arc((82, 118, 110, 138), 20, 160, fill=(168, 70, 64), width=4)
     return _canvas(image, rng)
 

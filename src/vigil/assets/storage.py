@@ -1,6 +1,7 @@
 """Furniture that stores things: dressers, cabinets, drawers, shelves, TV stands."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from vigil.assets.carpentry import (
 from vigil.assets.palette import one_of
 from vigil.pose import Vec3
 
+_DRAWER_FLOOR_M = 0.026
+"""How far a drawer's floor is above the lower edge of its row."""
 _KNOBS: tuple[HandleKind, ...] = ("knob", "bar", "cup")
 
 
@@ -33,16 +36,19 @@ def _fronts(rng: np.random.Generator, front: str) -> Fronts:
     return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, _KNOBS), bool(rng.random() < 0.4))
 
 
-def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float) -> float:
-    """Adds legs or a base under a carcass whose front is at z = `front`; returns the height of its top."""
-    rise = min(0.12, 0.12 * builder.height)
+def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
+    """Adds legs or a base under a carcass whose front is at z = `front`; returns the height of its top.
+
+    It stays below `lowest`, where the first thing inside rests.
+    """
+    rise = max(min(0.12, 0.12 * builder.height, lowest - 0.03), 0.005)
     back = -builder.depth / 2
     depth, middle = front - back, (front + back) / 2
-    if rng.random() < 0.5 and builder.height > 0.3:
+    if rng.random() < 0.5 and rise > 0.04:
         style = one_of(rng, ("tapered", "square", "splayed"))
         add_legs(builder, material, (builder.width - 0.04, depth - 0.04), rise, 0.045, style, (0.0, middle))
         return rise
-    rise = min(0.05, 0.08 * builder.height)
+    rise = min(0.05, rise)
     builder.block(material, (-builder.width / 2 + 0.01, builder.width / 2 - 0.01), (0, rise), (back, front - 0.03))
     return rise
 
@@ -54,7 +60,8 @@ def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     fronts = _fronts(rng, wood(rng).material if rng.random() < 0.25 else finish.material)
     width, height, depth = size
     front = depth / 2 - handle_room(fronts.knob)
-    base = _plinth(builder, rng, finish.material, front)
+    inner = [level for level in levels if level < 0.92 * height]
+    base = _plinth(builder, rng, finish.material, front, min(inner, default=1.0))
     top = 0.03
     low, high = (-width / 2 + 0.008, base, -depth / 2), (width / 2 - 0.008, height - top, front - 0.004)
     add_case(builder, finish.material, low, high, BOARD_M)
@@ -63,8 +70,9 @@ def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     builder.solid((-width / 2, height - top, -depth / 2), (width / 2, height, front))
     columns = 1 if width < 0.7 else 2 if width < 1.7 else 3
     rows = int(np.clip(round((height - base) / 0.22), 2, 6))
-    _drawers(builder, fronts, (-width / 2 + 0.028, base + 0.024, -depth / 2 + 0.03),
-             (width / 2 - 0.028, height - top - 0.006, front), (columns, rows))  # fmt: skip
+    low, high = (-width / 2 + 0.028, base + 0.024, -depth / 2 + 0.03), (width / 2 - 0.028, height - top - 0.006, front)
+    floors = shelf_heights([level - _DRAWER_FLOOR_M for level in inner], low[1], high[1], rows - 1)
+    _drawers(builder, fronts, low, high, (columns, [low[1], *floors, high[1]]))
     return builder.build((finish.word,))
 
 
@@ -73,17 +81,18 @@ def _drawers(
     fronts: Fronts,
     low: tuple[float, float, float],
     high: tuple[float, float, float],
-    grid: tuple[int, int],
+    grid: tuple[int, list[float]],
 ) -> None:
-    """Adds columns x rows of drawers; lower ones come out further, so that one sees into each."""
-    columns, rows = grid
-    wide, tall = (high[0] - low[0]) / columns, (high[1] - low[1]) / rows
-    for column in range(columns):
-        for row in range(rows):
-            x, y = low[0] + column * wide, low[1] + row * tall
-            share = 0.32 + 0.38 * (rows - 1 - row) / max(rows - 1, 1)
-            add_drawer(builder, f"drawer{row * columns + column}", (x + 0.004, y + 0.004, low[2]),
-                       (x + wide - 0.004, y + tall - 0.004, high[2]), fronts, share * (high[2] - low[2]))  # fmt: skip
+    """Adds columns of drawers between heights; lower ones come out further, so that one sees into each."""
+    columns, heights = grid
+    wide, rows = (high[0] - low[0]) / columns, len(heights) - 1
+    for row, (bottom, top) in enumerate(pairwise(heights)):
+        share = 0.32 + 0.38 * (rows - 1 - row) / max(rows - 1, 1)
+        for column in range(columns):
+            x = low[0] + column * wide
+            corner, opposite = (x + 0.004, bottom + 0.004, low[2]), (x + wide - 0.004, top - 0.004, high[2])
+            travel = share * (high[2] - low[2])
+            add_drawer(builder, f"drawer{row * columns + column}", corner, opposite, fronts, travel)
 
 
 def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -132,12 +141,13 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
     fronts = _fronts(rng, finish.material)
     width, height, depth = size
     front = depth / 2 - handle_room(fronts.knob)
-    base = _plinth(builder, rng, finish.material, front)
+    inner = [level for level in levels if level < 0.92 * height]
+    base = _plinth(builder, rng, finish.material, front, min(inner, default=1.0))
     add_case(builder, finish.material, (-width / 2, base, -depth / 2), (width / 2, height, front - 0.002), 0.024)
     builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.05))
     low = (-width / 2 + 0.024, base + 0.024, -depth / 2 + 0.024)
     high = (width / 2 - 0.024, height - 0.024, front - 0.006)
-    end = 0.0 if width < 0.95 else 0.28 * (high[0] - low[0])
+    end = 0.0 if width < 0.95 or inner else 0.28 * (high[0] - low[0])
     if end:
         for x in (low[0] + end, high[0] - end):
             builder.block(finish.material, (x - 0.009, x + 0.009), (low[1], high[1]), (low[2], high[2]))
@@ -149,7 +159,6 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
                 add_drawer(builder, f"drawer{index * rows + row}", (x0 + 0.003, y + 0.003, low[2]),
                            (x1 - 0.003, y + tall - 0.003, front), fronts, (0.6 - 0.25 * row) * depth)  # fmt: skip
     middle_low, middle_high = (low[0] + end + 0.009, low[1], low[2]), (high[0] - end - 0.009, high[1], high[2])
-    inner = [level for level in levels if level < 0.9 * height]
     count = 1 if height - base > 0.3 else 0
     add_shelves(builder, finish.material, middle_low, middle_high, shelf_heights(inner, low[1], high[1], count))
     return builder.build((finish.word,))

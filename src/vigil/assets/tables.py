@@ -1,6 +1,7 @@
 """Tables: dining, coffee and side tables, desks, kitchen counters; tops and legs are separate solids."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,21 +32,38 @@ def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     builder = Builder("DiningTable", size)
     finish = wood(rng)
     width, height, depth = size
-    if abs(width - depth) < 0.15 * width and rng.random() < 0.7:
+    lower = _below(levels, height)
+    if abs(width - depth) < 0.15 * width and rng.random() < 0.7 and not lower:
         _pedestal(builder, finish, wood(rng) if rng.random() < 0.3 else finish)
         return builder.build((finish.word, "round"))
     thick = rng.uniform(0.028, 0.045)
     legs = wood(rng) if rng.random() < 0.3 else finish
     _top(builder, finish.material, thick, 0.06 if rng.random() < 0.4 else 0.0)
     under = height - thick
-    if rng.random() < 0.25:
+    if rng.random() < 0.25 and not lower:
         _trestles(builder, legs.material, under)
     else:
         style = one_of(rng, ("square", "tapered", "turned", "splayed"))
         inset = 0.02 if style == "square" else 0.08
         add_legs(builder, legs.material, (width - inset, depth - inset), under, rng.uniform(0.055, 0.085), style)
         _apron(builder, legs.material, under, (width - inset - 0.06, depth - inset - 0.06), 0.08)
+        _low_shelves(builder, legs.material, lower, under)
     return builder.build((finish.word,))
+
+
+def _below(levels: Sequence[float], height: float) -> list[float]:
+    """Returns the levels that are clearly below a table's top, no two closer than 6 cm."""
+    found: list[float] = []
+    for level in levels:
+        if 0.025 < level < 0.9 * height and (not found or level > found[-1] + 0.06):
+            found.append(level)
+    return found
+
+
+def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: float) -> None:
+    """Adds shelves between a table's legs."""
+    for top, above in pairwise([*tops, under]):
+        _low_shelf(builder, material, top, above)
 
 
 def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
@@ -102,7 +120,8 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     builder = Builder("CoffeeTable", size)
     finish = wood(rng)
     width, height, depth = size
-    if abs(width - depth) < 0.15 * width and rng.random() < 0.6:
+    lower = _below(levels, height)
+    if abs(width - depth) < 0.15 * width and rng.random() < 0.6 and not lower:
         _pedestal(builder, finish, finish)
         return builder.build((finish.word, "round"))
     thick = min(0.035, 0.3 * height)
@@ -125,9 +144,9 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
         _top(builder, finish.material, thick, 0.05 if rng.random() < 0.4 else 0.0)
     style = one_of(rng, ("square", "tapered", "splayed"))
     add_legs(builder, finish.material, (width - 0.06, depth - 0.06), under, 0.05, style)
-    lower = [level for level in levels if 0.15 * height < level < 0.75 * height]
-    if lower or (style == "square" and height > 0.3 and rng.random() < 0.7):
-        _low_shelf(builder, finish.material, lower[0] if lower else 0.3 * height, under)
+    if not lower and style == "square" and height > 0.3 and rng.random() < 0.7:
+        lower = [0.3 * height]
+    _low_shelves(builder, finish.material, lower, under)
     return builder.build((finish.word,))
 
 
@@ -145,10 +164,10 @@ def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
     finish = wood(rng)
     width, height, depth = size
     style = rng.random()
-    if abs(width - depth) < 0.12 * width and style < 0.3:
+    lower = _below(levels, height)
+    if abs(width - depth) < 0.12 * width and style < 0.3 and not lower:
         _pedestal(builder, finish, finish)
         return builder.build((finish.word, "round"))
-    lower = [level for level in levels if 0.08 * height < level < 0.85 * height]
     if lower or style < 0.5:
         thick = 0.028
         _top(builder, finish.material, thick)
@@ -160,10 +179,7 @@ def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
             0.036,
             one_of(rng, ("square", "tapered")),
         )
-        shelves = shelf_heights(lower, 0.02, height - thick - 0.02, 1)
-        ends = [*shelves[1:], height - thick]
-        for shelf, above in zip(shelves, ends, strict=True):
-            _low_shelf(builder, finish.material, shelf, above)
+        _low_shelves(builder, finish.material, lower or [0.45 * height], height - thick)
         return builder.build((finish.word,))
     _nightstand(builder, rng, finish)
     return builder.build((finish.word, "with drawers"))
@@ -199,10 +215,11 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     builder = Builder("Desk", size)
     finish = wood(rng)
     width, height, depth = size
-    tops = [level for level in levels if 0.6 < level < 0.85]
+    tops = [level for level in levels if 0.6 < level < 1.05]
     top = (tops[0] if tops else 0.75) if height > 0.95 else height
+    lower = _below(levels, top)
     front = depth / 2
-    has_drawers = rng.random() < 0.6 and top > 0.55 and width > 0.9
+    has_drawers = rng.random() < 0.6 and top > 0.55 and width > 0.9 and not lower
     fronts = _fronts(rng, finish.material)
     if has_drawers:
         front -= handle_room(fronts.knob)
@@ -223,6 +240,7 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     builder.block(
         legs, (-width / 2 + reach, width / 2 - 0.03), (top - thick - 0.12, top - thick), (z0 + 0.02, z0 + 0.036)
     )
+    _low_shelves(builder, finish.material, lower, top - thick)
     middle = (z0 + front) / 2
     if top < height:
         _hutch(builder, finish.material, top, levels)
@@ -252,6 +270,8 @@ def _hutch(builder: Builder, material: str, desk_top: float, levels: Sequence[fl
     above = [level for level in levels if level > desk_top + 0.1]
     count = max(1, round((height - desk_top) / 0.4) - 1)
     shelves = shelf_heights(above, desk_top, height - 0.02, count)
+    floor = (0, desk_top + 0.02, (z0 + z1) / 2)
+    builder.surface("back", floor, (x1 - x0 - 0.06, z1 - z0 - 0.03), shelves[0] - 0.04 - desk_top)
     for index, shelf in enumerate(shelves):
         builder.block(material, (x0 + 0.02, x1 - 0.02), (shelf - 0.018, shelf), (z0 + 0.02, z1))
         top = shelves[index + 1] - 0.018 if index + 1 < len(shelves) else height - 0.02
