@@ -242,12 +242,15 @@ def test_a_run_that_is_killed_goes_on_where_it_was(pack: Path, tmp_path: Path) -
     assert list(again.header.spec.episode_ids) == [record.episode_id for record in again.records]
 
 
-def test_inspect_runs_the_pack_as_a_task_of_its_own(pack: Path, tmp_path: Path) -> None:
+def test_inspect_runs_the_pack_as_a_task_of_its_own(
+    pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LOCAL_API_KEY", "none")
     inspect = Path(sys.executable).with_name("inspect")
     with serving(walk_and_report) as server:
         command = [inspect, "eval", "vigil/vigil", "--model", "openai-api/local/m", "--model-base-url", server.url]
         options = ["-T", f"pack={pack}", "-T", "backend=fake", "-T", "workers=1", "--epochs", "2", "--display", "plain"]
-        environment = {**os.environ, "LOCAL_API_KEY": "none", "INSPECT_LOG_DIR": str(tmp_path / "logs")}
+        environment = {**os.environ, "INSPECT_LOG_DIR": str(tmp_path / "logs")}
         done = subprocess.run([*command, *options], env=environment, cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
         assert len(server.asked) == 8 * 2 * 4

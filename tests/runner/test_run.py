@@ -271,6 +271,9 @@ def test_verification_finds_what_was_altered(pack: Path, tmp_path: Path) -> None
         {"pack": "no-such-pack"},
         {"asset_database": Path("/no/such/file")},
         {"agent": None, "model": "nameless"},
+        {"profile": "pure_depth"},
+        {"prompt_variant": "shouting"},
+        {"image_format": "gif"},
     ],
 )
 def test_settings_that_make_no_sense_are_refused_before_anything_is_written(

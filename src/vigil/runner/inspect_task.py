@@ -5,7 +5,6 @@ contract), the retries (`vigil.runner.ask`), the Env, and the records that decid
 """
 
 import json
-import os
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -45,7 +44,7 @@ from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
 from vigil.runner.ask import Ask, ModelTrouble, Patience, Send, is_rejection, persistent
 from vigil.runner.live import play_live
-from vigil.runner.pool import SimulatorPool
+from vigil.runner.pool import SimulatorPool, usable_cpus
 from vigil.runner.preflight import check_sight
 from vigil.runner.serving import Serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
@@ -75,13 +74,13 @@ class Endpoint:
 
     def model(self) -> Model:
         """Returns a client of its own. Raises SettingError when the provider cannot be used."""
-        config = GenerateConfig(
-            **self.sampling,
-            max_connections=self.max_connections,
-            max_retries=0,
-            attempt_timeout=self.request_seconds,
-        )
         try:
+            config = GenerateConfig(
+                **self.sampling,
+                max_connections=self.max_connections,
+                max_retries=0,
+                attempt_timeout=self.request_seconds,
+            )
             return get_model(
                 self.serving.name,
                 config=config,
@@ -379,7 +378,7 @@ class _Guest:
         profile = profile_of(settings)
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
-            self._pools[profile] = SimulatorPool(plan, settings.workers or os.cpu_count() or 1)
+            self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
         record = await play_live(self._pools[profile].live(ticket), profile, ask, "inspect")
         if record.error is not None:
             raise RuntimeError(f"{record.error.boundary}: {record.error.message}")

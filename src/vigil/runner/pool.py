@@ -16,6 +16,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import Future
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
@@ -54,14 +55,26 @@ class WorkerLost(SimulatorError):
     """The worker hung or died; what was alive in it is gone."""
 
 
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How workers are run."""
+
+    patience_s: float = PATIENCE_S
+    threads: int = 1
+    """For a software renderer."""
+    logs: Path | None = None
+    """Folder for what they write to standard error; None drops it."""
+
+
 class Worker:
     """One worker process, restarted when needed, and the thread that talks to it."""
 
-    def __init__(self, plan: Plan, name: str, patience_s: float, log: Path | None) -> None:
+    def __init__(self, plan: Plan, name: str, how: Manner) -> None:
         self.name = name
         self._plan = plan
-        self._patience_s = patience_s
-        self._log = log
+        self._patience_s = how.patience_s
+        self._threads = how.threads
+        self._log = how.logs / f"{name}.log" if how.logs else None
         self._generation = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
@@ -141,7 +154,7 @@ class Worker:
 
     def _launch(self, fd: int) -> "subprocess.Popen[bytes]":
         command = [sys.executable, "-m", "vigil.runner.worker", str(fd)]
-        environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1", **os.environ}
+        threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": str(self._threads)}
         with open(self._log or os.devnull, "ab") as log:
             return subprocess.Popen(
                 command,
@@ -149,7 +162,7 @@ class Worker:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
-                env=environment,
+                env={**threads, **os.environ},
                 start_new_session=True,
             )
 
@@ -175,6 +188,13 @@ class Worker:
         return text
 
 
+def usable_cpus() -> int:
+    """Returns how many CPUs this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 class SimulatorPool:
     """The workers of a run."""
 
@@ -184,8 +204,8 @@ class SimulatorPool:
             raise SettingError(f"A run needs at least one simulator worker, not {workers}.")
         if logs is not None:
             logs.mkdir(parents=True, exist_ok=True)
-        names = [f"worker-{number}" for number in range(1, workers + 1)]
-        self.workers = [Worker(plan, name, patience_s, logs / f"{name}.log" if logs else None) for name in names]
+        how = Manner(patience_s, max(1, usable_cpus() // workers), logs)
+        self.workers = [Worker(plan, f"worker-{number}", how) for number in range(1, workers + 1)]
         self._load = dict.fromkeys(self.workers, 0)
         self._sessions = itertools.count(1)
 

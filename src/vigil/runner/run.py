@@ -5,7 +5,6 @@ main process, many episodes at once (`vigil.runner.inspect_task`). What has been
 """
 
 import asyncio
-import os
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -20,7 +19,7 @@ from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
 from vigil.runner.ask import Ask, Patience
 from vigil.runner.live import boundary_of, lost_record, play_live
-from vigil.runner.pool import SimulatorPool
+from vigil.runner.pool import SimulatorPool, usable_cpus
 from vigil.runner.progress import OnProgress, Tally
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.serving import serving
@@ -124,7 +123,7 @@ def _play_all(run: _Run, tickets: list[Ticket]) -> None:
     frames = run.folder.frames if settings.save_frames else None
     plan = worker_plan(settings, run.pack, run.spec.profile, run_id=run.folder.header.run_id, frames=frames)
     patience_s = settings.patience_s + (REPLY_SECONDS if run.spec.agent_kind == "exec" else 0.0)
-    workers = min(settings.workers or os.cpu_count() or 1, len(tickets))
+    workers = min(settings.workers or usable_cpus(), len(tickets))
     with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
         run.folder.note_facts(pool.facts())
         run.tally.start()

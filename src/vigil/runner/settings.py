@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from vigil.agents.choose import is_exec, make_agent
 from vigil.episode import Episode, Family
 from vigil.errors import SettingError
@@ -105,15 +107,18 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
 def profile_of(settings: RunSettings) -> Profile:
     """Returns the condition of evaluation that the settings ask for."""
     fitting = coordinates_for(settings.model) if settings.model else "pixel"
-    return Profile.model_validate(
-        {
-            "name": settings.profile,
-            "prompt_variant": settings.prompt_variant,
-            "coordinates": settings.coordinates or fitting,
-            "reply_policy": settings.reply_policy,
-            "image_format": settings.image_format,
-        }
-    )
+    fields = {
+        "name": settings.profile,
+        "prompt_variant": settings.prompt_variant,
+        "coordinates": settings.coordinates or fitting,
+        "reply_policy": settings.reply_policy,
+        "image_format": settings.image_format,
+    }
+    try:
+        return Profile.model_validate(fields)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise SettingError(f"Profile: {fault['loc'][0]} is {fault['input']!r}. {fault['msg']}.") from None
 
 
 def worker_plan(

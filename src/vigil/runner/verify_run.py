@@ -1,7 +1,6 @@
 """Verifying a whole run: every recorded episode is played again by its recorded replies, in simulator workers."""
 
 import asyncio
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,7 @@ from pathlib import Path
 from vigil.errors import PackMismatch, RecordError, SimulatorError
 from vigil.pack import Pack, find
 from vigil.record import EpisodeRecord, RunHeader, standing
-from vigil.runner.pool import PATIENCE_S, SimulatorPool
+from vigil.runner.pool import PATIENCE_S, SimulatorPool, usable_cpus
 from vigil.runner.run_folder import host_facts, read_run
 from vigil.runner.settings import file_sha256
 from vigil.runner.verify import Difference
@@ -71,7 +70,7 @@ def verify_run(
         quality=header.spec.render_quality,
         asset_database=_asset_database(header, settings),
     )
-    workers = max(1, min(settings.workers or os.cpu_count() or 1, len(records)))
+    workers = max(1, min(settings.workers or usable_cpus(), len(records)))
     with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
         verify = _Verifying(pool, pack, settings.frames, is_exact)
         differences = asyncio.run(verify.all(records, workers, on_progress))

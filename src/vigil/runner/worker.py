@@ -13,7 +13,7 @@ from functools import partial
 from multiprocessing.connection import Connection
 
 from vigil.agents.agent import Agent, Closeable
-from vigil.agents.choose import make_agent
+from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
@@ -126,7 +126,7 @@ class Theatre:
             if not isinstance(simulator, EmbeddedSimulator):
                 raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
             return plan.agent_factory(plan.agent, ticket.episode, simulator)
-        seed = plan.seed + ticket.epoch - 1
+        seed = 0 if is_exec(plan.agent) else plan.seed + ticket.epoch - 1
         if seed not in self._agents:
             self._agents[seed] = make_agent(plan.agent, plan.profile, seed)
         return self._agents[seed]
