@@ -153,7 +153,11 @@ def bathtub_group(rng: np.random.Generator) -> Cluster:
     """Returns a bathtub lengthwise along the wall."""
     tub = draw_model("Bathtub", rng)
     half = tub.size.x / 2
-    return Cluster([Member(tub, 0.0, tub.size.z / 2)], [(-half + 0.3, tub.size.z, half - 0.3, tub.size.z + 0.6)])
+    members = [Member(tub, 0.0, tub.size.z / 2)]
+    curtain = draw_model("ShowerCurtain", rng)
+    if chance(rng, 0.35) and curtain.size.x <= tub.size.x:
+        members.append(Member(curtain, 0.0, tub.size.z + 0.01 + curtain.size.z / 2))
+    return Cluster(members, [(-half + 0.3, tub.size.z, half - 0.3, tub.size.z + 0.6)])
 
 
 def island_group(rng: np.random.Generator, stools: int) -> Cluster:

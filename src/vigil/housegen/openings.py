@@ -85,9 +85,11 @@ class Opening:
 
 
 class _Free:
-    """The stretches of wall pieces that no opening uses yet."""
+    """The stretches of wall pieces that no opening uses yet, and how the house's doors and windows look."""
 
-    def __init__(self) -> None:
+    def __init__(self, door_look: int, window_look: int) -> None:
+        self.door_look = door_look
+        self.window_look = window_look
         self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
 
     def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
@@ -118,7 +120,7 @@ class _Free:
 def cut_openings(plan: Plan, rng: np.random.Generator) -> list[Opening] | None:
     """Returns the plan's doors and windows; None when a link has no wall long enough."""
     pieces = wall_pieces(plan)
-    free = _Free()
+    free = _Free(door_look=int(rng.integers(DOOR_VARIANTS)), window_look=int(rng.integers(WINDOW_VARIANTS)))
     openings: list[Opening] = []
     for link in plan.links:
         door = _inner_door(link, plan, pieces, free, rng)
@@ -151,11 +153,10 @@ def _inner_door(
             continue
         free.use(wall, *span)
         has_leaf = category == "Doorway"
-        number = int(rng.integers(DOOR_VARIANTS))
         return Opening(
             id=f"door|{min(link)}|{max(link)}",
             category=category,
-            asset_id=f"vigil_{category}_{number}",
+            asset_id=f"vigil_{category}_{free.door_look}",
             wall=wall,
             other=facing_piece(wall, pieces),
             left=span[0],
@@ -218,7 +219,7 @@ def _windows(room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np
             Opening(
                 id=f"window|{room}|{len(found)}",
                 category="Window",
-                asset_id=f"vigil_Window_{int(rng.integers(WINDOW_VARIANTS))}",
+                asset_id=f"vigil_Window_{free.window_look}",
                 wall=wall,
                 other=None,
                 left=span[0],

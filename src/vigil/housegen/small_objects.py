@@ -30,7 +30,7 @@ ON_TOP: dict[str, float] = {
     "CoffeeTable": 1.6,
     "Desk": 2.4,
     "SideTable": 1.4,
-    "Dresser": 2.4,
+    "Dresser": 2.8,
     "TVStand": 1.6,
     "ShelvingUnit": 3.0,
     "Shelf": 1.8,

@@ -240,7 +240,7 @@ class Hanger:
 
     def _window_dressing(self) -> None:
         for opening in self.floor.openings:
-            wanted = {"Bedroom": 0.5, "LivingRoom": 0.4}.get(self.floor.room.kind, 0.15)
+            wanted = {"Bedroom": 0.65, "LivingRoom": 0.55}.get(self.floor.room.kind, 0.25)
             if opening.is_door or not chance(self.rng, wanted):
                 continue
             category = (
