@@ -16,7 +16,7 @@ ADVICE = (
     "and start again; no display, root rights at run time or GPU is needed"
 )
 _LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",)}
-_ALTERNATIVES = {"libOSMesa.so.8": ("libOSMesa.so.6", "libOSMesa.so"), "libGL.so.1": ("libOpenGL.so.0",)}
+_ALTERNATIVES = {"libOSMesa.so.8": ("libOSMesa.so.6", "libOSMesa.so")}
 _OFF = ("disable", "disabled", "off", "false", "0")
 
 

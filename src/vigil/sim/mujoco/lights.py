@@ -5,6 +5,7 @@ room seen through a door is neither black nor changes abruptly on entering. Lamp
 little light of their own.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,7 @@ FALLOFF, OTHER_FALLOFF = (1.0, 0.0, 0.02), (1.0, 0.0, 0.16)
 USUAL_HEIGHT_M = 2.6
 RISE_M = 0.02
 """Lamps hang this far over the ceiling, which stops no light: behind a lamp the shadow map would be read backwards."""
+KERNEL_EDGE_M = 0.3
 SHADOW_UP_TO_M, WIDEST_SHADOW_DEG = 0.7, 74.0
 """Height up to which shadows are wanted in a room's corners; half the widest angle that a shadow map may span."""
 
@@ -112,9 +114,10 @@ def settings(spec: NativeSpec) -> None:
 
 def add_lamps(spec: NativeSpec, scene: Scene) -> Lamps:
     """Adds one lamp to every room, and the lights that lamps of the house may need."""
-    for room in scene.rooms:
+    places = [_place(room) for room in scene.rooms]
+    for room, (x, z) in zip(scene.rooms, places, strict=True):
         spec.worldbody.add_light(
-            pos=[room.light.x, room.light.z, room.height + RISE_M],
+            pos=[x, z, room.height + RISE_M],
             dir=[0.0, 0.0, -1.0],
             type=mujoco.mjtLightType.mjLIGHT_SPOT,
             cutoff=180.0,
@@ -136,9 +139,9 @@ def add_lamps(spec: NativeSpec, scene: Scene) -> Lamps:
     count = len(scene.rooms)
     return Lamps(
         [shapely.Polygon(room.polygon) for room in scene.rooms],
-        np.array([[room.light.x, room.light.z] for room in scene.rooms]),
+        np.array(places),
         np.array([_color(room) for room in scene.rooms]),
-        [_shadow_scale(room) for room in scene.rooms],
+        [_shadow_scale(room, place) for room, place in zip(scene.rooms, places, strict=True)],
         list(range(count)),
         list(range(count, count + MAX_GLOWS)),
         count + MAX_GLOWS,
@@ -151,9 +154,32 @@ def _color(room: RoomShape) -> np.ndarray:
     return (0.5 + 0.5 * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
 
 
-def _shadow_scale(room: RoomShape) -> float:
+def _place(room: RoomShape) -> tuple[float, float]:
+    """Returns where (x, z) the lamp hangs: the room's light, moved to where it reaches every corner if one can."""
+    light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(shapely.Polygon(room.polygon))
+    inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))
+    if inner.is_empty or inner.contains(light):
+        return room.light.x, room.light.z
+    middle = shapely.centroid(inner)
+    return float(shapely.get_x(middle)), float(shapely.get_y(middle))
+
+
+def _kernel(polygon: shapely.Polygon) -> shapely.Geometry:
+    """Returns the part of a room from which all of it is seen; empty when there is none."""
+    corners = np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)
+    reach = 4.0 * float(np.hypot(*(corners.max(axis=0) - corners.min(axis=0))))
+    kernel: shapely.Geometry = polygon
+    for start, end in itertools.pairwise(corners):
+        along = (end - start) / max(float(np.hypot(*(end - start))), 1e-9)
+        inward = np.array([-along[1], along[0]])
+        first, last = start - reach * along, start + reach * along
+        kernel = kernel.intersection(shapely.Polygon([first, last, last + reach * inward, first + reach * inward]))
+    return kernel
+
+
+def _shadow_scale(room: RoomShape, lamp: tuple[float, float]) -> float:
     """Returns the share of half a turn that the shadow map spans, so that furniture in the corners lies in it."""
-    farthest = float(np.linalg.norm(room.polygon - (room.light.x, room.light.z), axis=1).max())
+    farthest = float(np.linalg.norm(room.polygon - lamp, axis=1).max())
     height = room.height - SHADOW_UP_TO_M
     return min(float(np.degrees(np.arctan2(farthest, max(height, 0.1)))), WIDEST_SHADOW_DEG) / 180.0
 
