@@ -1,0 +1,80 @@
+"""Draws the pictures of docs/pictures.md from the starter pack: `python scripts/pictures.py`."""
+
+from pathlib import Path
+
+from PIL import Image
+
+from vigil.actions import Action, InteractPixel
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.moves import reply_of
+from vigil.env import Env
+from vigil.episode import FAMILIES, Episode
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.sim import make_simulator
+
+OUT = Path(__file__).parents[1] / "docs"
+FOLDER = OUT / "pictures"
+QUALITY = 88
+CHANGES = ("open_access", "close_access", "activate", "deactivate", "pick", "place")
+
+
+def main() -> None:
+    """Writes docs/pictures.md and its pictures."""
+    pack = Pack.load("starter")
+    env = Env(make_simulator("mujoco", assets=AssetDatabase.default()), pack.house_of, Profile())
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    lines = [
+        "# Pictures",
+        "",
+        "Drawn from the starter pack by `scripts/pictures.py`; an agent sees exactly these frames.",
+        "",
+        "## Where an episode of each family starts",
+        "",
+    ]
+    for family, spec in FAMILIES.items():
+        episode = next(episode for episode in pack.episodes if episode.family == family)
+        observation = env.reset(episode)
+        assert observation is not None
+        Image.fromarray(observation.rgb).save(FOLDER / f"start_{family}.jpg", quality=QUALITY)
+        lines += [
+            f"**{family}, {spec.name}.** {episode.instruction}",
+            "",
+            f"![{spec.name}](pictures/start_{family}.jpg)",
+            "",
+        ]
+    lines += ["## What interactions change", "", "Before and after one action of a recorded solution.", ""]
+    for intent in CHANGES:
+        episode, actions = _example(pack, intent)
+        before, after = _around(env, episode, actions, intent)
+        pair = Image.new("RGB", (1290, 480), "white")
+        pair.paste(Image.fromarray(before), (0, 0))
+        pair.paste(Image.fromarray(after), (650, 0))
+        pair.save(FOLDER / f"change_{intent}.jpg", quality=QUALITY)
+        lines += [f"**`{intent}`** ({episode.instruction})", "", f"![{intent}](pictures/change_{intent}.jpg)", ""]
+    (OUT / "pictures.md").write_text("\n".join(lines).rstrip() + "\n")
+
+
+def _example(pack: Pack, intent: str) -> tuple[Episode, tuple[Action, ...]]:
+    """Returns the first episode whose solution has an action of that intent."""
+    for episode in pack.episodes:
+        actions = pack.solutions[episode.id].actions
+        if any(isinstance(action, InteractPixel) and action.intent == intent for action in actions):
+            return episode, actions
+    raise SystemExit(f"No solution of pack {pack.name!r} has an action of intent {intent!r}.")
+
+
+def _around(env: Env, episode: Episode, actions: tuple[Action, ...], intent: str):
+    observation = env.reset(episode)
+    for action in actions:
+        assert observation is not None
+        before = observation.rgb
+        observation = env.step(reply_of(action))
+        if isinstance(action, InteractPixel) and action.intent == intent:
+            assert observation is not None
+            return before, observation.rgb
+    raise SystemExit(f"Episode {episode.id!r}: its solution has no action of intent {intent!r}.")
+
+
+if __name__ == "__main__":
+    main()
