@@ -18,6 +18,10 @@ _TOPS = (
     Finish("granite/#8d8a86", "grey"), Finish("granite/#4a4846", "dark"), Finish("marble/#eceae6", "white"),
     Finish("wood/beech", "wooden"), Finish("granite/#cdbfa8", "beige"),
 )  # fmt: skip
+_BASINS = (
+    Finish("ceramic", "white"), Finish("ceramic", "white"), Finish("ceramic/#e9e4d6", "cream"),
+    Finish("granite/#55585b", "dark grey"),
+)  # fmt: skip
 _MACHINES = (
     Finish("plastic/#232528", "black"), Finish("plastic/#a8322d", "red"), Finish("metal/steel", "steel"),
     Finish("plastic/#efede6", "white"),
@@ -112,7 +116,8 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     """Returns a basin set into a counter; a tall one stands on a pedestal or in a vanity cabinet."""
     builder = Builder("Sink", size)
     is_steel = size.y < 0.4 and rng.random() < 0.5
-    material = "metal/steel" if is_steel else one_of(rng, ("ceramic", "ceramic", "ceramic/#e9e4d6", "granite/#55585b"))
+    finish = Finish("metal/steel", "steel") if is_steel else one_of(rng, _BASINS)
+    material = finish.material
     width, height, depth = size
     bowl = min(0.17, 0.92 * height)
     floor = height - bowl
@@ -134,7 +139,7 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
         _sink_stand(builder, rng, floor)
     else:
         builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, depth / 2))
-    return builder.build(("steel" if is_steel else "white",))
+    return builder.build((finish.word,))
 
 
 def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:

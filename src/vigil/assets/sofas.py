@@ -40,7 +40,7 @@ def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
         _framed(builder, rng, suite)
     else:
         _upholstered(builder, rng, suite, builder.depth, 1)
-    return builder.build((suite.cushion.word,))
+    return builder.build((suite.cushion.word, suite.pad.word))
 
 
 def sofa(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -53,7 +53,7 @@ def sofa(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     _upholstered(builder, rng, suite, run, seats)
     if is_corner:
         _chaise(builder, suite, run, seats)
-    return builder.build((suite.cushion.word,))
+    return builder.build((suite.cushion.word, suite.pad.word))
 
 
 def _suite(builder: Builder, rng: np.random.Generator, levels: Sequence[float]) -> _Suite:
