@@ -29,7 +29,7 @@ OBSTACLES = (
 )
 """What may stand on the floor in somebody's way."""
 MOVED_M = 0.5
-LEAST_OBSTACLE_M = 0.12
+LEAST_OBSTACLE_M = 0.17
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 SAID_BEFORE = ("swing", "close_first", "stop_first")
 """Wordings that name the target before they say what to do with it."""

@@ -15,7 +15,7 @@ from vigil.authoring.solve import solution
 from vigil.authoring.stage import PrivilegedSimulator, Stage
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
-from vigil.errors import EpisodeError
+from vigil.errors import EpisodeError, PackMismatch
 from vigil.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
 from vigil.house import House
 from vigil.pack import Pack, check_house
@@ -26,14 +26,15 @@ from vigil.world import ObjectState
 
 BUDGET_SHARE = 0.8
 
-SOLUTION_RULES = {
+OTHER_RULES = {
+    "house_pinned": "the house is the one that the episode was made for, to the byte",
     "solvable": "the solver finds a way",
     "expected_skills": "the solution uses only the skills that the family expects",
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
-"""Rule name -> reason, for the rules about solutions."""
+"""Rule name -> reason, for the rules that are no functions of a start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class Finding:
 
 def reason_of(rule: str) -> str:
     """Returns why a rule is there."""
-    return RULES[rule].reason if rule in RULES else SOLUTION_RULES[rule]
+    return RULES[rule].reason if rule in RULES else OTHER_RULES[rule]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +78,9 @@ class Validator:
 
     def validate(self, episode: Episode, house: House, actions: Iterable[Action] | None = None) -> Verdict:
         """Returns what is wrong with an episode; `actions` is its recorded solution, else the solver finds one."""
-        try:
-            check_house(episode, house)
-            self._begin(episode, house)
-        except EpisodeError as error:
-            return Verdict((Finding(episode.id, "objects_exist", str(error)),))
+        fault = self._begin_fault(episode, house)
+        if fault is not None:
+            return Verdict((fault,))
         found = [Finding(episode.id, *broken) for broken in broken_by(Case(episode, house, self._stage))]
         if found:
             return Verdict(tuple(found))
@@ -95,6 +94,20 @@ class Validator:
         """Returns the record of actions played through the contract; what comes after its end is left out."""
         self._begin(episode, house)
         return self._replay(episode, actions)
+
+    def _begin_fault(self, episode: Episode, house: House) -> Finding | None:
+        """Starts an episode. Returns what keeps it from starting; None when it stands ready."""
+        try:
+            check_house(episode, house)
+        except PackMismatch as error:
+            return Finding(episode.id, "house_pinned", str(error))
+        except EpisodeError as error:
+            return Finding(episode.id, "objects_exist", str(error))
+        try:
+            self._begin(episode, house)
+        except EpisodeError as error:
+            return Finding(episode.id, "start_free", str(error))
+        return None
 
     def _begin(self, episode: Episode, house: House) -> None:
         self._houses = {house.sha256: house}

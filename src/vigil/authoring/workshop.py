@@ -149,7 +149,8 @@ class Workshop:
     ) -> Episode:
         """Returns an episode in this house that nobody has validated yet."""
         spec = FAMILIES[family]
-        seed = self.house.document.metadata.get("seed")
+        generator = self.house.document.metadata.get("generator")
+        seed = generator.get("seed") if isinstance(generator, dict) else None
         return Episode(
             id="draft",
             family=family,
