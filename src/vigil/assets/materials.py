@@ -110,6 +110,11 @@ _METALS: dict[str, str] = {
     "dark": "55585c", "gold": "d0a845", "iron": "4a4a4c", "steel": "aeb2b6", "white": "ececea",
 }  # fmt: skip
 
+_COLOURS_OF = {
+    "wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS, "brick": {"red": "9c4c3a"},
+}  # fmt: skip
+"""Where a word means another colour on one kind of surface than elsewhere."""
+
 
 @lru_cache(maxsize=4096)
 def material(name: str, tint: Rgb | None = None) -> Material:
@@ -141,7 +146,7 @@ def _made(name: str, kind_name: str, colour: Rgb | None, variant: str) -> Materi
 def _own_colour(kind_name: str, variant: str) -> Rgb | None:
     if kind_name in _FITTED:
         return None
-    table = {"wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS}.get(kind_name, {})
+    table = _COLOURS_OF.get(kind_name, {})
     return colours.rgb(table.get(variant, variant))
 
 
@@ -215,7 +220,7 @@ def _colour_in(plain: str, kind: str) -> Rgb | None:
     special = next((colour for word, colour in _COLOUR_WORDS if word in joined), None)
     if special is not None:
         return colours.rgb(special)
-    table = {"wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS}.get(kind, {})
+    table = _COLOURS_OF.get(kind, {})
     words = sorted({*table, *colours.WORDS}, key=lambda word: (-len(word), word))
     found = next((word for word in words if word in joined and not _is_accident(word, joined)), None)
     base = colours.rgb(table.get(found, found)) if found else colours.rgb(_KINDS[kind].colour)
