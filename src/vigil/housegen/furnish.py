@@ -131,8 +131,9 @@ class Furnisher:
                 break
         if not self.has("Fridge"):
             self._put_single("Fridge")
-        if self.floor.area > 20 and chance(self.rng, 0.3):
-            self._put_free(groups.island_group(self.rng, pick(self.rng, (1, 2, 2))))
+        counter = next((piece for piece in self.pieces if piece.category == "CounterTop"), None)
+        if counter is not None and self.floor.area > 20 and chance(self.rng, 0.3):
+            self._put_free(groups.island_group(self.rng, pick(self.rng, (1, 2, 2)), counter.model))
         elif chance(self.rng, 0.85):
             self._dining()
 

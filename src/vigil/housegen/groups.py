@@ -4,7 +4,7 @@ import numpy as np
 
 from vigil.housegen.clusters import STAND_M, Cluster, Member, front_access
 from vigil.housegen.draw import chance, pick
-from vigil.housegen.stock import Model, Rect, draw_model, model_of, turned_rect
+from vigil.housegen.stock import Model, Rect, draw_model, model_of, most_alike, turned_rect
 
 COUNTER_LOOKS = 12
 """Looks of counters that the generator draws from."""
@@ -160,10 +160,11 @@ def bathtub_group(rng: np.random.Generator) -> Cluster:
     return Cluster(members, [(-half + 0.3, tub.size.z, half - 0.3, tub.size.z + 0.6)])
 
 
-def island_group(rng: np.random.Generator, stools: int) -> Cluster:
-    """Returns a free-standing counter with stools on one side."""
-    look, width, depth = int(rng.integers(COUNTER_LOOKS)), pick(rng, (4, 5, 6)), pick(rng, (2, 3))
-    counter = model_of(f"Countertop_{look}_Island_{width}x{depth}", "CounterTop")
+def island_group(rng: np.random.Generator, stools: int, like: Model) -> Cluster:
+    """Returns a free-standing counter much like another one, with stools on one side."""
+    size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
+    looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_LOOKS)]
+    counter = most_alike(like, looks)
     stool = draw_model("Stool", rng)
     half_x, half_z = counter.size.x / 2, counter.size.z / 2
     members = [Member(counter, 0.0, half_z, 180.0)]

@@ -42,6 +42,12 @@ def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS
     return model_of(own_asset_id(category, int(rng.integers(variants))), category)
 
 
+def most_alike(model: Model, choices: list[Model]) -> Model:
+    """Returns the choice that shares most materials with `model`."""
+    materials = {part.material for part in model.asset.parts}
+    return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
+
+
 @dataclass(slots=True, eq=False)
 class Piece:
     """A thing of the house in its place; children rest on or in it."""

@@ -6,7 +6,7 @@ from shapely import box
 from vigil.housegen.draw import chance, pick, shuffled
 from vigil.housegen.floor import Floor, rect_of
 from vigil.housegen.household import Household
-from vigil.housegen.stock import Model, Piece, draw_model
+from vigil.housegen.stock import Model, Piece, draw_model, most_alike
 from vigil.housegen.walls import WallPiece
 from vigil.pose import Vec3
 
@@ -232,7 +232,7 @@ class Hanger:
         counters = [piece for piece in self.furniture if piece.category == "CounterTop"]
         if not counters:
             return
-        model = _alike(counters[0].model, [draw_model("Cabinet", self.rng) for _ in range(8)])
+        model = most_alike(counters[0].model, [draw_model("Cabinet", self.rng) for _ in range(8)])
         middle = 1.42 + model.size.y / 2
         for counter in shuffled(self.rng, counters)[: pick(self.rng, (1, 2, 2))]:
             if middle + model.size.y / 2 < self.height_m - 0.15 and model.size.x <= counter.model.size.x + 0.02:
@@ -288,9 +288,3 @@ class Hanger:
         place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
         self.hung.append(Piece(model, place, 0.0, self.floor.room.number, is_on_wall=True))
         self.household.add("CeilingLamp")
-
-
-def _alike(model: Model, choices: list[Model]) -> Model:
-    """Returns the choice that shares most materials with `model`."""
-    materials = {part.material for part in model.asset.parts}
-    return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
