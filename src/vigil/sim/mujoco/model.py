@@ -10,9 +10,9 @@ import numpy as np
 
 from vigil.sim.mujoco import frames, lights, outdoors
 from vigil.sim.mujoco.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
-from vigil.sim.mujoco.looks import Looks, Tint
+from vigil.sim.mujoco.looks import Looks
 from vigil.sim.mujoco.pieces import Piece, Triangles, pieces_of
-from vigil.sim.mujoco.structure import Shell, shells_of
+from vigil.sim.mujoco.structure import Shell, shells_of, tint_of
 from vigil.sim.scene import Scene, Thing
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
@@ -140,10 +140,8 @@ def _settings(spec: NativeSpec) -> None:
 def _add_structure(draft: _Draft, scene: Scene) -> dict[int, str]:
     kinds = {}
     for number, shell in enumerate(shells_of(scene)):
-        color = shell.material.color
-        tint = (color.r, color.g, color.b) if color else None
         kinds[len(draft.geom_things)] = shell.kind
-        _add_shell(draft, f"structure{number}", shell, tint)
+        _add_shell(draft, f"structure{number}", shell)
     kinds[len(draft.geom_things)] = "ground"
     outdoors.add_outdoors(draft.spec)
     draft.geom_things.append(-1)
@@ -151,10 +149,10 @@ def _add_structure(draft: _Draft, scene: Scene) -> dict[int, str]:
     return kinds
 
 
-def _add_shell(draft: _Draft, name: str, shell: Shell, tint: Tint) -> None:
-    repeat = draft.looks.metres(shell.material.name, tint)
-    _add_mesh(draft.spec, name, shell.triangles, repeat)
-    _add_geom(draft, draft.spec.worldbody, name, draft.looks.name_of(shell.material.name, tint), STRUCTURE)
+def _add_shell(draft: _Draft, name: str, shell: Shell) -> None:
+    look = shell.material.name, tint_of(shell.material)
+    _add_mesh(draft.spec, name, shell.triangles, draft.looks.metres(*look))
+    _add_geom(draft, draft.spec.worldbody, name, draft.looks.name_of(*look), STRUCTURE)
     draft.geom_things.append(-1)
     draft.geom_roles.append(0)
 

@@ -1,5 +1,7 @@
 """Pictures that no agent sees: one asset on a plain stage, a whole house from above."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vigil.assets.asset import Asset
@@ -30,8 +32,8 @@ def render_asset(
     middle = frames.points(np.array([0.0, size[1] / 2, 0.0]))
     back = frames.points(_direction(yaw, pitch))
     distance = 1.25 * radius / np.sin(np.radians(STAGE_FOVY_DEG / 2))
-    sun = Sun((0.5, -0.3, -1.0), middle, 2.5 * radius)
-    return _picture(scene, middle + distance * back, back, STAGE_FOVY_DEG, sun)
+    view = _View(middle + distance * back, back, STAGE_FOVY_DEG)
+    return _picture(scene, view, Sun((0.5, -0.3, -1.0), middle, 2.5 * radius), "default")
 
 
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
@@ -44,21 +46,34 @@ def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
     back = frames.points(_direction(180.0, 82.0))
     eye = frames.points(np.array([x, height, z])) + back * half / np.tan(np.radians(BIRD_FOVY_DEG / 2))
     sun = Sun((0.12, 0.18, -1.0), frames.points(np.array([x, 0.0, z])), float(np.linalg.norm(extent)) / 2 + 1.0)
-    return _picture(scene, eye, back, BIRD_FOVY_DEG, sun, quality)
+    return _picture(scene, _View(eye, back, BIRD_FOVY_DEG), sun, quality)
 
 
-def _picture(
-    scene: Scene, eye: np.ndarray, back: np.ndarray, fovy_deg: float, sun: Sun, quality: Quality = "default"
-) -> np.ndarray:
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """A camera anywhere, in MuJoCo's frame."""
+
+    eye: np.ndarray
+    back: np.ndarray
+    """Away from what it looks at."""
+    fovy_deg: float
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Right, up and backward, as columns."""
+        right = np.cross([0.0, 0.0, 1.0], self.back)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(self.back, right), self.back], axis=1)
+
+
+def _picture(scene: Scene, view: _View, sun: Sun, quality: Quality) -> np.ndarray:
     model = build(scene)
     unwanted = [geom for geom, kind in model.structure_kinds.items() if kind in ("ceiling", "ground")]
     model.native.geom_group[unwanted] = HIDDEN
-    model.native.vis.map.zfar = max(90.0, 3.0 * float(np.linalg.norm(eye)))
-    right = np.cross([0.0, 0.0, 1.0], back)
-    right /= np.linalg.norm(right)
+    model.native.vis.map.zfar = max(90.0, 3.0 * float(np.linalg.norm(view.eye)))
     camera = Camera(model, quality)
     try:
-        return camera.survey(eye, np.stack([right, np.cross(back, right), back], axis=1), fovy_deg, sun)
+        return camera.survey(view.eye, view.axes, view.fovy_deg, sun)
     finally:
         camera.close()
 

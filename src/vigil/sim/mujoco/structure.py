@@ -16,6 +16,7 @@ from vigil.sim.mujoco.frames import points
 from vigil.sim.mujoco.pieces import Triangles, merge
 from vigil.sim.scene import RoomShape, Scene, WallPanel
 
+EXTERIOR = "exterior"
 CELL_M = 0.5
 OVERLAP_M = 0.02
 SKIRTING_HEIGHT_M = 0.09
@@ -36,30 +37,36 @@ class Shell:
 
 def shells_of(scene: Scene) -> list[Shell]:
     """Returns the scene's structure, merged by room and material, in a fixed order."""
-    heights = _cuts(
-        [panel.bottom for panel in scene.panels] + [panel.bottom + panel.height for panel in scene.panels], scene
-    )
-    groups: dict[tuple, list[Triangles]] = {}
-    for panel in scene.panels:
-        kind = "exterior" if panel.room_id == "exterior" else "wall"
-        color = panel.material.color
-        tint = (color.r, color.g, color.b) if color else None
-        groups.setdefault((kind, panel.room_id, panel.material.name, tint), []).append(_wall(panel, heights))
-    by_key = {
-        (
-            p.material.name,
-            (p.material.color.r, p.material.color.g, p.material.color.b) if p.material.color else None,
-        ): p.material
-        for p in scene.panels
-    }
-    shells = [Shell(key[0], merge(found), by_key[key[2:]]) for key, found in groups.items()]
+    shells = _walls(scene)
     for room in scene.rooms:
         shells.append(Shell("floor", _slab(room, 0.0, is_floor=True), room.floor_material))
         shells.append(Shell("ceiling", _slab(room, room.height, is_floor=False), room.ceiling_material or CEILING))
-    boards = [board for panel in scene.panels if panel.room_id != "exterior" for board in _skirting(panel)]
+    boards = [board for panel in scene.panels if panel.room_id != EXTERIOR for board in _skirting(panel)]
     if boards:
         shells.append(Shell("skirting", merge(boards), SKIRTING))
     return shells
+
+
+def tint_of(material: MaterialRef) -> tuple[float, float, float] | None:
+    """Returns the colour that a house gives a material; None without one."""
+    color = material.color
+    return None if color is None else (color.r, color.g, color.b)
+
+
+def _walls(scene: Scene) -> list[Shell]:
+    ends = [height for panel in scene.panels for height in (panel.bottom, panel.bottom + panel.height)]
+    heights = _cuts(ends, scene)
+    groups: dict[tuple, list[WallPanel]] = {}
+    for panel in scene.panels:
+        groups.setdefault((panel.room_id, panel.material.name, tint_of(panel.material)), []).append(panel)
+    return [
+        Shell(
+            "exterior" if panels[0].room_id == EXTERIOR else "wall",
+            merge([_wall(panel, heights) for panel in panels]),
+            panels[0].material,
+        )
+        for panels in groups.values()
+    ]
 
 
 def _cuts(ends: list[float], scene: Scene) -> np.ndarray:
