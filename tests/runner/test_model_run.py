@@ -242,6 +242,28 @@ def test_a_run_that_is_killed_goes_on_where_it_was(pack: Path, tmp_path: Path) -
     assert list(again.header.spec.episode_ids) == [record.episode_id for record in again.records]
 
 
+def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path, tmp_path: Path) -> None:
+    path = tmp_path / "run" / EPISODES_FILE
+    told: list[bool] = []
+
+    def brain(asked: Asked) -> Answer:
+        if path.is_file() and path.read_bytes().count(b"\n") >= 1 and not told:
+            told.append(True)
+            running.send_signal(signal.SIGINT)
+        return Answer(REPORT, delay_s=0.2)
+
+    with serving(brain) as server:
+        program = (
+            "from pathlib import Path; from vigil.runner.run import run_pack; "
+            "from vigil.runner.settings import RunSettings\n"
+            f"run_pack(RunSettings(pack=Path({str(pack)!r}), model='openai/loopback', base_url={server.url!r}, "
+            f"log_dir=Path({str(tmp_path / 'run')!r}), backend='fake', workers=1, max_connections=1, preflight=False))"
+        )
+        running = subprocess.Popen([sys.executable, "-c", program])
+        assert running.wait(60) == 130
+    assert 1 <= len(read_run(tmp_path / "run")[1]) < 8
+
+
 def test_inspect_runs_the_pack_as_a_task_of_its_own(
     pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -254,9 +254,9 @@ class _Tidy:
 
 
 def _check(logs: list[EvalLog]) -> None:
+    if not logs or any(log.status == "cancelled" for log in logs):
+        raise KeyboardInterrupt  # Inspect has taken the signal, and gives back nothing
     for log in logs:
-        if log.status == "cancelled":
-            raise KeyboardInterrupt
         faults = [sample.error.message for sample in log.samples or [] if sample.error is not None]
         if log.status != "success" or faults:
             what = log.error.message if log.error is not None else "; ".join(faults[:3])

@@ -3,7 +3,6 @@
 The same command continues a run; a command with other settings is refused by name of the difference.
 """
 
-import json
 import os
 import platform
 import subprocess
@@ -13,13 +12,19 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from vigil.errors import RecordError
-from vigil.record import EPISODES_FILE, SCHEMA_VERSION, EpisodeRecord, RecordLog, RunHeader, RunSpec, read_records
+from vigil.record import (
+    EPISODES_FILE,
+    HEADER_FILE,
+    EpisodeRecord,
+    RecordLog,
+    RunHeader,
+    RunSpec,
+    read_header,
+    read_records,
+)
 from vigil.runner.wire import Facts
 
-HEADER_FILE = "run.json"
 FRAMES_FOLDER = "frames"
 LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"
@@ -113,26 +118,6 @@ class RunFolder:
     def _update(self, **fields: Any) -> None:
         self.header = self.header.model_copy(update=fields)
         write_header(self.path, self.header)
-
-
-def read_header(path: Path) -> RunHeader:
-    """Returns the header in a run's folder. Raises RecordError."""
-    file = path / HEADER_FILE
-    if not file.is_file():
-        raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
-    try:
-        found = json.loads(file.read_bytes())
-        found_version = found.get("schema_version") if isinstance(found, dict) else None
-        if found_version != SCHEMA_VERSION:
-            raise RecordError(
-                f"{str(file)!r} has schema {found_version!r}; this version of vigil reads {SCHEMA_VERSION}."
-            )
-        return RunHeader.model_validate(found)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        raise RecordError(f"{str(file)!r}: {'.'.join(map(str, fault['loc']))}: {fault['msg']}.") from None
-    except ValueError as error:
-        raise RecordError(f"{str(file)!r} is not JSON: {error}.") from None
 
 
 def read_run(path: Path) -> tuple[RunHeader, list[EpisodeRecord]]:
