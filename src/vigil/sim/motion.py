@@ -70,13 +70,16 @@ class FloorPlan:
         origin = shapely.Point(start.x, start.z)
         hits = self._near(sweep)
         if len(hits):
-            before = shapely.distance(self._shapes[hits], origin)
-            during = shapely.distance(self._shapes[hits], sweep)
-            ending = shapely.distance(self._shapes[hits], shapely.Point(end.x, end.z))
+            owners = sorted({self._owners[hit] for hit in hits})
+            before, during, ending = (
+                self._gaps(owners, hits, shape) for shape in (origin, sweep, shapely.Point(end.x, end.z))
+            )
             deeper = during < np.minimum(before, BODY_RADIUS_M) - TOUCH_M
             deeper |= (before <= TOUCH_M) & (ending <= TOUCH_M)
             if deeper.any():
-                return min(zip(before[deeper].tolist(), (self._owners[hit] for hit in hits[deeper]), strict=True))[1]
+                return min(
+                    (gap, owner) for gap, owner, is_deeper in zip(before, owners, deeper, strict=True) if is_deeper
+                )[1]
         return None if self._inside.covers(sweep) else EXTERIOR
 
     def path_is_free(self, start: Vec3, end: Vec3) -> bool:
@@ -112,6 +115,12 @@ class FloorPlan:
         fits = shapely.contains(self._inside, points) & ~self._any_near(points)
         fits |= (cells == 0).all(axis=1)
         return cells[fits], places[fits]
+
+    def _gaps(self, owners: list[str], hits: np.ndarray, shape: shapely.Geometry) -> np.ndarray:
+        """Returns each owner's distance (m) to a shape, over its parts that a sweep comes near to."""
+        gaps = shapely.distance(self._shapes[hits], shape)
+        names = np.array([self._owners[hit] for hit in hits])
+        return np.array([gaps[names == owner].min() for owner in owners])
 
     def _any_near(self, shapes: np.ndarray) -> np.ndarray:
         tree = self._indexed()

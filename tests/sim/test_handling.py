@@ -1,0 +1,164 @@
+"""Placing, dropping, leaves and contents, beyond what the conformance checks try."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from vigil.actions import InteractPixel
+from vigil.assets.sizes import AssetDatabase
+from vigil.pose import Pose, Vec3, floor_distance
+from vigil.sim import make_simulator
+from vigil.sim.access import set_openness, swing_blocker
+from vigil.sim.geometry import penetration
+from vigil.sim.placing import bulk_of, open_surfaces, put_down, spot_below, spot_on
+from vigil.sim.supports import ancestors, contents
+from vigil.sim.trial_house import trial_house
+from vigil.world import ObjectSetup, Placement, Setup
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    made = make_simulator("fake", assets=AssetDatabase.default())
+    made.load(trial_house())
+    return made
+
+
+def stand(simulator, x: float = 3.5, z: float = 2.5, setup: Setup | None = None, yaw: float = 0.0):
+    """Returns the simulator's state after a reset."""
+    simulator.reset(Pose(position=Vec3(x, 0, z), rotation=yaw), setup or Setup())
+    return simulator._now().state
+
+
+def overlaps(state, thing_id: str) -> list[str]:
+    own = state.prisms(state.scene.things[thing_id])
+    ignored = {thing_id, state.scene.things[thing_id].parent or ""}
+    return sorted({owner for owner, other in state.solids(ignored) for mine in own if penetration(mine, other) > 0.006})
+
+
+def test_things_placed_one_after_another_never_overlap(simulator):
+    state = stand(simulator)
+    table = state.scene.things["DiningTable|1"]
+    for thing_id in ("Watch|1", "Statue|1", "Lettuce|1", "Box|1"):
+        state.take(state.scene.things[thing_id])
+        spot = spot_on(state, state.scene.things[thing_id], table, Vec3(1.75, 0.7111, 2.15))
+        assert spot is not None, thing_id
+        put_down(state, spot)
+        assert overlaps(state, thing_id) == [], thing_id
+        assert floor_distance(state.scene.things[thing_id].position, Vec3(1.75, 0.0, 2.15)) <= 0.3 + 1e-6
+    assert {thing.id for thing in contents(state.scene, "DiningTable|1")} >= {"Watch|1", "Statue|1", "Box|1"}
+
+
+def test_a_full_neighbourhood_has_no_room(simulator):
+    plate = Placement(position=Vec3(3.3, 1.2, 4.6), parent="Plate|1")
+    state = stand(simulator, setup=Setup(objects={"Lettuce|1": ObjectSetup(placement=plate)}, held="Statue|1"))
+    statue = state.scene.things["Statue|1"]
+    assert spot_on(state, statue, state.scene.things["Plate|1"], Vec3(3.3, 0.94, 4.6)) is None
+
+
+def test_yaw_is_kept_where_it_fits_else_turned_to_the_surface(simulator):
+    held = Setup(objects={"Book|1": ObjectSetup(placement=Placement(position=Vec3(4, 1, 1), rotation=Vec3(0, 30, 0)))})
+    state = stand(simulator, setup=held)
+    book = state.scene.things["Book|1"]
+    state.scene.things["Pen|1"].parent = None
+    state.take(book)
+    table = spot_on(state, book, state.scene.things["DiningTable|1"], Vec3(1.8, 0.7111, 2.1))
+    assert table is not None
+    assert table.yaw == pytest.approx(30.0)
+    edge = spot_on(state, book, state.scene.things["DiningTable|1"], Vec3(1.8, 0.7111, 2.62))
+    assert edge is not None  # slides in from the edge
+    assert edge.position.z < 2.6
+
+
+def test_clearance_keeps_tall_things_out(simulator):
+    state = stand(simulator, setup=Setup(objects={"Fridge|1": ObjectSetup(openness=1.0)}, held="Statue|1"))
+    fridge, statue = state.scene.things["Fridge|1"], state.scene.things["Statue|1"]
+    assert bulk_of(state, statue).height == pytest.approx(0.36, abs=0.01)
+    assert spot_on(state, statue, fridge, Vec3(5.2, 0.75, 4.6)) is None
+    assert len(open_surfaces(fridge)) == len(fridge.asset.surfaces)
+    set_openness(state, fridge, 0.0)
+    assert [surface.name for surface, _ in open_surfaces(fridge)] == ["top"]
+
+
+def test_what_is_put_over_an_open_bin_sinks_to_its_bottom(simulator):
+    state = stand(simulator, setup=Setup(held="Apple|1"))
+    can, apple = state.scene.things["GarbageCan|1"], state.scene.things["Apple|1"]
+    rim = Vec3(0.35, 0.48, 4.45)
+    spot = spot_on(state, apple, can, rim)
+    assert spot is not None
+    assert spot.position.y < 0.2
+
+
+def test_drops_prefer_the_first_free_distance(simulator):
+    blocked = Placement(position=Vec3(3.5, 0.152, 2.95))
+    setup = Setup(objects={"Box|1": ObjectSetup(placement=blocked)}, held="Apple|1")
+    state = stand(simulator, setup=setup)
+    spot = spot_below(state, state.scene.things["Apple|1"])
+    assert spot is None or spot.position.z == pytest.approx(2.8)
+    state = stand(simulator, 5.2, 2.0, Setup(held="Apple|1"))
+    spot = spot_below(state, state.scene.things["Apple|1"])
+    assert spot is not None
+    assert spot.position.z == pytest.approx(2.4)
+
+
+def test_nothing_is_dropped_onto_the_own_feet(simulator):
+    state = stand(simulator, setup=Setup(held="Box|1"))  # 0.35 m deep: at 0.3 m it would touch the body
+    spot = spot_below(state, state.scene.things["Box|1"])
+    assert spot is not None
+    assert spot.position.z - 0.3516 / 2 >= 2.7 - 0.004
+
+
+def test_a_lid_with_something_on_it_stays(simulator):
+    state = stand(simulator)
+    assert swing_blocker(state, state.scene.things["Book|1"], 1.0) == "Pen|1"
+    state.take(state.scene.things["Pen|1"])
+    assert swing_blocker(state, state.scene.things["Book|1"], 1.0) is None
+
+
+def test_neighbours_that_touch_keep_nothing_shut(simulator):
+    beside = Placement(position=Vec3(5.2 - 0.371 - 0.2156 - 0.002, 0.152, 4.6))
+    state = stand(simulator, setup=Setup(objects={"Box|1": ObjectSetup(placement=beside)}))
+    assert swing_blocker(state, state.scene.things["Fridge|1"], 1.0) is None
+
+
+def test_a_thing_half_in_the_swing_blocks_opening_and_closing(simulator):
+    before = Placement(position=Vec3(5.2, 0.152, 3.95))
+    state = stand(simulator, 3.0, 2.0, Setup(objects={"Box|1": ObjectSetup(placement=before)}))
+    fridge = state.scene.things["Fridge|1"]
+    assert swing_blocker(state, fridge, 1.0) == "Box|1"
+    fridge.openness = 1.0
+    state.mark(fridge)
+    assert swing_blocker(state, fridge, 0.0) == "Box|1"
+
+
+def test_a_stack_on_a_drawers_content_comes_along(simulator):
+    inside = Placement(position=Vec3(8.24, 0.5, 0.25), parent="Dresser|1")
+    state = stand(simulator, setup=Setup(objects={"Bowl|1": ObjectSetup(placement=inside)}))
+    bowl, egg = state.scene.things["Bowl|1"], state.scene.things["Egg|1"]
+    assert bowl.parent_joint is not None
+    gap = np.subtract(egg.position, bowl.position)
+    moved = set_openness(state, state.scene.things["Dresser|1"], 1.0)
+    assert {thing.id for thing in moved} == {"Dresser|1", "Bowl|1", "Egg|1", "Watch|1"}
+    assert np.subtract(egg.position, bowl.position) == pytest.approx(gap)
+    assert [below.id for below in ancestors(state.scene, egg)] == ["Bowl|1", "Dresser|1"]
+
+
+def test_every_refusal_leaves_the_world_as_it_was(simulator):
+    """Clicks all intents on all things in view from a few places."""
+    ids = None
+    for x, z, yaw in ((1.8, 3.2, 180.0), (3.0, 3.5, 0.0), (8.0, 1.4, 180.0)):
+        pose = Pose(position=Vec3(x, 0, z), rotation=yaw, horizon=35)
+        simulator.reset(pose, Setup())
+        ids = ids or simulator.object_ids()
+        seen = [thing_id for thing_id in ids if len(simulator.pixels_of(thing_id))]
+        intents = ("open_access", "close_access", "activate", "deactivate", "pick", "place", "drop", "ground")
+        for thing_id, intent in itertools.product(seen, intents):
+            simulator.reset(pose, Setup())
+            before = simulator.world(ids)
+            u, v = simulator.pixels_of(thing_id)[0]
+            effect = simulator.step(InteractPixel(intent=intent, x=int(u), y=int(v)))
+            if effect.refusal is not None or intent == "ground":
+                assert not effect.changed
+                assert simulator.world(ids) == before
+            else:
+                assert effect.changed

@@ -1,0 +1,75 @@
+"""ProcTHOR's ways with walls: point orders, coincident panels, holes along the first wall."""
+
+import copy
+
+import pytest
+
+from vigil.house import House
+from vigil.sim.trial_house import DOOR, trial_house
+from vigil.sim.walls import panels_of, place_of_opening, rooms_of
+
+
+def panels(data) -> dict:
+    return {panel.id: panel for panel in panels_of(House("changed", data))}
+
+
+@pytest.fixture
+def data():
+    return copy.deepcopy(trial_house().data)
+
+
+def test_panels_look_into_their_room(data):
+    found = panels(data)
+    assert found["wall|1|w"].normal == pytest.approx((1.0, 0.0))
+    assert found["wall|1|e"].normal == pytest.approx((-1.0, 0.0))
+    assert found["wall|2|w"].normal == pytest.approx((1.0, 0.0))
+
+
+def test_exterior_panels_look_away_and_may_give_their_top_first(data):
+    inner = next(wall for wall in data["walls"] if wall["id"] == "wall|1|w")
+    data["walls"].append(inner | {"id": "wall|exterior|0|0|0|5", "polygon": inner["polygon"][::-1]})
+    outer = panels(data)["wall|exterior|0|0|0|5"]
+    assert outer.room_id == "exterior"
+    assert outer.normal == pytest.approx((-1.0, 0.0))
+    assert (outer.bottom, outer.height) == (0.0, 2.5)
+    assert outer.start == (0.0, 5.0)
+
+
+def test_holes_of_the_second_wall_go_through_the_house_frame(data):
+    found = panels(data)
+    first, second = found["wall|2|w"], found["wall|1|e"]
+    assert [(hole.left, hole.right) for hole in first.holes] == [(0.5, 1.5), (2.0, 3.0)]
+    # the kitchen's side runs the other way: z 5 -> 0
+    assert second.start == (6.0, 5.0)
+    assert [(hole.left, hole.right) for hole in second.holes] == [
+        (pytest.approx(2.0), pytest.approx(3.0)),
+        (pytest.approx(3.5), pytest.approx(4.5)),
+    ]
+    assert [(hole.bottom, hole.top) for hole in second.holes] == [(0.0, 2.1), (0.9, 2.0)]
+
+
+def test_hole_polygons_may_have_four_points(data):
+    door = data["doors"][0]
+    low, high = door["holePolygon"]
+    door["holePolygon"] = [high, {**low, "y": high["y"]}, low, {**high, "y": low["y"]}]
+    assert panels(data)["wall|2|w"].holes == panels(trial_house().data)["wall|2|w"].holes
+
+
+def test_an_opening_faces_its_first_room_and_fits_its_hole():
+    house = trial_house()
+    found = {panel.id: panel for panel in panels_of(house)}
+    position, yaw, size = place_of_opening(house, house.document.doors[0], found)
+    assert position == pytest.approx((6.0, 1.05, 2.5))
+    assert yaw == pytest.approx(90.0)  # +z of the asset towards the bedroom, +x
+    assert (size.x, size.y) == (1.0, 2.1)
+    assert house.document.doors[0].id == DOOR
+
+
+def test_lights_come_from_the_document_else_from_the_rooms_middle(data):
+    light = {"id": "light_2", "type": "point", "position": {"x": 7, "y": 2.4, "z": 1}, "intensity": 0.5}
+    data["proceduralParameters"]["lights"] = [{**light, "id": "sun", "type": "directional"}, light]
+    kitchen, bedroom = rooms_of(House("lit", data))
+    assert bedroom.light == (7.0, 2.4, 1.0)
+    assert bedroom.light_intensity == 0.5
+    assert (kitchen.light.x, kitchen.light.z) == pytest.approx((3.0, 2.5))
+    assert kitchen.height == bedroom.height == 2.5
