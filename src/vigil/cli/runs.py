@@ -6,12 +6,14 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from vigil.agents.choose import is_exec
+from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
 from vigil.cli.options import Assets, PackName
 from vigil.cli.scores import print_families
 from vigil.cli.text import Live
 from vigil.episode import FAMILIES, Family
-from vigil.errors import SettingError
+from vigil.errors import SettingError, did_you_mean
 from vigil.profile import ACTION_FEEDBACK, BASELINE, Coordinates, ImageFormat, PromptVariant, ReplyPolicy
 from vigil.runner.dry_run import estimate
 from vigil.runner.run import RunResult, run_pack
@@ -61,6 +63,7 @@ def run(
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     """
+    _check_agent(agent)
     settings = RunSettings(
         pack=pack,
         agent=agent,
@@ -126,6 +129,13 @@ def verify(
         print(f"{found.errors} rows ended as errors: nothing to verify in them.")
     if not found.is_verified:
         raise typer.Exit(1)
+
+
+def _check_agent(name: str | None) -> None:
+    known = (*PRIVILEGED, *SCRIPTS)
+    if name is not None and name not in known and not is_exec(name):
+        hint = did_you_mean(name, known)
+        raise SettingError(f"Agent {name!r} does not exist.{hint} Choose one of {', '.join(known)}, or exec:COMMAND.")
 
 
 def _families(names: list[str]) -> tuple[Family, ...]:

@@ -1,0 +1,130 @@
+"""The command line, as a newcomer would use and misuse it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vigil.pack import Pack
+
+
+def vigil(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from vigil.cli import main; main()", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd, check=False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "--agent", "solvr"], ["'solvr'", "Did you mean 'solver'?"]),
+        (["run", "--pack", "startr", "--agent", "noop"], ["'startr'", "Did you mean 'starter'?"]),
+        (["run"], ["--agent", "--model"]),
+        (["run", "--agent", "noop", "--model", "openai/x"], ["exactly one"]),
+        (["run", "--agent", "noop", "--family", "XY"], ["'XY'", "PG, DA, VS, SV, AI, SI, SM, CR"]),
+        (["run", "--model", "openai/x", "--extra-body", "[1]", "--dry-run"], ["--extra-body", "JSON object"]),
+        (["run", "--model", "openai/x", "--model-arg", "k", "--dry-run"], ["--model-arg 'k'", "K=V"]),
+        (["score", "no_such_run"], ["'no_such_run'", "run.json"]),
+        (["verify", "no_such_run"], ["'no_such_run'", "run.json"]),
+        (["render", "--out", "x.png"], ["--house", "--episode", "--asset"]),
+        (["render", "--asset", "Frigde", "--out", "x.png"], ["'Frigde'", "Did you mean 'Fridge'?"]),
+        (["render", "--episode", "nothing_like_it", "--out", "x.png"], ["'nothing_like_it'", "starter"]),
+        (["render", "--house", "no.json", "--out", "x.png"], ["'no.json'", "does not exist"]),
+        (["houses", "check", "no.json"], ["no.json", "cannot be loaded"]),
+        (["houses", "generate", "--seed", "1", "--out", "no/such/folder/h.json"], ["does not exist"]),
+        (["pack", "info", "no_such_pack"], ["'no_such_pack'"]),
+    ],
+    ids=lambda value: "_".join(value[:3]) if isinstance(value, list) else None,
+)
+def test_bad_input_is_named_and_exits_with_2(arguments: list[str], words: list[str], tmp_path: Path) -> None:
+    done = vigil(*arguments, cwd=tmp_path)
+    said = done.stdout + done.stderr
+    assert done.returncode == 2, said
+    assert "Traceback" not in said
+    for word in words:
+        assert word in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_names_every_verb() -> None:
+    done = vigil("--help")
+    assert done.returncode == 0
+    for verb in ("run", "score", "verify", "render", "doctor", "houses", "pack"):
+        assert verb in done.stdout
+
+
+def test_a_run_is_scored_verified_and_resumed(tmp_path: Path) -> None:
+    arguments = ("run", "--agent", "always_success", "--family", "PG", "--limit", "3", "--log-dir", tmp_path / "run")
+    first = vigil(*arguments)
+    assert first.returncode == 0, first.stderr
+    assert "3/3" in first.stdout
+    rows = (tmp_path / "run" / "episodes.jsonl").read_bytes()
+    again = vigil(*arguments)
+    assert again.returncode == 0, again.stderr
+    assert (tmp_path / "run" / "episodes.jsonl").read_bytes() == rows
+
+    scored = json.loads(vigil("score", tmp_path / "run", "--json").stdout)
+    assert scored["overall"]["episodes"] == 3
+    assert scored["families"]["PG"]["FR"] == 1.0
+    assert scored["overall"]["errors"] == 0
+
+    verified = vigil("verify", tmp_path / "run", "--workers", "1")
+    assert verified.returncode == 0, verified.stdout
+    assert "0 differences" in verified.stdout
+
+    other = vigil(*arguments[:-4], "--limit", "2", "--log-dir", tmp_path / "run")
+    assert other.returncode == 2
+    assert "episode" in other.stderr
+
+
+def test_a_dry_run_sends_nothing_and_leaves_nothing(tmp_path: Path) -> None:
+    done = vigil("run", "--model", "openai/gpt-4o", "--dry-run", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    steps = sum(episode.max_steps for episode in Pack.load("starter").episodes)
+    assert f"{steps:,}" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_houses_are_generated_checked_and_drawn(tmp_path: Path) -> None:
+    house = tmp_path / "house.json"
+    assert vigil("houses", "generate", "--seed", "5", "--rooms", "2", "--out", house).returncode == 0
+    checked = vigil("houses", "check", house)
+    assert checked.returncode == 0, checked.stdout
+    assert "2 rooms" in checked.stdout
+    assert "1 load, 0 do not" in checked.stdout
+    drawn = vigil("render", "--house", house, "--out", tmp_path / "view.png")
+    assert drawn.returncode == 0, drawn.stderr
+    picture = np.asarray(Image.open(tmp_path / "view.png"))
+    assert picture.shape == (480, 640, 3)
+    assert picture.std() > 10
+
+
+def test_one_bad_house_does_not_hide_the_others(tmp_path: Path) -> None:
+    good = tmp_path / "good.json"
+    assert vigil("houses", "generate", "--seed", "6", "--out", good).returncode == 0
+    bad = tmp_path / "bad.json"
+    document = json.loads(good.read_text())
+    document["objects"][0]["position"]["x"] = "wide"
+    bad.write_text(json.dumps(document))
+    done = vigil("houses", "check", bad, good)
+    assert done.returncode == 2
+    assert "objects.0.position.x" in done.stdout
+    assert "2 houses: 1 load, 1 do not" in done.stdout
+
+
+def test_pack_info_counts_families() -> None:
+    found = json.loads(vigil("pack", "info", "starter", "--json").stdout)
+    assert found["episodes"] == 80
+    assert set(found["families"].values()) == {10}
+
+
+def test_an_asset_is_drawn_open_and_closed(tmp_path: Path) -> None:
+    pictures = []
+    for state in ("open", "closed"):
+        out = tmp_path / f"{state}.png"
+        assert vigil("render", "--asset", "Fridge", "--state", state, "--out", out).returncode == 0
+        pictures.append(np.asarray(Image.open(out)).astype(int))
+    assert (abs(pictures[0] - pictures[1]) > 30).any(axis=2).sum() > 2000
