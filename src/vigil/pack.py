@@ -174,6 +174,23 @@ def find(path: str | Path) -> Path:
     )
 
 
+def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
+    """Returns the episodes of the very pack with that hash, for readers who need none of its houses.
+
+    Raises PackMismatch when the pack at `path` is another one, or its episodes differ from its manifest.
+    """
+    folder = find(path)
+    raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
+    found = hashlib.sha256(raw).hexdigest()
+    if found != sha256:
+        raise PackMismatch(
+            f"Pack {str(folder)!r} has SHA-256 {found[:12]}..., expected {sha256[:12]}.... Give the pack that the run "
+            "was played on; another one's episodes cannot be compared."
+        )
+    _verify(folder, EPISODES, _manifest(folder, raw).files[EPISODES])
+    return _lines(folder, EPISODES, Episode)
+
+
 def freeze(
     folder: Path,
     episodes: Iterable[Episode],

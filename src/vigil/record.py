@@ -6,7 +6,7 @@ Verdicts (W, B, labels) are never stored here: `vigil.scoring` computes them. So
 import fcntl
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -20,6 +20,7 @@ from vigil.world import Effect, WorldState
 
 SCHEMA_VERSION = 1
 EPISODES_FILE = "episodes.jsonl"
+HEADER_FILE = "run.json"
 
 End = Literal["report", "fail_no_report", "invalid_action_limit_exceeded", "error"]
 Boundary = Literal["simulator", "model", "agent", "worker", "runner"]
@@ -171,6 +172,26 @@ def standing(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
     return dict(sorted(rows.items()))
 
 
+def read_header(path: Path) -> RunHeader:
+    """Returns the header in a run's folder. Raises RecordError."""
+    file = path / HEADER_FILE
+    if not file.is_file():
+        raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
+    try:
+        found = json.loads(file.read_bytes())
+        found_version = found.get("schema_version") if isinstance(found, dict) else None
+        if found_version != SCHEMA_VERSION:
+            raise RecordError(
+                f"{str(file)!r} has schema {found_version!r}; this version of vigil reads {SCHEMA_VERSION}."
+            )
+        return RunHeader.model_validate(found)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise RecordError(f"{str(file)!r}: {'.'.join(map(str, fault['loc']))}: {fault['msg']}.") from None
+    except ValueError as error:
+        raise RecordError(f"{str(file)!r} is not JSON: {error}.") from None
+
+
 def read_records(path: Path) -> list[EpisodeRecord]:
     """Returns all complete rows of an `episodes.jsonl` in file order; the file is left alone.
 
@@ -243,38 +264,51 @@ def dump_line(record: BaseModel) -> bytes:
     return record.model_dump_json().encode() + b"\n"
 
 
-def _split(path: Path, data: bytes) -> tuple[list[EpisodeRecord], int]:
-    """Returns the rows and the number of bytes that hold them; what is left over is a torn last line."""
-    rows: list[EpisodeRecord] = []
+def scan_records(path: Path, data: bytes) -> Iterator[tuple[EpisodeRecord, int]]:
+    """Yields each complete row of `data` with the number of bytes up to its end, one at a time.
+
+    A torn last line is passed over. Raises RecordError, naming `path`, on any other unreadable line.
+    """
     good = 0
     lines = data.splitlines(keepends=True)
     for number, line in enumerate(lines, start=1):
         try:
-            rows.append(_row(path, number, line))
+            record = _row(path, number, line)
         except ValueError as error:
             if number == len(lines):
-                return rows, good
+                return
             raise RecordError(
                 f"{str(path)!r} line {number} is not JSON ({error}). Restore the file from a copy, or delete that line."
             ) from None
         good += len(line)
-    return rows, good
+        yield record, good
+
+
+def _split(path: Path, data: bytes) -> tuple[list[EpisodeRecord], int]:
+    """Returns the rows and the number of bytes that hold them; what is left over is a torn last line."""
+    scanned = list(scan_records(path, data))
+    return [record for record, _ in scanned], scanned[-1][1] if scanned else 0
 
 
 def _row(path: Path, number: int, line: bytes) -> EpisodeRecord:
-    fields = json.loads(line)
-    version = fields.get("schema_version") if isinstance(fields, dict) else None
-    if version != SCHEMA_VERSION:
-        raise RecordError(
-            f"{str(path)!r} line {number}: record schema {version!r}, expected {SCHEMA_VERSION}. "
-            "Read it with the version of vigil that wrote it."
-        )
     try:
-        return EpisodeRecord.model_validate_json(line)
+        record = EpisodeRecord.model_validate_json(line)
     except ValidationError as error:
+        fields = json.loads(line)  # a ValueError of its own when the line is no JSON at all
+        _check_schema(path, number, fields.get("schema_version") if isinstance(fields, dict) else None)
         fault = error.errors()[0]
         place = ".".join(str(part) for part in fault["loc"])
         raise RecordError(f"{str(path)!r} line {number}: {place}: {fault['msg']}.") from None
+    _check_schema(path, number, record.schema_version)
+    return record
+
+
+def _check_schema(path: Path, number: int, found: object) -> None:
+    if found != SCHEMA_VERSION:
+        raise RecordError(
+            f"{str(path)!r} line {number}: record schema {found!r}, expected {SCHEMA_VERSION}. "
+            "Read it with the version of vigil that wrote it."
+        )
 
 
 def _free_name(path: Path) -> Path:

@@ -48,7 +48,8 @@ class RunFolder:
         Raises RecordError when another run is there.
         """
         path.mkdir(parents=True, exist_ok=True)
-        if not (path / HEADER_FILE).exists() and (path / EPISODES_FILE).exists():
+        rows = path / EPISODES_FILE
+        if not (path / HEADER_FILE).exists() and rows.exists() and rows.stat().st_size:
             raise RecordError(
                 f"Folder {str(path)!r} has {EPISODES_FILE} without {HEADER_FILE}: nobody knows which run it belongs "
                 "to. Restore the header, or choose another folder."
