@@ -143,22 +143,25 @@ def test_a_stack_on_a_drawers_content_comes_along(simulator):
     assert [below.id for below in ancestors(state.scene, egg)] == ["Bowl|1", "Dresser|1"]
 
 
+def facts(simulator) -> list[tuple]:
+    return [
+        (thing.id, thing.position, thing.rotation, thing.parent, thing.surface, thing.openness, thing.is_toggled)
+        for thing in simulator.scene().things.values()
+    ]
+
+
 def test_every_refusal_leaves_the_world_as_it_was(simulator):
-    """Clicks all intents on all things in view from a few places."""
-    ids = None
-    for x, z, yaw in ((1.8, 3.2, 180.0), (3.0, 3.5, 0.0), (8.0, 1.4, 180.0)):
+    """Clicks all intents on all things in view from two places."""
+    intents = ("open_access", "close_access", "activate", "deactivate", "pick", "place", "drop", "ground")
+    for x, z, yaw in ((3.0, 3.5, 0.0), (8.0, 1.4, 180.0)):
         pose = Pose(position=Vec3(x, 0, z), rotation=yaw, horizon=35)
         simulator.reset(pose, Setup())
-        ids = ids or simulator.object_ids()
-        seen = [thing_id for thing_id in ids if len(simulator.pixels_of(thing_id))]
-        intents = ("open_access", "close_access", "activate", "deactivate", "pick", "place", "drop", "ground")
-        for thing_id, intent in itertools.product(seen, intents):
+        clicks = {thing_id: simulator.pixels_of(thing_id) for thing_id in simulator.object_ids()}
+        seen = [(thing_id, pixels[0]) for thing_id, pixels in clicks.items() if len(pixels)]
+        for (thing_id, (u, v)), intent in itertools.product(seen, intents):
             simulator.reset(pose, Setup())
-            before = simulator.world(ids)
-            u, v = simulator.pixels_of(thing_id)[0]
+            before = facts(simulator)
             effect = simulator.step(InteractPixel(intent=intent, x=int(u), y=int(v)))
-            if effect.refusal is not None or intent == "ground":
-                assert not effect.changed
-                assert simulator.world(ids) == before
-            else:
-                assert effect.changed
+            is_idle = effect.refusal is not None or intent == "ground"
+            assert is_idle == (not effect.changed), (thing_id, intent)
+            assert is_idle == (facts(simulator) == before), (thing_id, intent)
