@@ -14,7 +14,7 @@ from vigil.authoring.deeds import box_distances
 from vigil.authoring.propose import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
 from vigil.authoring.region import is_cut_off
 from vigil.authoring.wording import CONSTRAINTS, SHORT_ORDERS, Act, say
-from vigil.authoring.workshop import Workshop
+from vigil.authoring.workshop import Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Constraint
 from vigil.pose import Pose, Vec3, rotate_floor
@@ -234,10 +234,12 @@ def _draft(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterato
         bindings["obstacle"] = constraint.object_id
     yield shop.draft(
         "CR",
-        start=start,
-        setup=sketch.setup,
-        instruction=say(CONSTRAINTS[words], shop.rng, target=str(phrase), obstacle=str(other), order=order),
-        goal=goal_for(target, sketch.act).model_copy(update={"constraint": constraint}),
-        bindings=bindings,
-        template=sketch.template,
+        Ask(
+            start=start,
+            setup=sketch.setup,
+            instruction=say(CONSTRAINTS[words], shop.rng, target=str(phrase), obstacle=str(other), order=order),
+            goal=goal_for(target, sketch.act).model_copy(update={"constraint": constraint}),
+            bindings=bindings,
+            template=sketch.template,
+        ),
     )

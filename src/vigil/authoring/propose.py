@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Literal
 
 from vigil.authoring.wording import APPROACH, ORDERS, POINT, QUESTIONS, SEARCH, SEARCH_ORDERS, Act, say
-from vigil.authoring.workshop import MARGIN_PX, Workshop
+from vigil.authoring.workshop import MARGIN_PX, Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode, Size
 from vigil.goals import (
     NEAR_M,
@@ -30,7 +30,12 @@ CLEAR_PX = 300
 CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 80}
 STATE_PX = 250
 LEVEL_DEG = 0.0
-UNNAMED = frozenset({"Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"})
+UNNAMED = frozenset(
+    {
+        *("Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"),
+        *("Blinds", "Curtains"),
+    }
+)
 """Categories that make poor targets: parts of the building, or too many or too plain to be asked for."""
 UNCLEAR_WHEN_OPEN = frozenset(
     {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
@@ -80,11 +85,13 @@ def pointing(shop: Workshop, size: Size) -> Drafts:
         if start is not None:
             yield shop.draft(
                 "PG",
-                start=start,
-                instruction=say(POINT, shop.rng, target=str(shop.phrase(thing.id))),
-                goal=TargetGrounded(object_id=thing.id),
-                bindings={"target": thing.id},
-                difficulty=size,
+                Ask(
+                    start=start,
+                    instruction=say(POINT, shop.rng, target=str(shop.phrase(thing.id))),
+                    goal=TargetGrounded(object_id=thing.id),
+                    bindings={"target": thing.id},
+                    difficulty=size,
+                ),
             )
 
 
@@ -95,10 +102,12 @@ def approaching(shop: Workshop) -> Drafts:
         if start is not None:
             yield shop.draft(
                 "DA",
-                start=start,
-                instruction=say(APPROACH, shop.rng, target=str(shop.phrase(thing.id))),
-                goal=AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M),
-                bindings={"target": thing.id},
+                Ask(
+                    start=start,
+                    instruction=say(APPROACH, shop.rng, target=str(shop.phrase(thing.id))),
+                    goal=AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M),
+                    bindings={"target": thing.id},
+                ),
             )
 
 
@@ -109,11 +118,13 @@ def searching(shop: Workshop, *, by_turning: bool) -> Drafts:
         if start is not None:
             yield shop.draft(
                 "VS",
-                start=start,
-                instruction=say(SEARCH, shop.rng, target=str(shop.phrase(thing.id))),
-                goal=ObjectInState(object_id=thing.id, state="is_visible"),
-                bindings={"target": thing.id},
-                template="turn" if by_turning else "walk",
+                Ask(
+                    start=start,
+                    instruction=say(SEARCH, shop.rng, target=str(shop.phrase(thing.id))),
+                    goal=ObjectInState(object_id=thing.id, state="is_visible"),
+                    bindings={"target": thing.id},
+                    template="turn" if by_turning else "walk",
+                ),
             )
 
 
@@ -148,12 +159,14 @@ def verifying(shop: Workshop, label: Label) -> Drafts:
         if start is not None:
             yield shop.draft(
                 "SV",
-                start=start,
-                setup=setup,
-                instruction=say(QUESTIONS[state], shop.rng, target=str(phrase)),
-                goal=ReportStatus(object_id=thing.id, state=state),
-                bindings={"target": thing.id},
-                template=label,
+                Ask(
+                    start=start,
+                    setup=setup,
+                    instruction=say(QUESTIONS[state], shop.rng, target=str(phrase)),
+                    goal=ReportStatus(object_id=thing.id, state=state),
+                    bindings={"target": thing.id},
+                    template=label,
+                ),
             )
 
 
@@ -174,12 +187,14 @@ def acting(shop: Workshop, act: Act) -> Drafts:
         if start is not None:
             yield shop.draft(
                 "AI",
-                start=start,
-                setup=setup,
-                instruction=say(ORDERS[act], shop.rng, target=str(phrase)),
-                goal=goal_for(thing, act),
-                bindings={"target": thing.id},
-                template=act,
+                Ask(
+                    start=start,
+                    setup=setup,
+                    instruction=say(ORDERS[act], shop.rng, target=str(phrase)),
+                    goal=goal_for(thing, act),
+                    bindings={"target": thing.id},
+                    template=act,
+                ),
             )
 
 
@@ -194,12 +209,14 @@ def seeking(shop: Workshop, act: Act) -> Drafts:
         if start is not None:
             yield shop.draft(
                 "SI",
-                start=start,
-                setup=setup,
-                instruction=say(SEARCH_ORDERS[act], shop.rng, target=str(phrase)),
-                goal=goal_for(thing, act),
-                bindings={"target": thing.id},
-                template=act,
+                Ask(
+                    start=start,
+                    setup=setup,
+                    instruction=say(SEARCH_ORDERS[act], shop.rng, target=str(phrase)),
+                    goal=goal_for(thing, act),
+                    bindings={"target": thing.id},
+                    template=act,
+                ),
             )
 
 

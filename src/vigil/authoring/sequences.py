@@ -6,7 +6,7 @@ from functools import partial
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.propose import CLEAR_PX, Drafts, is_seen, is_target
 from vigil.authoring.wording import SEQUENCES, say
-from vigil.authoring.workshop import Workshop
+from vigil.authoring.workshop import Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.sim.scene import Thing
@@ -115,12 +115,14 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
     into = "into" if is_shut or (receptacle is not None and receptacle.category in PUT_INTO) else "on"
     yield shop.draft(
         "SM",
-        start=start,
-        setup=setup,
-        instruction=say(sentences, shop.rng, into=into, **words),
-        goal=goal,
-        bindings={role: thing.id for role, thing in roles.items()},
-        template=template,
+        Ask(
+            start=start,
+            setup=setup,
+            instruction=say(sentences, shop.rng, into=into, **words),
+            goal=goal,
+            bindings={role: thing.id for role, thing in roles.items()},
+            template=template,
+        ),
     )
 
 

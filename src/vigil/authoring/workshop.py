@@ -1,6 +1,7 @@
 """The workshop: one house opened for authoring, with its inventory, seeded start poses and referring phrases."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,11 +21,27 @@ from vigil.world import ObjectSetup, ObjectState, Setup
 AUTHOR = "grammar"
 TRIED_STARTS = 80
 SEEN_POINTS = 6
+SEEN_SHARE = 0.6
+"""Of what the best place sees of a thing, this much must be seen from a start."""
+SPREADS_DEG = (32.0, 12.0)
 MARGIN_PX = 20
 HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
 
 Clear = Callable[[ObjectState], bool]
 Mask = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """What an episode asks for, and from where."""
+
+    start: Pose
+    instruction: str
+    goal: Goal
+    bindings: dict[str, str]
+    setup: Setup = field(default_factory=Setup)
+    template: str = ""
+    difficulty: Size | None = None
 
 
 class Workshop:
@@ -112,10 +129,11 @@ class Workshop:
 
         None when none is found.
         """
-        for place in self.starts(self.away_from(thing, *away)):
-            if self.sights(place, thing) < SEEN_POINTS:
-                continue
-            for spread_deg in (40.0, 15.0):
+        places = list(self.starts(self.away_from(thing, *away)))
+        sights = [self.sights(place, thing) for place in places]
+        enough = max(SEEN_POINTS, SEEN_SHARE * max(sights, default=0))
+        for place in [place for place, seen in zip(places, sights, strict=True) if seen >= enough]:
+            for spread_deg in SPREADS_DEG:
                 pose = self.facing(place, thing, horizon, spread_deg)
                 if self.sees_clearly(pose, [thing.id, *([also] if also else [])], is_clear):
                     return pose
@@ -135,18 +153,7 @@ class Workshop:
 
         return mask
 
-    def draft(
-        self,
-        family: Family,
-        *,
-        start: Pose,
-        instruction: str,
-        goal: Goal,
-        bindings: dict[str, str],
-        setup: Setup | None = None,
-        template: str = "",
-        difficulty: Size | None = None,
-    ) -> Episode:
+    def draft(self, family: Family, ask: Ask) -> Episode:
         """Returns an episode in this house that nobody has validated yet."""
         spec = FAMILIES[family]
         generator = self.house.document.metadata.get("generator")
@@ -155,15 +162,15 @@ class Workshop:
             id="draft",
             family=family,
             house=HouseRef(name=self.house.name, sha256=self.house.sha256),
-            start=start,
-            setup=self.with_open_doors(setup or Setup()),
-            instruction=instruction,
-            goal=goal,
-            bindings=bindings,
+            start=ask.start,
+            setup=self.with_open_doors(ask.setup),
+            instruction=ask.instruction,
+            goal=ask.goal,
+            bindings=ask.bindings,
             max_steps=spec.max_steps,
             max_invalid=spec.max_invalid,
-            difficulty=difficulty,
-            provenance=Provenance(author=AUTHOR, template=template, seed=seed if isinstance(seed, int) else None),
+            difficulty=ask.difficulty,
+            provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed if isinstance(seed, int) else None),
         )
 
 

@@ -1,0 +1,68 @@
+"""The grammar of proposals: natural, valid and the same each time."""
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from vigil.authoring import constraints, propose, sequences
+from vigil.authoring.stage import PrivilegedSimulator
+from vigil.authoring.validate import Validator
+from vigil.authoring.wording import ORDERS, SEARCH_ORDERS, SHORT_ORDERS, say
+from vigil.authoring.workshop import Workshop
+from vigil.episode import Episode
+from vigil.house import House
+from vigil.pack import Pack
+
+Proposals = Callable[[Workshop], Iterator[Episode]]
+
+GRAMMAR: dict[str, Proposals] = {
+    "PG": lambda shop: propose.pointing(shop, "medium"),
+    "DA": propose.approaching,
+    "VS": lambda shop: propose.searching(shop, by_turning=True),
+    "SV": lambda shop: propose.verifying(shop, "on"),
+    "AI": lambda shop: propose.acting(shop, "pick"),
+    "SI": lambda shop: propose.seeking(shop, "pick"),
+    "SM": sequences.rearranging,
+    "CR": constraints.full_handed,
+}
+
+
+@pytest.fixture(scope="module")
+def house(starter: Pack) -> House:
+    """A house of one room with much in it."""
+    names = sorted({episode.house.name for episode in starter.episodes if episode.house.name.startswith("living-room")})
+    episode = next(episode for episode in starter.episodes if episode.house.name == names[0])
+    return starter.house_of(episode)
+
+
+def drafts(simulator: PrivilegedSimulator, house: House, family: str, seed: int) -> list[Episode]:
+    shop = Workshop(simulator, house, np.random.default_rng(seed))
+    return list(islice(GRAMMAR[family](shop), 3))
+
+
+@pytest.mark.parametrize("family", GRAMMAR)
+def test_drafts_are_mostly_valid_and_reproducible(family: str, simulator: PrivilegedSimulator, house: House) -> None:
+    first = drafts(simulator, house, family, 5)
+    assert first
+    assert drafts(simulator, house, family, 5) == first
+    assert all(draft.family == family for draft in first)
+    validator = Validator(simulator)
+    assert any(validator.validate(draft, house).is_valid for draft in first)
+
+
+def test_another_seed_proposes_something_else(simulator: PrivilegedSimulator, house: House) -> None:
+    assert drafts(simulator, house, "PG", 1) != drafts(simulator, house, "PG", 2)
+
+
+def test_slots_are_filled_and_sentences_start_with_a_capital() -> None:
+    rng = np.random.default_rng(0)
+    sentence = say(("{Obstacle} is in the way of {target}.",), rng, obstacle="the box", target="the desk")
+    assert sentence == "The box is in the way of the desk."
+
+
+def test_every_act_has_words() -> None:
+    assert set(ORDERS) == set(SEARCH_ORDERS) == set(SHORT_ORDERS)
+    for sentences in (*ORDERS.values(), *SEARCH_ORDERS.values()):
+        assert all("{target}" in sentence for sentence in sentences)
