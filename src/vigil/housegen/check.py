@@ -18,7 +18,7 @@ HOVER_M = 0.02
 WALL_M = 0.1
 """Things whose box comes this near a wall count as hanging on it."""
 OUTSIDE_M = 0.02
-SWEEP = (0.25, 0.5, 0.75, 1.0)
+SWEEP = (0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)
 REACH_M = 1.5
 BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""

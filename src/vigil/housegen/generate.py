@@ -14,7 +14,7 @@ from vigil.housegen.floorplan import Plan, plan_rooms
 from vigil.housegen.furnish import ESSENTIAL, Furnisher
 from vigil.housegen.household import Household
 from vigil.housegen.lights import lights_of
-from vigil.housegen.openings import cut_openings
+from vigil.housegen.openings import Opening, cut_openings
 from vigil.housegen.small_objects import Tidier
 from vigil.housegen.spec import HouseSpec
 from vigil.housegen.stock import Piece
@@ -24,6 +24,7 @@ from vigil.pose import Pose, Vec3, heading
 __all__ = ["GENERATOR_VERSION", "generate"]
 
 ATTEMPTS = 40
+ROOM_ATTEMPTS = 3
 KEPT = frozenset({category for needed in ESSENTIAL.values() for category in needed} | {"Faucet"})
 START_HORIZON = 30.0
 
@@ -86,8 +87,8 @@ def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
     openings = cut_openings(plan, generator(*key, "openings"))
     if openings is None:
         return None
-    floors = {room.number: Floor(room, openings) for room in plan.rooms}
-    pieces = _furnished(plan, floors, spec, key)
+    floors: dict[int, Floor] = {}
+    pieces = _furnished(plan, openings, floors, spec, key)
     if pieces is None:
         return None
     start = _start(plan, floors, pieces, generator(*key, "start"))
@@ -109,13 +110,21 @@ def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
     )
 
 
-def _furnished(plan: Plan, floors: dict[int, Floor], spec: HouseSpec, key: tuple[str, int, int]) -> list[Piece] | None:
+def _furnished(
+    plan: Plan, openings: list[Opening], floors: dict[int, Floor], spec: HouseSpec, key: tuple[str, int, int]
+) -> list[Piece] | None:
+    """Returns all that is in the rooms, whose `floors` it fills in; None when a room cannot be furnished."""
     household = Household()
     standing: dict[int, list[Piece]] = {}
     for room in plan.rooms:
-        furnisher = Furnisher(floors[room.number], household, generator(*key, "furnish", room.number))
-        standing[room.number] = furnisher.furnish()
-        if not all(furnisher.has(category) for category in ESSENTIAL[room.kind]):
+        for again in range(ROOM_ATTEMPTS):
+            trial = household.copy()
+            furnisher = Furnisher(Floor(room, openings), trial, generator(*key, "furnish", room.number, again))
+            pieces = furnisher.furnish()
+            if all(furnisher.has(category) for category in ESSENTIAL[room.kind]):
+                household, floors[room.number], standing[room.number] = trial, furnisher.floor, pieces
+                break
+        else:
             return None
     hanging = {
         room.number: Hanger(

@@ -65,6 +65,12 @@ class Household:
         """Returns how many there are."""
         return self._counts[category]
 
+    def copy(self) -> "Household":
+        """Returns another with the same counts."""
+        other = Household()
+        other._counts = self._counts.copy()
+        return other
+
     def add(self, category: str) -> None:
         """Counts one more."""
         self._counts[category] += 1

@@ -23,6 +23,13 @@ PASSAGE_CLEAR = 0.75
 DOOR_VARIANTS = 12
 WINDOW_VARIANTS = 12
 
+WINDOW_HEIGHTS: dict[str, tuple[float, ...]] = {
+    "Kitchen": (0.75, 0.85),
+    "LivingRoom": (0.8, 0.95, 1.1),
+    "Bedroom": (0.8, 0.95, 1.1),
+    "Bathroom": (0.6,),
+}
+"""Heights of windows by room, lintel at the height of doors: above the faucet in kitchens and bathrooms."""
 WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), "Bathroom": (0, 1)}
 
 
@@ -209,7 +216,7 @@ def _windows(room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np
             break
         wall = pick_weighted(rng, walls, [piece.length for piece in walls])
         width = pick(rng, (0.6, 0.8)) if kind == "Bathroom" else pick(rng, (0.9, 1.2, 1.5, 1.8))
-        height = 0.6 if kind == "Bathroom" else pick(rng, (0.8, 0.95, 1.1))
+        height = pick(rng, WINDOW_HEIGHTS[kind])
         span = free.choose(wall, width, rng)
         if span is None:
             continue

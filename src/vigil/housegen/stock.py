@@ -11,7 +11,7 @@ from vigil.assets.sizes import AssetDatabase, own_asset_id
 from vigil.housegen.solids import moved_solid
 from vigil.pose import Vec3, rotate_floor
 
-SWEEP = (0.2, 0.4, 0.6, 0.8, 1.0)
+SWEEP = tuple(step / 20 for step in range(1, 21))
 """Openness at which moving parts are looked at."""
 VARIANTS = 24
 """Own asset ids that the generator draws from, per category."""
