@@ -39,43 +39,45 @@ def trial_house() -> House:
 
 
 def _kitchen() -> list[Node]:
-    bowl = _thing("Bowl|1", 2.2, _TABLE_M, 2.0, children=[_thing("Egg|1", 2.2, _TABLE_M + 0.02, 2.0)])
-    on_table = [_thing("Apple|1", 1.4, _TABLE_M, 2.4), _thing("Mug|1", 1.8, _TABLE_M, 2.4), bowl]
+    bowl = _thing("Bowl|1", (2.2, _TABLE_M, 2.0), children=[_thing("Egg|1", (2.2, _TABLE_M + 0.02, 2.0))])
+    on_table = [_thing("Apple|1", (1.4, _TABLE_M, 2.4)), _thing("Mug|1", (1.8, _TABLE_M, 2.4)), bowl]
     on_counter = [
-        _thing("Microwave|1", 2.6, _COUNTER_M, 4.65, SOUTH),
-        _thing("Plate|1", 3.3, _COUNTER_M + 0.05, 4.6),
+        _thing("Microwave|1", (2.6, _COUNTER_M, 4.65), SOUTH),
+        _thing("Plate|1", (3.3, _COUNTER_M + 0.05, 4.6)),
     ]
     return [
-        _thing("DiningTable|1", 1.8, 0.0, 2.2, children=on_table),
-        _thing("CounterTop|1", 3.0, 0.0, 4.65, SOUTH, on_counter),
-        _thing("Fridge|1", 5.2, 0.0, 4.6, SOUTH, [_thing("Lettuce|1", 5.2, 0.75, 4.68)]),
-        _thing("GarbageCan|1", 0.35, 0.0, 4.6),
-        _thing("FloorLamp|1", 0.35, 0.0, 0.35),
-        _thing("Rug|1", 4.2, 0.0, 1.2),
-        _thing("Box|1", 3.5, 0.0, 0.3),
-        _thing("CeilingLamp|1", 3.5, 2.16, 2.5),
+        _thing("DiningTable|1", (1.8, 0.0, 2.2), children=on_table),
+        _thing("CounterTop|1", (3.0, 0.0, 4.65), SOUTH, on_counter),
+        _thing("Fridge|1", (5.2, 0.0, 4.6), SOUTH, [_thing("Lettuce|1", (5.2, 0.75, 4.68))]),
+        _thing("GarbageCan|1", (0.35, 0.0, 4.6)),
+        _thing("FloorLamp|1", (0.35, 0.0, 0.35)),
+        _thing("Rug|1", (4.2, 0.0, 1.2)),
+        _thing("Box|1", (3.5, 0.0, 0.3)),
+        _thing("CeilingLamp|1", (3.5, 2.16, 2.5)),
     ]
 
 
 def _bedroom() -> list[Node]:
     on_dresser = [
-        _thing("DeskLamp|1", 7.7, 0.8438, 0.25),
-        _thing("Statue|1", 8.3, 0.8438, 0.25),
-        _thing("Watch|1", 7.76, 0.46, 0.25),
+        _thing("DeskLamp|1", (7.7, 0.8438, 0.25)),
+        _thing("Statue|1", (8.3, 0.8438, 0.25)),
+        _thing("Watch|1", (7.76, 0.46, 0.25)),
     ]
-    book = _thing("Book|1", 9.6, 0.7778, 2.4, WEST, [_thing("Pen|1", 9.6, 0.81, 2.4)])
+    book = _thing("Book|1", (9.6, 0.7778, 2.4), WEST, [_thing("Pen|1", (9.6, 0.81, 2.4))])
     return [
-        _thing("Dresser|1", 8.0, 0.0, 0.25, children=on_dresser),
-        _thing("Desk|1", 9.6, 0.0, 2.2, WEST, [book, _thing("Laptop|1", 9.6, 0.7778, 1.8, WEST)]),
-        _thing("Bed|1", 8.0, 0.0, 3.98, SOUTH, [_thing("Pillow|1", 8.0, 0.55, 4.4)]),
-        _thing("FloorLamp|2", 6.9, 0.0, 1.0),
-        _thing("Painting|1", 9.98, 1.3, 4.0, WEST),
+        _thing("Dresser|1", (8.0, 0.0, 0.25), children=on_dresser),
+        _thing("Desk|1", (9.6, 0.0, 2.2), WEST, [book, _thing("Laptop|1", (9.6, 0.7778, 1.8), WEST)]),
+        _thing("Bed|1", (8.0, 0.0, 3.98), SOUTH, [_thing("Pillow|1", (8.0, 0.55, 4.4))]),
+        _thing("FloorLamp|2", (6.9, 0.0, 1.0)),
+        _thing("Painting|1", (9.98, 1.3, 4.0), WEST),
     ]
 
 
 def _thing(
-    object_id: str, x: float, bottom: float, z: float, yaw: float = NORTH, children: list[Node] | None = None
+    object_id: str, foot: tuple[float, float, float], yaw: float = NORTH, children: list[Node] | None = None
 ) -> Node:
+    """Returns an object whose box stands with the middle of its bottom at `foot` (x, y, z)."""
+    x, bottom, z = foot
     category = object_id.partition("|")[0]
     asset_id = f"vigil_{category}_1"
     height = _SIZES.look_up(asset_id, object_id).size.y
