@@ -22,7 +22,7 @@ from vigil.runner.dry_run import estimate
 from vigil.runner.frames import FrameStore
 from vigil.runner.progress import Progress
 from vigil.runner.run import run_pack
-from vigil.runner.run_folder import HEADER_FILE, read_header, read_run
+from vigil.runner.run_folder import HEADER_FILE, RunFolder, read_header, read_run
 from vigil.runner.settings import RunSettings, log_dir, plan_run
 from vigil.runner.verify_run import VerifySettings, verify_run
 
@@ -166,6 +166,22 @@ def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_pa
     assert (again.resumed, again.is_complete) == (len(survived), True)
     assert [row.key for row in read_records(path)][: len(survived)] == survived
     assert len({row.key for row in read_records(path)}) == len(read_records(path)) == 8
+
+
+def test_a_run_that_was_killed_before_its_header_was_written_starts_anew(pack: Path, tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / EPISODES_FILE).touch()
+    (tmp_path / "run" / f"{HEADER_FILE}.123").write_text('{"schema_ver')
+    assert run_pack(settings(pack, tmp_path / "run", limit=1)).is_complete
+
+
+def test_two_processes_cannot_write_one_run(pack: Path, tmp_path: Path) -> None:
+    wanted = settings(pack, tmp_path / "run", limit=1)
+    folder = RunFolder.create_or_resume(tmp_path / "run", plan_run(wanted)[2])
+    with pytest.raises(RecordError, match="being written by another process"):
+        run_pack(wanted)
+    folder.close()
+    assert run_pack(wanted).is_complete
 
 
 @pytest.fixture
