@@ -30,6 +30,7 @@ def vigil(*arguments: str | Path, cwd: Path | None = None) -> subprocess.Complet
         (["score", "no_such_run"], ["'no_such_run'", "run.json"]),
         (["verify", "no_such_run"], ["'no_such_run'", "run.json"]),
         (["render", "--out", "x.png"], ["--house", "--episode", "--asset"]),
+        (["render", "--blind", "2", "--catalog", "--out", "x"], ["exactly one", "--blind"]),
         (["render", "--asset", "Frigde", "--out", "x.png"], ["'Frigde'", "Did you mean 'Fridge'?"]),
         (["render", "--episode", "nothing_like_it", "--out", "x.png"], ["'nothing_like_it'", "starter"]),
         (["render", "--house", "no.json", "--out", "x.png"], ["'no.json'", "does not exist"]),

@@ -1,4 +1,4 @@
-"""`vigil render`: pictures of a house, of an episode's start, of an asset."""
+"""`vigil render`: pictures of a house, of an episode's start, of an asset, of all assets."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -15,6 +15,7 @@ from vigil.house import House
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 from vigil.sim import Quality, make_simulator
+from vigil.sim.mujoco.portrait import draw_lots, write_blind, write_catalog
 from vigil.sim.mujoco.stage import render_asset
 from vigil.world import Setup
 
@@ -22,25 +23,42 @@ State = Literal["open", "closed", "on", "off"]
 
 
 def render(
-    out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
+    out: Annotated[Path, typer.Option(help="Picture to write (PNG); a folder with --catalog and --blind.")],
     house: Annotated[Path | None, typer.Option(help="A house file; with --pose.")] = None,
     pose: Annotated[str | None, typer.Option(help="x,z,yaw[,horizon]: metres and degrees.")] = None,
     episode: Annotated[str | None, typer.Option(help="An episode's id: the frame that it starts with.")] = None,
     asset: Annotated[str | None, typer.Option(help="A category, e.g. Fridge.")] = None,
     variant: Annotated[int, typer.Option(help="Which of an asset's looks.")] = 0,
     state: Annotated[State | None, typer.Option(help="State of the asset.")] = None,
+    catalog: Annotated[bool, typer.Option("--catalog", help="Contact sheets of every category, with names.")] = False,
+    variants: Annotated[int, typer.Option(min=1, help="Looks of each category in the catalogue.")] = 3,
+    blind: Annotated[
+        int | None,
+        typer.Option(min=1, max=999, help="So many numbered pictures of single things; key: OUT.key.json."),
+    ] = None,
+    distance: Annotated[
+        float | None, typer.Option(min=0.2, max=5.0, help="Metres from a thing; without it, where it spans 120 pixels.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Which things, variants and rooms --blind and --catalog show.")] = 0,
     pack: PackName = "starter",
     assets: Assets = None,
     render_quality: Annotated[Quality, typer.Option(help="Quality of the picture.")] = "default",
 ) -> None:
-    """Draws what an agent would see, or one asset on a stage.
+    """Draws what an agent would see, one asset on a stage, or single things where such things stand.
 
-    Example: vigil render --house house.json --pose 2.0,3.5,90,30 --out view.png
+    Examples: vigil render --house house.json --pose 2.0,3.5,90,30 --out view.png
+
+    vigil render --blind 60 --seed 1 --out round_1
     """
-    if [house, episode, asset].count(None) != 2:
-        raise SettingError("Say what to draw: exactly one of --house (with --pose), --episode and --asset.")
+    if [house, episode, asset, catalog or None, blind].count(None) != 4:
+        raise SettingError(
+            "Say what to draw: exactly one of --house (with --pose), --episode, --asset, --catalog and --blind."
+        )
     if not out.parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    if catalog or blind is not None:
+        _series(out, blind, variants, seed, distance)
+        return
     if asset is not None:
         frame = _asset(asset, variant, state)
     elif house is not None:
@@ -62,6 +80,17 @@ def _view(house: House, start: Pose, setup: Setup, assets: Path | None, quality:
         return simulator.frame()
     finally:
         simulator.close()
+
+
+def _series(folder: Path, blind: int | None, variants: int, seed: int, distance: float | None) -> None:
+    """Writes the numbered pictures of --blind and their key, or the contact sheets of --catalog."""
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise SettingError(f"--out {str(folder)!r} exists and is no empty folder. Give a new one.")
+    if blind is None:
+        print(*write_catalog(folder, variants, seed, distance), sep="\n")
+        return
+    key = write_blind(folder, draw_lots(blind, seed), seed, distance)
+    print(f"{folder}: {blind} pictures; what they show: {key}")
 
 
 def _asset(category: str, variant: int, state: State | None) -> np.ndarray:
