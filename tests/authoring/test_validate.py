@@ -85,6 +85,7 @@ BAD: dict[str, tuple[str, str | None, Spoil]] = {
     "target_named": ("AI", None, lambda e: said(e, "Do it.")),
     "unambiguous": ("AI", None, lambda e: said(e, f"{e.instruction} Mind the window.")),
     "state_not_given_away": ("SV", "open", lambda e: said(e, e.instruction.replace("closed", "shut"))),
+    "graded": ("PG", None, lambda e: e.model_copy(update={"difficulty": None})),
     "chain_of_objects": ("SM", None, of_no_template),
     "constraint_stands": ("CR", "obstacle", unobstructed),
     "constraint_visible": ("CR", "obstacle", lambda e: turned(e, 180.0)),
@@ -151,6 +152,14 @@ def test_a_bad_solution_is_rejected_by_its_rule(rule: str, starter: Pack, valida
     good = first_of(starter, "AI")
     spoilt = BAD_SOLUTIONS[rule](starter.solutions[good.id].actions)
     assert rules_broken(validator, good, starter.house_of(good), spoilt) == {rule}
+
+
+def test_a_sequence_starts_with_its_container_shut(starter: Pack, validator: Validator) -> None:
+    good = first_of(starter, "SM", "reveal_pick")
+    container = good.bindings["container"]
+    ajar = {**good.setup.objects, container: ObjectSetup(openness=1.0)}
+    bad = good.model_copy(update={"setup": Setup(objects=ajar)})
+    assert "chain_of_objects" in rules_broken(validator, bad, starter.house_of(good), None)
 
 
 def test_a_thin_margin_is_found(starter: Pack, validator: Validator, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,8 @@ LEAST_OBSTACLE_M = 0.17
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 SAID_BEFORE = ("swing", "close_first", "stop_first")
 """Wordings that name the target before they say what to do with it."""
-TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
+TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS, TRIED_BEHIND = 4, 12, 5, 40
+LEAST_ROOM_M2 = 0.2
 START_AWAY_M = (0.9, 4.0)
 NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Dresser", "Safe", "Stove")
@@ -157,11 +158,15 @@ def _behind(shop: Workshop, target: Thing, leaf: Thing, setup: Setup) -> Pose | 
     free = shop.stage.plan().tight
     if len(shapely.get_parts(free)) < 2:
         return None
-    for place in shop.starts(shop.away_from(target, 1.6, 6.0), 40):
-        if is_cut_off(free, (place.x, place.z), box_of(target)) and shop.sights(place, target) >= 6:
-            start = shop.facing(place, target, LOOKING_DOWN_DEG, 25.0)
-            if shop.sees_clearly(start, [target.id, leaf.id], is_seen(CLEAR_PX)):
-                return start
+    for part in [part for part in shapely.get_parts(free) if part.area >= LEAST_ROOM_M2]:
+        inside = part.representative_point()
+        if not is_cut_off(part, (inside.x, inside.y), box_of(target)):
+            continue
+        for place in shop.places_in(part, shop.away_from(target, 1.6, 6.0), TRIED_BEHIND):
+            if shop.sights(place, target) >= 6:
+                start = shop.facing(place, target, LOOKING_DOWN_DEG, 25.0)
+                if shop.sees_clearly(start, [target.id, leaf.id], is_seen(CLEAR_PX)):
+                    return start
     return None
 
 

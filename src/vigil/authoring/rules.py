@@ -15,7 +15,7 @@ from vigil.authoring.refer import Item, items_of, mentions, referents
 from vigil.authoring.solve import is_doable
 from vigil.authoring.stage import Stage
 from vigil.episode import FAMILIES, Episode, Family
-from vigil.goals import AgentNearTarget, GoalRow, ObjectInState, ReportStatus, check, is_observable
+from vigil.goals import AgentNearTarget, GoalRow, ObjectHeld, ObjectInState, ReportStatus, check, is_observable
 from vigil.house import House
 from vigil.pack import protocol_faults
 from vigil.pose import Pose, Vec3
@@ -211,6 +211,17 @@ def _chained(case: Case) -> Faults:
         yield f"template {case.episode.provenance.template!r} is none of {', '.join(SM_TEMPLATES)}"
     if len(set(case.episode.bindings.values())) < 2:
         yield "a sequence binds at least two objects"
+    for link in case.episode.goal.chain:
+        state = case.world.objects[link.object_id]
+        if isinstance(link, ObjectInState) and (state.openness or 0.0) > ALMOST_CLOSED:
+            yield f"{link.object_id!r} stands open at the start, there is nothing to open"
+        if isinstance(link, ObjectHeld) and state.is_held:
+            yield f"{link.object_id!r} is in the hand at the start"
+
+
+def _graded(case: Case) -> Faults:
+    if case.episode.difficulty is None:
+        yield "the episode has no difficulty"
 
 
 def _seen_constraint(case: Case) -> Faults:
@@ -240,6 +251,7 @@ RULES: dict[str, Rule] = {
     "visible_at_start": Rule(_SEEN, "the object to act on is in view", _visible),
     "hidden_at_start": Rule(("VS", "SI"), "what is to be searched for is out of view", _hidden),
     "state_visible_at_start": Rule(("SV",), "what is asked about can be told from the first frame", _state_visible),
+    "graded": Rule(("PG",), "pointing is told apart by the size of the target", _graded),
     "in_reach_at_start": Rule(("PG",), "pointing needs no walking", _in_reach),
     "out_of_reach_at_start": Rule(("DA", "AI"), "there is a way to go", _out_of_reach),
     "settled_openness": Rule(_ALL, "open and closed are clearly so", _settled),

@@ -52,10 +52,12 @@ class Slot:
     kind: str
     count: int
     proposals: Callable[[Workshop], Drafts]
+    instead: Callable[[Workshop], Drafts] | None = None
+    """What to propose when no house yields the kind itself."""
 
 
 SLOTS = (
-    Slot("CR", "leaf", 1, constraints.leaf_in_the_way),
+    Slot("CR", "leaf", 1, constraints.leaf_in_the_way, constraints.in_the_way),
     Slot("CR", "obstacle", 3, constraints.in_the_way),
     Slot("CR", "swing", 2, constraints.swing_blocked),
     Slot("CR", "interlock", 2, constraints.interlocked),
@@ -174,11 +176,12 @@ def _house(index: int, spec: str) -> House:
 def _fill(slot: Slot, number: int, houses: list[House], chosen: Chosen, simulator: PrivilegedSimulator) -> Episode:
     """Finds the next episode for a slot, adds it to what is chosen and returns it."""
     validator = Validator(simulator)
-    for is_strict in (True, False):
+    kinds = [slot.proposals, slot.proposals, *([slot.instead] if slot.instead else [])]
+    for is_strict, proposals in zip((True, False, False), kinds, strict=False):
         for house in _in_order(slot, houses, chosen):
             key = f"{slot.family} {slot.kind} {number} {house.name}"
             shop = Workshop(simulator, house, np.random.default_rng([SEED, zlib.crc32(key.encode())]))
-            for draft in _first(slot.proposals(shop), DRAFTS_PER_HOUSE):
+            for draft in _first(proposals(shop), DRAFTS_PER_HOUSE):
                 category = shop.thing(draft.goal.object_id).category
                 if is_strict and not chosen.takes(slot.family, category):
                     continue

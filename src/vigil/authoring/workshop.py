@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.aim import surface_points
 from vigil.authoring.deeds import box_distances
@@ -101,7 +103,14 @@ class Workshop:
     def starts(self, is_wanted: Mask, tried: int = TRIED_STARTS) -> Iterator[Vec3]:
         """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
         walks = self.stage.walks()
-        cells = walks.plan.cells[np.isfinite(walks.lengths)]
+        yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried)
+
+    def places_in(self, region: BaseGeometry, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
+        """Yields places in a part of the free floor in a random order, reachable or not."""
+        cells = self.stage.plan().cells
+        yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
+
+    def _drawn(self, cells: np.ndarray, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
         cells = cells[is_wanted(cells)] if len(cells) else cells
         for index in self.rng.permutation(len(cells))[:tried]:
             x, z = (round(float(value), 3) for value in cells[index])
