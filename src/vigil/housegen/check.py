@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from shapely import Polygon, STRtree
+from shapely import MultiPoint, Polygon, STRtree
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
@@ -18,7 +18,8 @@ HOVER_M = 0.02
 WALL_M = 0.1
 """Things whose box comes this near a wall count as hanging on it."""
 OUTSIDE_M = 0.02
-SWEEP = (0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)
+SWEEP = tuple(step / 16 for step in range(1, 17))
+"""Openness at which leaves and drawers are looked at."""
 REACH_M = 1.5
 BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
@@ -216,21 +217,23 @@ class _Pairs:
             faults.append(Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id))
         return faults
 
-    def struck_by(self, body: Body, openness: float) -> Body | None:
-        """Returns the first other thing that the body's moving solids hit at an openness."""
-        for prism in body.prisms(openness):
-            if prism.joint is None:
-                continue
-            for index in self.tree.query(_shrunk(prism), predicate="intersects").tolist():
-                other = self.owners[index]
-                if other is not body and not _may_share(body, other) and _depth(prism, self.prisms[index]) > OVERLAP_M:
-                    return other
+    def struck_by(self, moving: list[Prism], body: Body) -> Body | None:
+        """Returns the first other thing that solids of the body hit on their way."""
+        if not moving:
+            return None
+        near = self.tree.query(MultiPoint(np.concatenate([prism.corners for prism in moving])).envelope)
+        others = [index for index in near.tolist() if not _may_share(body, self.owners[index])]
+        for prism in moving if others else ():
+            shape = _shrunk(prism)
+            for index in others:
+                if _depth(prism, self.prisms[index]) > OVERLAP_M and shape.intersects(self.shapes[index]):
+                    return self.owners[index]
         return None
 
 
 def _may_share(one: Body, two: Body) -> bool:
     """Whether two things may share room: contents and their holder, legs and a rug, a spout over its basin."""
-    if one in two.ancestors() or two in one.ancestors() or (one.is_opening and two.is_opening):
+    if one is two or one in two.ancestors() or two in one.ancestors() or (one.is_opening and two.is_opening):
         return True
     pair = {one.category, two.category}
     return "Rug" in pair or pair == {"Sink", "Faucet"}
@@ -271,7 +274,7 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
 
 
 def _leaves_room(prism: Prism, floors: list[Polygon]) -> bool:
-    return prism.joint is not None and not any(floor.contains(prism.polygon) for floor in floors)
+    return not any(floor.contains(prism.polygon) for floor in floors)
 
 
 def _access(house: House, bodies: list[Body], ground: Walkable, pairs: _Pairs) -> list[Fault]:
@@ -282,8 +285,9 @@ def _access(house: House, bodies: list[Body], ground: Walkable, pairs: _Pairs) -
         kind = CATALOG[body.category]
         if not body.can_open or body.is_tilted or not kind.is_openable or kind.is_pickupable:
             continue
-        struck = next((hit for openness in SWEEP if (hit := pairs.struck_by(body, openness)) is not None), None)
-        if not body.is_opening and any(_leaves_room(prism, floors) for at in SWEEP for prism in body.prisms(at)):
+        moving = [prism for openness in SWEEP for prism in body.prisms(openness) if prism.joint is not None]
+        struck = pairs.struck_by(moving, body)
+        if not body.is_opening and any(_leaves_room(prism, floors) for prism in moving):
             faults.append(Fault("blocked-opening", body.id, "cannot open: a wall is in the way"))
         elif struck is not None:
             faults.append(Fault("blocked-opening", body.id, f"cannot open: {struck.id!r} is in the way", struck.id))

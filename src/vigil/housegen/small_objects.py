@@ -282,16 +282,17 @@ def _is_back(model: Model, piece: Piece) -> bool:
 
 
 def _taken(piece: Piece, surface: Surface) -> list[Rect]:
-    """Returns the rectangles (in the surface's frame) of what stands on it already."""
+    """Returns the rectangles (in the surface's frame) of what stands on it, or beside it at its height."""
     height = piece.position.y + surface.center.y
     rects: list[Rect] = []
     for child in piece.children:
-        is_same = child.surface is surface or (child.surface is None and abs(child.bottom - height) < SURFACE_TOLERANCE)
-        if not is_same:
+        if abs(child.bottom - height) > SURFACE_TOLERANCE:
             continue
         x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
         half = _with_leaf(child.model)
-        rects.append(turned_rect(half, x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw))
+        rect = turned_rect(half, x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw)
+        if not _apart(rect, (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)):
+            rects.append(rect)
     return rects
 
 
