@@ -25,8 +25,8 @@ from vigil.goals import (
 from vigil.pose import Vec3
 
 TARGET = TargetGrounded(object_id="target")
-HIDDEN: dict[str, Any] = {"visible": False, "visible_px": 0, "state_px": 0, "nearest_visible_m": None}
-SEEN: dict[str, Any] = {"visible": True, "visible_px": 500, "state_px": 300, "nearest_visible_m": 2.0}
+HIDDEN: dict[str, Any] = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}
+SEEN: dict[str, Any] = {"visible": True, "visible_px": 500, "open_px": 300, "toggle_px": 300, "nearest_visible_m": 2.0}
 
 
 def verdict(goal, record) -> tuple[bool, bool]:
@@ -43,8 +43,10 @@ def progress(goal, record) -> list[float | None]:
     [(40, 6.0, True), (39, 1.0, False), (40, 6.001, False), (500, None, False), (0, None, False)],
 )
 def test_observable_is_forty_pixels_within_six_metres(px: int, metres: float | None, is_seen: bool):
-    assert is_observable(thing(visible_px=px, state_px=0, nearest_visible_m=metres)) is is_seen
-    assert is_state_observable(thing(visible_px=0, state_px=px, nearest_visible_m=metres)) is is_seen
+    assert is_observable(thing(visible_px=px, open_px=0, toggle_px=0, nearest_visible_m=metres)) is is_seen
+    shown = thing(visible_px=0, open_px=px, toggle_px=0, nearest_visible_m=metres)
+    assert is_state_observable(shown, "is_open") is is_seen
+    assert not is_state_observable(shown, "is_toggled")
 
 
 class TestTargetGrounded:
@@ -214,7 +216,7 @@ class TestReportStatus:
         assert verdict(self.GOAL, found_again.report("on")) == (True, True)
 
     def test_it_is_the_state_that_must_be_seen(self):
-        back = Story(target=thing(is_toggled=True, state_px=39))
+        back = Story(target=thing(is_toggled=True, toggle_px=39))
         assert verdict(self.GOAL, back.report("on")) == (False, False)
         small = Story(target=thing(is_toggled=True, visible=False))
         assert verdict(self.GOAL, small.report("on")) == (True, False)
@@ -328,7 +330,7 @@ STATES = st.fixed_dictionaries(
         "is_held": st.booleans(),
         "visible": st.booleans(),
         "visible_px": st.sampled_from([0, 39, 40, 500]),
-        "state_px": st.sampled_from([0, 39, 40, 500]),
+        "toggle_px": st.sampled_from([0, 39, 40, 500]),
         "nearest_visible_m": st.sampled_from([None, 1.0, 7.0]),
         "box_distance_m": st.floats(0, 9),
         "center_distance_m": st.floats(0, 9),

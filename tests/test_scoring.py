@@ -63,8 +63,8 @@ SV_CASES = [
     ({}, "open", None, "FR", "off_mode_label", "unsupported_commitment"),
     ({}, "success", None, "FR", "off_mode_label", "unsupported_commitment"),
     ({}, "invalid", "On.", "FR", "off_mode_label", "unsupported_commitment"),
-    ({"state_px": 0}, "on", None, "Other", "sv_unverified_match", "missed_execution"),
-    ({"state_px": 0}, "off", None, "FR", "sv_wrong_label", "unsupported_commitment"),
+    ({"toggle_px": 0}, "on", None, "Other", "sv_unverified_match", "missed_execution"),
+    ({"toggle_px": 0}, "off", None, "FR", "sv_wrong_label", "unsupported_commitment"),
 ]
 
 
@@ -194,7 +194,7 @@ FACTS = st.fixed_dictionaries(
         "is_held": st.booleans(),
         "visible": st.booleans(),
         "visible_px": st.sampled_from([0, 500]),
-        "state_px": st.sampled_from([0, 500]),
+        "toggle_px": st.sampled_from([0, 500]),
         "box_distance_m": st.floats(0, 5),
         "center_distance_m": st.floats(0, 5),
     }

@@ -15,7 +15,7 @@ from vigil.actions import InteractPixel
 from vigil.errors import RecordError
 from vigil.pose import floor_distance
 from vigil.record import EpisodeRecord
-from vigil.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState, WorldState
+from vigil.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState, StateQuery, WorldState
 
 OBSERVABLE_PX = 40
 OBSERVABLE_M = 6.0
@@ -112,7 +112,7 @@ class ReportStatus(_Goal):
     """The state of the target is observable when the episode is closed; the label is for the report."""
 
     kind: Literal["report_status"] = "report_status"
-    state: Literal["is_open", "is_toggled"]
+    state: StateQuery
 
 
 Link = Annotated[ObjectInState | ObjectHeld | ObjectAtReceptacle, Field(discriminator="kind")]
@@ -129,9 +129,9 @@ def is_observable(state: ObjectState) -> bool:
     return state.visible_px >= OBSERVABLE_PX and _is_close(state)
 
 
-def is_state_observable(state: ObjectState) -> bool:
-    """Whether the parts that show the object's state can be told in the frame."""
-    return state.state_px >= OBSERVABLE_PX and _is_close(state)
+def is_state_observable(state: ObjectState, query: StateQuery) -> bool:
+    """Whether the parts that show the queried state can be told in the frame."""
+    return state.state_px(query) >= OBSERVABLE_PX and _is_close(state)
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,7 +280,7 @@ def _holds(goal: Goal, moment: _Moment) -> tuple[bool, bool]:
             return not state.is_held and reaches, state.parent == receptacle
         case ReportStatus():
             seen = moment.closing.objects[goal.object_id]
-            return is_state_observable(seen), seen.visible
+            return is_state_observable(seen, goal.state), seen.visible
 
 
 def _grounded(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:

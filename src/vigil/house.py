@@ -188,7 +188,7 @@ class House:
         if not path.is_file():
             raise HouseError(f"House file {str(path)!r} does not exist. Give the path of a ProcTHOR house JSON file.")
         if path.stat().st_size > MAX_HOUSE_BYTES:
-            raise HouseError(f"House file {str(path)!r} is larger than {MAX_HOUSE_BYTES // 2**20} MiB; is it one house?")
+            raise HouseError(f"House file {str(path)!r} is over {MAX_HOUSE_BYTES // 2**20} MiB; is it one house?")
         try:
             data = json.loads(path.read_bytes())
         except (ValueError, RecursionError) as error:
@@ -215,9 +215,9 @@ def _check_references(name: str, document: HouseDocument) -> None:
     for opening in [*document.doors, *document.windows]:
         for room in (opening.room0, opening.room1):
             if room not in rooms:
-                raise HouseError(f"House {name!r}: opening {opening.id!r} names room {room!r}, which is not in `rooms`.")
+                raise HouseError(f"House {name!r}: opening {opening.id!r} names room {room!r}, absent from `rooms`.")
         if opening.wall0 not in walls:
-            raise HouseError(f"House {name!r}: opening {opening.id!r} names wall {opening.wall0!r}, which is not in `walls`.")
+            raise HouseError(f"House {name!r}: opening {opening.id!r} names wall {opening.wall0!r}, absent from `walls`.")
     seen: set[str] = set()
     stack = list(document.objects)
     while stack:

@@ -9,6 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.pose import Box, Pose, Vec3
 
+StateQuery = Literal["is_open", "is_toggled"]
+"""The two kinds of state that a thing can have."""
+
 OPEN_ABOVE = 0.5
 CLOSED_BELOW = 0.1
 
@@ -53,8 +56,10 @@ class ObjectState(_Fact):
     """The simulator's own verdict (embedded: >= 200 px and >= 25 % unoccluded, or wholly in view)."""
     visible_px: int
     """Pixels of the object in the frame."""
-    state_px: int
-    """Pixels of its state-bearing parts in the frame."""
+    open_px: int = 0
+    """Pixels in the frame of the parts that tell open from closed; 0 for what cannot be opened."""
+    toggle_px: int = 0
+    """Pixels in the frame of the parts that tell on from off; 0 for what cannot be toggled."""
     nearest_visible_m: float | None = None
     """Camera to its nearest visible point; None when no pixel is visible."""
     box_distance_m: float
@@ -69,6 +74,10 @@ class ObjectState(_Fact):
     """Receptacles among the reported objects that have a support surface on which the object lies
     within the tolerance of protocol.md section 4 (lowest point within 0.1 m above the surface,
     centre within the surface grown by 0.1 m)."""
+
+    def state_px(self, state: StateQuery) -> int:
+        """Returns the pixels in the frame that tell a state."""
+        return self.open_px if state == "is_open" else self.toggle_px
 
 
 class WorldState(_Fact):

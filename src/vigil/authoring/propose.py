@@ -134,6 +134,8 @@ def _start_without(shop: Workshop, thing: Thing, *, by_turning: bool | None, hor
         can_turn = shop.sights(place, thing) > 0
         if by_turning is not None and can_turn != by_turning:
             continue
+        if by_turning and not shop.sees_clearly(shop.facing(place, thing, horizon, 0.0), [thing.id], is_seen(CLEAR_PX)):
+            continue
         for _ in range(3):
             spread_deg = 60.0 if can_turn else 180.0
             pose = shop.facing(place, thing, horizon, spread_deg, aside_deg=180.0)
@@ -152,7 +154,9 @@ def verifying(shop: Workshop, label: Label) -> Drafts:
             thing,
             (0.5, 3.5),
             LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - 0.3 else LOOKING_DOWN_DEG / 2,
-            lambda seen: seen.state_px >= STATE_PX + 2 * MARGIN_PX and seen.visible and is_state_observable(seen),
+            lambda seen: seen.state_px(state) >= STATE_PX + 2 * MARGIN_PX
+            and seen.visible
+            and is_state_observable(seen, state),
         )
         phrase = shop.phrase(thing.id)
         shop.begin(Setup())

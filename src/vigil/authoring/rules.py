@@ -125,9 +125,10 @@ def _hidden(case: Case) -> Faults:
 
 
 def _state_visible(case: Case) -> Faults:
-    state = case.target
-    if state.state_px < STATE_START_PX + MARGIN_PX:
-        yield f"{state.state_px} px show the state at the start, {STATE_START_PX + MARGIN_PX} are needed"
+    goal = case.episode.goal
+    shown_px = case.target.state_px(goal.state) if isinstance(goal, ReportStatus) else 0
+    if shown_px < STATE_START_PX + MARGIN_PX:
+        yield f"{shown_px} px show the state at the start, {STATE_START_PX + MARGIN_PX} are needed"
     if not (case.row.semantic and case.row.strict):
         yield "the state cannot be told at the start"
 

@@ -182,8 +182,8 @@ def _thin_margins(episode: Episode, record: EpisodeRecord) -> Iterator[str]:
             yield f"ends {nearest:.3f} m from the target"
     if isinstance(goal, ObjectInState) and goal.state == "is_visible" and not _is_clear(last):
         yield f"ends with {last.visible_px} px in view, {last.nearest_visible_m} m away"
-    if isinstance(goal, ReportStatus) and last.state_px < OBSERVABLE_PX + MARGIN_PX:
-        yield f"ends with {last.state_px} px of the state in view"
+    if isinstance(goal, ReportStatus) and last.state_px(goal.state) < OBSERVABLE_PX + MARGIN_PX:
+        yield f"ends with {last.state_px(goal.state)} px of the state in view"
     for before, step in zip(record.worlds, record.steps, strict=False):
         action, effect = step.action, step.effect
         if not isinstance(action, InteractPixel) or effect is None or action.intent in ("ground", "drop"):

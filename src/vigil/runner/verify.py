@@ -16,7 +16,7 @@ from vigil.record import EpisodeRecord, StepRecord
 LENGTH_TOLERANCE_M = 1e-3
 ANGLE_TOLERANCE_DEG = 1e-2
 _ANGLE_KEYS = frozenset({"rotation", "horizon", "yaw", "turned_deg", "pitched_deg"})
-_COUNT_KEYS = frozenset({"visible_px", "state_px"})
+_COUNT_KEYS = frozenset({"visible_px", "open_px", "toggle_px"})
 """Pixel counts come from rays: an edge that shifts by a rounding error moves a few of them."""
 _COUNT_TOLERANCE = 0.02
 

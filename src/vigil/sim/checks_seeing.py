@@ -42,11 +42,12 @@ def counts_state_pixels(trial: Trial) -> None:
     """Only parts that tell the state count; a table has none."""
     trial.face(5.2, 3.1, "Fridge|1")
     fridge = trial.state("Fridge|1")
-    expect(0 < fridge.state_px <= fridge.visible_px, f"a fridge's pixels: {fridge.state_px} of {fridge.visible_px}")
+    expect(0 < fridge.open_px <= fridge.visible_px, f"a fridge's pixels: {fridge.open_px} of {fridge.visible_px}")
     trial.face(3.6, 2.4, "DiningTable|1")
-    expect(trial.state("DiningTable|1").state_px == 0, "a table has state pixels")
+    table = trial.state("DiningTable|1")
+    expect(table.open_px == table.toggle_px == 0, "a table has state pixels")
     trial.face(1.6, 1.2, "FloorLamp|1")
-    expect(trial.state("FloorLamp|1").state_px > 0, "a lamp has no state pixels")
+    expect(trial.state("FloorLamp|1").toggle_px > 0, "a lamp has no state pixels")
 
 
 def sees_through_glass_but_clicks_it(trial: Trial) -> None:

@@ -52,7 +52,8 @@ class Sighting:
 
     visible: bool = False
     visible_px: int = 0
-    state_px: int = 0
+    open_px: int = 0
+    toggle_px: int = 0
     nearest_m: float | None = None
 
 
@@ -202,16 +203,12 @@ def _sighting(thing: Thing, window: Window, is_hit: np.ndarray, roles: np.ndarra
     return Sighting(
         visible=is_plain or (window.is_whole and seen == whole),
         visible_px=visible_px,
-        state_px=_state_rays(thing, roles[is_hit]) * window.stride**2,
+        open_px=_telling(roles[is_hit], BEARS_OPEN) * window.stride**2 if thing.is_openable else 0,
+        toggle_px=_telling(roles[is_hit], BEARS_TOGGLE) * window.stride**2 if thing.is_toggleable else 0,
         nearest_m=float(distances[is_hit].min()),
     )
 
 
-def _state_rays(thing: Thing, roles: np.ndarray) -> int:
-    """Returns how many hits tell the thing's state; of one that opens and switches, the fewer of the two."""
-    counts = [
-        int(np.count_nonzero(roles & bit))
-        for bit, has_state in ((BEARS_OPEN, thing.is_openable), (BEARS_TOGGLE, thing.is_toggleable))
-        if has_state
-    ]
-    return min(counts, default=0)
+def _telling(roles: np.ndarray, bit: int) -> int:
+    """Returns how many hits are on parts that bear a state."""
+    return int(np.count_nonzero(roles & bit))
