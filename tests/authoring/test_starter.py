@@ -6,8 +6,10 @@ import pytest
 
 from vigil.actions import InteractPixel, Report
 from vigil.authoring.rules import CR_TEMPLATES, SM_TEMPLATES
+from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.starter import HOUSES, SLOTS
 from vigil.episode import FAMILIES, Episode, Family
+from vigil.goals import is_observable
 from vigil.pack import Pack
 
 
@@ -66,6 +68,20 @@ def test_pointing_difficulties(starter: Pack) -> None:
 def test_most_searches_need_walking(starter: Pack) -> None:
     templates = Counter(episode.provenance.template for episode in of(starter, "VS"))
     assert templates["walk"] >= 5
+
+
+def test_walks_to_search_cannot_be_saved_by_turning(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    for episode in of(starter, "VS"):
+        simulator.load(starter.house_of(episode))
+        simulator.reset(episode.start, episode.setup)
+        target, found = episode.goal.object_id, False
+        for yaw in range(0, 360, 45):
+            for horizon in (-30.0, 0.0, 45.0):
+                with simulator.standing_at(
+                    episode.start.model_copy(update={"rotation": float(yaw), "horizon": horizon})
+                ):
+                    found = found or is_observable(simulator.world([target]).objects[target])
+        assert found == (episode.provenance.template == "turn"), episode.id
 
 
 def test_ids_follow_the_form_and_are_unique(starter: Pack) -> None:
