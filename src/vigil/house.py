@@ -217,7 +217,7 @@ def _check_references(name: str, document: HouseDocument) -> None:
             if room not in rooms:
                 raise HouseError(f"House {name!r}: opening {opening.id!r} names room {room!r}, absent from `rooms`.")
         if opening.wall0 not in walls:
-            raise HouseError(f"House {name!r}: opening {opening.id!r} names wall {opening.wall0!r}, absent from `walls`.")
+            raise HouseError(f"House {name!r}: {opening.id!r} has wall0 {opening.wall0!r}, absent from `walls`.")
     seen: set[str] = set()
     stack = list(document.objects)
     while stack:
