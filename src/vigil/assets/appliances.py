@@ -239,7 +239,7 @@ def _pierced(
 
 
 def _drum_panel(builder: Builder, x: tuple[float, float], y: tuple[float, float], z: float, is_washer: bool) -> None:
-    """Adds the control panel: a dial, a clock and either a soap drawer or a row of keys."""
+    """Adds the control panel: a dial, a clock and what it says that it is, on a soap drawer if it has one."""
     (x0, x1), (y0, y1) = x, y
     tall, mid = y1 - y0, (y0 + y1) / 2
     builder.block("plastic/#d5d7d9", x, y, (z - 0.02, z), 0.002)
@@ -249,11 +249,9 @@ def _drum_panel(builder: Builder, x: tuple[float, float], y: tuple[float, float]
     builder.add(Look("plastic/#101314", on="screen/blue", bears_toggle=True), clock)
     if is_washer:
         builder.block("plastic/#c4c7ca", (x1 - 0.2, x1 - 0.015), (y0 + 0.012, y1 - 0.012), (z - 0.01, z + 0.008), 0.003)
-        builder.block("plastic/#7d8185", (x1 - 0.15, x1 - 0.065), (y0 + 0.03, y0 + 0.042), (z + 0.007, z + 0.01))
+        builder.add("print/washer", shapes.panel(0.16, 0.04, (x1 - 0.108, mid, z + 0.0086)))
     else:
-        for index in range(4):
-            key = shapes.cylinder(0.013, 0.012, (x1 - 0.06 - 0.04 * index, mid, z + 0.005), "z", 10)
-            builder.add("plastic/#6d7175", key)
+        builder.add("print/dryer", shapes.panel(0.19, 0.048, (x1 - 0.11, mid, z + 0.001)))
 
 
 def _porthole(

@@ -36,7 +36,7 @@ def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     builder.add(metal, shapes.tube(path, thick), shapes.translate(plate, (0, 0.02 * height, base)))
     mouth = shapes.cylinder(1.15 * thick, 0.08 * height, (0, tip_y, tip_z), segments=10)
     builder.add(Look(metal, bears_toggle=True), mouth)
-    fall = shapes.cylinder(0.62 * thick, tip_y + WATER_DROP_M, (0, (tip_y - WATER_DROP_M) / 2, tip_z), segments=8)
+    fall = shapes.cylinder(0.95 * thick, tip_y + WATER_DROP_M, (0, (tip_y - WATER_DROP_M) / 2, tip_z), segments=8)
     builder.add(WATER, fall)
     levers = (-0.5 * width + 0.13 * width, 0.5 * width - 0.13 * width) if twin else (0.0,)
     for x in levers:

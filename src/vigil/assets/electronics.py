@@ -156,10 +156,10 @@ def cell_phone(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     screen = Look(OFF_SCREEN, on="screen/phone", bears_toggle=True)
     builder.add(screen, shapes.translate(glass, (0, height, -0.2 * length if has_keys else 0)))
     if has_keys:
-        for row in range(4):
-            for column in range(5):
-                spot = ((column - 2) * 0.17 * width, height * 0.985, (0.14 + 0.085 * row) * length)
-                builder.add("plastic/#d9d9d6", shapes.panel(0.13 * width, 0.055 * length, spot, "+y"))
+        for row, looks in enumerate((("#2f9e4f", "#d9d9d6", "#d3242c"), *[("#d9d9d6",) * 3] * 4)):
+            for column, look in enumerate(looks):
+                spot = ((column - 1) * 0.28 * width, height * 0.985, (0.11 + 0.075 * row) * length)
+                builder.add(f"plastic/{look}", shapes.panel(0.22 * width, 0.045 * length, spot, "+y"))
     else:
         builder.add(
             "plastic/#3c3e42", shapes.panel(0.2 * width, 0.012 * length, (0, height * 0.985, -0.465 * length), "+y")

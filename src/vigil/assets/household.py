@@ -38,19 +38,29 @@ def paper_towel_roll(size: Vec3, rng: np.random.Generator, _levels: Sequence[flo
 
 
 def aluminum_foil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a roll of aluminum foil: a long box from which a sheet of foil sticks out."""
+    """Returns a roll of aluminum foil in an open carton that says so, a sheet hanging over its edge."""
     builder = Builder("AluminumFoil", size)
     width, height, length = size
     name, tint = colour(rng, "blue", "red", "orange", "teal")
-    box = (0.8 * width, 0.92 * height, length)
-    builder.add(f"cardboard/{tint}", shapes.box(box, (0.1 * width, 0.46 * height, 0), 0.004))
-    label = shapes.panel(0.4 * length, 0.56 * height, facing="-x")
-    builder.add("print/label", shapes.translate(label, (-0.3 * width - 8e-4, 0.44 * height, 0.26 * length)))
-    front = [(-0.3 * width, 0.86 * height), (-0.44 * width, 0.7 * height), (-0.5 * width, 0.25 * height)]
-    outline = [*front, *[(x + 0.03 * width, y - 0.02 * height) for x, y in reversed(front)]]
-    builder.add("chrome", shapes.extrude(outline, -0.42 * length, 0.0, "z"))
-    roll = shapes.cylinder(0.3 * width, 0.96 * length, (0.1 * width, height - 0.3 * width, 0), "z", 14)
-    builder.add("chrome", roll)
+    tall = 0.62 * height
+    carton = f"cardboard/{tint}"
+    for x in (-0.47 * width, 0.47 * width):
+        builder.add(carton, shapes.box((0.06 * width, tall, length), (x, tall / 2, 0)))
+    for z in (-0.49 * length, 0.49 * length):
+        builder.add(carton, shapes.box((0.9 * width, tall, 0.02 * length), (0, tall / 2, z)))
+    builder.add(carton, shapes.box((0.9 * width, 0.05 * height, length), (0, 0.025 * height, 0)))
+    for side, facing in ((-1, "-x"), (1, "+x")):
+        words = shapes.panel(0.36 * length, 0.5 * height, facing=facing)
+        builder.add("print/foil", shapes.translate(words, (side * (width / 2 + 4e-4), 0.32 * height, 0.26 * length)))
+    radius = 0.42 * width
+    middle = (0.0, height - radius, 0.0)
+    builder.add("metal/aluminum", shapes.cylinder(radius, 0.94 * length, middle, "z", 18))
+    for side in (-1, 1):
+        core = shapes.cylinder(0.45 * radius, 0.01 * length, (0, middle[1], side * 0.47 * length), "z", 10)
+        builder.add("cardboard", core)
+    fall = [(-radius, middle[1]), (-0.5 * width, tall), (-0.5 * width - 1e-3, 0.25 * height)]
+    outline = [*fall, *[(x - 0.02 * width, y) for x, y in reversed(fall)]]
+    builder.add("metal/aluminum", shapes.extrude(outline, -0.46 * length, 0.04 * length, "z"))
     return builder.build([name])
 
 

@@ -200,7 +200,7 @@ def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
     metal = one_of(rng, ("metal/gold", "chrome", "metal/brushed"))
     strap = f"leather/{tint}" if tint else "metal/brushed"
     angles = np.linspace(0, 2 * np.pi, 21)
-    across = 0.36 * depth
+    across = 0.27 * depth
     loop = np.c_[0.5 * width * np.cos(angles), 0.46 * height + 0.46 * height * np.sin(angles)]
     inner = np.c_[0.44 * width * np.cos(angles), 0.46 * height + 0.36 * height * np.sin(angles)]
     for a, b in ((loop, inner),):
@@ -208,7 +208,7 @@ def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
         skin = [np.stack([rings[k], rings[(k + 1) % 4]]) for k in range(4)]
         builder.add(strap, *(_outward(shapes.loft(pair, cap=False), inside=k == 2) for k, pair in enumerate(skin)))
     dial = shapes.cylinder(0.5, 0.2 * height, segments=18)
-    face = min(0.62 * width, depth)
+    face = min(0.6 * width, depth)
     builder.add(metal, shapes.translate(shapes.scale(dial, (face, 1, depth)), (0, 0.88 * height, 0)))
     plate = one_of(rng, ("paper/#f4f1e6", "plastic/#22304f", DARK))
     glass = shapes.disc(0.43, segments=18)

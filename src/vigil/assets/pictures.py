@@ -6,9 +6,11 @@ Drawn with numpy and PIL from a fixed random stream; not meant to tile. Row 0 is
 from collections.abc import Callable
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 Colour = tuple[int, int, int]
+
+Drawing = Callable[[np.random.Generator], np.ndarray]
 
 _WIDE, _TALL = 256, 192
 
@@ -315,6 +317,18 @@ def _label(rng: np.random.Generator) -> np.ndarray:
     return np.asarray(image)
 
 
+def _lettering(text: str, ink: Colour, paper: Colour) -> Drawing:
+    """Returns the drawing of one word across a face four times as wide as high."""
+
+    def drawing(_rng: np.random.Generator) -> np.ndarray:
+        image = Image.new("RGB", (256, 64), paper)
+        brush, font = ImageDraw.Draw(image), ImageFont.load_default(56)
+        brush.text((128, 32), text, fill=ink, font=font, anchor="mm", stroke_width=2, stroke_fill=ink)
+        return np.asarray(image)
+
+    return drawing
+
+
 def _cover(rng: np.random.Generator) -> np.ndarray:
     paints: tuple[Colour, ...] = (
         (150, 34, 40),
@@ -357,8 +371,6 @@ def _sky(rng: np.random.Generator) -> np.ndarray:
     return np.clip(image * (1 - 0.8 * cover) + 250 * 0.8 * cover, 0, 255).astype(np.uint8)
 
 
-Drawing = Callable[[np.random.Generator], np.ndarray]
-
 KINDS: dict[str, dict[str, Drawing]] = {
     "picture": {
         str(index): (_mountains, _portrait, _abstract, _seascape, _flowers, _city)[index % 6] for index in range(24)
@@ -375,7 +387,14 @@ KINDS: dict[str, dict[str, Drawing]] = {
         "blue": _clock_digits((90, 200, 255), "02:15"),
     },
     "cover": {str(index): _cover for index in range(24)},
-    "print": {"text": _text_page, "news": _newspaper, "label": _label},
+    "print": {
+        "text": _text_page,
+        "news": _newspaper,
+        "label": _label,
+        "foil": _lettering("FOIL", (24, 40, 92), (240, 240, 236)),
+        "dryer": _lettering("DRYER", (30, 32, 36), (213, 215, 217)),
+        "washer": _lettering("WASHER", (30, 32, 36), (196, 199, 202)),
+    },
     "sky": {"0": _sky},
 }
 """Kind -> variant -> drawing; numbers wrap around, so that every number is a picture."""

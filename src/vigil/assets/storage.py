@@ -32,7 +32,7 @@ _KNOBS: tuple[HandleKind, ...] = ("knob", "bar", "cup")
 
 
 def _fronts(rng: np.random.Generator, front: str) -> Fronts:
-    inner = one_of(rng, ("wood/birch", "wood/pine", "paint/#e9e4d8"))
+    inner = one_of(rng, ("paint/#efeade", "paint/#f4f2ec", "paint/#e6e8ea"))
     return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, _KNOBS), bool(rng.random() < 0.4))
 
 

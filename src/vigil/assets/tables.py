@@ -207,7 +207,7 @@ def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> N
 
 def _fronts(rng: np.random.Generator, front: str) -> Fronts:
     kinds: tuple[HandleKind, ...] = ("knob", "bar", "cup")
-    return Fronts(front, "wood/birch", one_of(rng, HANDLES).material, one_of(rng, kinds), bool(rng.random() < 0.3))
+    return Fronts(front, "paint/#f1eee4", one_of(rng, HANDLES).material, one_of(rng, kinds), bool(rng.random() < 0.3))
 
 
 def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

@@ -115,14 +115,14 @@ def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def shaker(category: str, dark: bool) -> Maker:
-    """Returns the maker of salt (light) or pepper (`dark`) shakers: a pot with a metal cap, or a wooden mill."""
+    """Returns the maker of salt or pepper (`dark`) shakers: a pot with a metal cap, or a mill, of wood for pepper."""
 
     def make(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
         builder = Builder(category, size)
         grain = "plastic/#2b2622" if dark else "plastic/#f6f5f2"
         kind = one_of(rng, ("glass", "ceramic", "mill"))
-        if kind == "mill":
-            wood = "wood/walnut" if dark else "wood/pale"
+        if kind == "mill" and dark:
+            wood = "wood/walnut"
             wall = [
                 (0.0, 0.0),
                 (1.0, 0.0),
@@ -139,12 +139,13 @@ def shaker(category: str, dark: bool) -> Maker:
             _turned(builder, "chrome", [(0.2, 0.92), (0.24, 0.97), (0.12, 1.0), (0.0, 1.0)], 10)
             return builder.build(["wooden", "mill"])
         body = [(0.0, 0.0), (0.98, 0.0), (1.0, 0.05), (0.74, 0.74), (0.0, 0.74)]
-        if kind == "glass":
+        if kind != "ceramic":
             _turned(builder, grain, [(0.0, 0.02), (0.9, 0.02), (0.78, 0.5), (0.0, 0.5)], 12)
             _turned(builder, Look("glass", is_glass=True), body, 14)
         else:
             _turned(builder, "ceramic/#2d2f33" if dark else "ceramic/#f2f1ee", body)
-        _turned(builder, "chrome", [(0.78, 0.74), (0.8, 0.84), (0.6, 0.96), (0.3, 1.0), (0.0, 1.0)])
+        cap = "wood/pale" if kind == "mill" else "chrome"
+        _turned(builder, cap, [(0.78, 0.74), (0.8, 0.84), (0.6, 0.96), (0.3, 1.0), (0.0, 1.0)])
         width, height, depth = size
         for angle in np.arange(6) * np.pi / 3:
             spot = (0.12 * width * np.cos(angle), 1.0 * height, 0.12 * depth * np.sin(angle))
@@ -155,7 +156,7 @@ def shaker(category: str, dark: bool) -> Maker:
         builder.add(
             "plastic/#ecebe6" if dark else "plastic/#2b2622", shapes.translate(shapes.rotate(letter, "x", -lean), place)
         )
-        return builder.build(["glass"] if kind == "glass" else ["black" if dark else "white"])
+        return builder.build(["glass"] if kind != "ceramic" else ["black" if dark else "white"])
 
     return make
 

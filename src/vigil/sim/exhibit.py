@@ -26,13 +26,15 @@ OPENINGS = frozenset({"Doorway", "Doorframe", "Window"})
 BEFORE_WINDOWS = frozenset({"Blinds", "Curtains"})
 FREE_STANDING = frozenset({"Rug", "CoffeeTable", "DiningTable", "Chair", "Stool", "Ottoman", "Footstool", "DogBed"})
 CARRIERS = frozenset({"CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dresser", "TVStand", "Bed"})
+LENGTHWISE = 1.2
+"""What is this much deeper than wide, and can be carried, lies turned: nobody would know it by its end."""
 FREE_STANDING_Z_M, WALL_GAP_M, EDGE_M = 1.2, 0.015, 0.05
 USUAL_MIDDLE_M = 1.4
 """Height of the middle of what hangs on a wall, and where that is another."""
 _MIDDLES = {"LightSwitch": 1.1, "ToiletPaperHanger": 0.75, "Shelf": 1.2, "HandTowelHolder": 1.2, "TowelHolder": 1.2}
 _TOPS = {"Curtains": 2.35, "ShowerHead": 2.1, "Blinds": 2.05}
-KNOB_SHARE = 0.88
-"""Height of a stove's knobs, as a share of the stove's."""
+KNOB_SHARE, KNOB_ASIDE = 0.91, 0.1
+"""Height of a stove's knobs, as a share of the stove's, and how far from its middle one fits between them."""
 _FLOORS = ("WoodFloorsCross", "WoodGrain_Tan", "WoodGrain_Brown", "GreyFloor 1", "planks/oak", "planks/walnut")
 _WALLS = ((0.94, 0.93, 0.9), (0.91, 0.87, 0.79), (0.8, 0.86, 0.81), (0.76, 0.82, 0.88), (0.83, 0.8, 0.85))
 
@@ -78,6 +80,8 @@ def exhibit(subject: Subject, rng: np.random.Generator) -> Scene:
         _stand(things[0], rng)
     else:
         things.append(_carrier(where, things[0], rng))
+        if subject.category == "Sink":
+            things.append(_faucet_of(things[0], things[1], rng))
     holes = [_hole_of(thing) for thing in things if thing.is_structure]
     return _room(subject.category, holes, {thing.id: thing for thing in things}, rng)
 
@@ -119,7 +123,7 @@ def _stand(thing: Thing, rng: np.random.Generator) -> None:
     is_free = thing.category in FREE_STANDING
     z = FREE_STANDING_Z_M + size.z / 2 if is_free else WALL_GAP_M + size.z / 2
     thing.position = Vec3(WIDTH_M / 2, size.y / 2, z)
-    thing.rotation = Vec3(0.0, float(rng.uniform(-25.0, 25.0)) if is_free else 0.0, 0.0)
+    thing.rotation = Vec3(0.0, _yaw(thing, 25.0 if is_free else 0.0, rng), 0.0)
 
 
 def _window_behind(thing: Thing, rng: np.random.Generator) -> Thing:
@@ -141,15 +145,31 @@ def _carrier(category: str, thing: Thing, rng: np.random.Generator) -> Thing:
     )
     if category == "Stove":
         knob_y, knob_z = KNOB_SHARE * size.y, WALL_GAP_M + _front_of(asset, KNOB_SHARE) + own.z / 2
-        thing.position = Vec3(WIDTH_M / 2 + 0.04, knob_y, knob_z + size.z / 2)
+        thing.position = Vec3(WIDTH_M / 2 + KNOB_ASIDE * size.x, knob_y, knob_z + size.z / 2)
         return carrier
     free = [surface for surface in asset.surfaces if not surface.is_inside and surface.clearance > own.y]
     top = max(free, key=lambda surface: (round(surface.center.y, 1), surface.size_x * surface.size_z))
     forward = 0.0 if category == "Bed" else max(0.0, top.size_z / 2 - own.z / 2 - EDGE_M)
     x, y, z = np.array(carrier.position) + np.array(top.center)
     thing.position = Vec3(float(x), float(y) + own.y / 2, float(z) + forward)
-    thing.rotation = Vec3(0.0, float(rng.uniform(-30.0, 30.0)), 0.0)
+    thing.rotation = Vec3(0.0, _yaw(thing, 0.0 if thing.category == "Sink" else 30.0, rng), 0.0)
     return carrier
+
+
+def _yaw(thing: Thing, up_to_deg: float, rng: np.random.Generator) -> float:
+    """Returns how far a thing that faces the viewer is turned: a little, or across when it is long."""
+    size, sign = thing.asset.size, float(rng.choice([-1.0, 1.0]))
+    if CATALOG[thing.category].is_pickupable and size.z > LENGTHWISE * size.x:
+        return sign * float(rng.uniform(40.0, 75.0))
+    return sign * float(rng.uniform(0.0, up_to_deg))
+
+
+def _faucet_of(sink: Thing, carrier: Thing, rng: np.random.Generator) -> Thing:
+    """Returns a faucet that stands on the counter behind a basin."""
+    asset = make("Faucet", CATALOG["Faucet"].typical_size, int(rng.integers(1000)))
+    level = sink.position.y - sink.asset.size.y / 2
+    z = WALL_GAP_M + 0.02 + asset.size.z / 2
+    return Thing("faucet", "Faucet", asset, Vec3(carrier.position.x, level + asset.size.y / 2, z), Vec3(0.0, 0.0, 0.0))
 
 
 def _front_of(asset: Asset, share: float) -> float:
