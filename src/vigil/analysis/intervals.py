@@ -1,0 +1,138 @@
+"""Intervals and tests: what an estimate, or a difference between two runs, is worth.
+
+Wilson for single rates; a bootstrap clustered by house where episodes share houses; McNemar (exact) and a paired,
+clustered bootstrap for two runs on the same episodes; the smallest difference that so many episodes can show. Every
+resampling has a fixed seed and sorted clusters: the same rows give the same interval, in whatever order they come.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binomtest, norm
+
+from vigil.summary import wilson
+
+RESAMPLES = 2000
+SEED = 20260101
+LEVEL = 0.95
+POWER = 0.80
+MIN_CLUSTERS = 5
+"""With fewer houses a clustered bootstrap says nothing."""
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """A rate with its counts and its 95 % Wilson interval; the value is None over no trials."""
+
+    hits: int
+    n: int
+
+    @property
+    def value(self) -> float | None:
+        """Returns hits / n."""
+        return self.hits / self.n if self.n else None
+
+    @property
+    def interval(self) -> Interval:
+        """Returns the 95 % Wilson interval; (0, 1) over no trials."""
+        return wilson(self.hits, self.n)
+
+
+@dataclass(frozen=True, slots=True)
+class McNemar:
+    """An exact test of two paired yes/no outcomes."""
+
+    only_first: int
+    only_second: int
+    n: int
+    p: float
+
+    @property
+    def difference(self) -> float | None:
+        """Returns the second's rate minus the first's."""
+        return (self.only_second - self.only_first) / self.n if self.n else None
+
+
+def clustered(values: np.ndarray, houses: np.ndarray) -> Interval | None:
+    """Returns the 95 % interval of the mean of `values` when whole houses are drawn anew.
+
+    None with fewer than five houses, or when all houses agree: resampling then says nothing.
+    """
+    intervals = clustered_means(values.reshape(-1, 1), houses)
+    return None if intervals is None else intervals[0]
+
+
+def clustered_means(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
+    """Returns the interval of each column's mean, (n, columns), under one resampling of houses; None as above."""
+    names, index = np.unique(houses.astype(str), return_inverse=True)
+    if len(names) < MIN_CLUSTERS:
+        return None
+    sizes = np.bincount(index).astype(float)
+    sums = np.stack([np.bincount(index, weights=column) for column in values.T.astype(float)], axis=1)
+    draws = np.random.default_rng(SEED).multinomial(len(names), np.full(len(names), 1 / len(names)), size=RESAMPLES)
+    means = (draws @ sums) / (draws @ sizes)[:, None]
+    tail = (1 - LEVEL) / 2
+    low, high = np.quantile(means, [tail, 1 - tail], axis=0)
+    centre = values.mean(axis=0)
+    return [(float(min(a, c)), float(max(b, c))) if b > a else None for a, b, c in zip(low, high, centre, strict=True)]
+
+
+def mcnemar(first: np.ndarray, second: np.ndarray) -> McNemar:
+    """Returns the exact McNemar test of two boolean columns over the same episodes."""
+    only_first, only_second = int((first & ~second).sum()), int((second & ~first).sum())
+    discordant = only_first + only_second
+    p = float(binomtest(only_first, discordant, 0.5).pvalue) if discordant else 1.0
+    return McNemar(only_first, only_second, len(first), p)
+
+
+def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> tuple[float, Interval | None]:
+    """Returns mean(second - first) with its 95 % interval from a paired bootstrap clustered by house."""
+    difference = second.astype(float) - first.astype(float)
+    return float(difference.mean()) if len(difference) else math.nan, clustered(difference, houses)
+
+
+def holm(p_values: list[float]) -> list[float]:
+    """Returns p-values adjusted for how many there are (Holm), in the same order."""
+    adjusted = [0.0] * len(p_values)
+    running = 0.0
+    for rank, index in enumerate(sorted(range(len(p_values)), key=p_values.__getitem__)):
+        running = max(running, min(1.0, p_values[index] * (len(p_values) - rank)))
+        adjusted[index] = running
+    return adjusted
+
+
+def smallest_difference(n: int, rate: float = 0.5) -> float | None:
+    """Returns the smallest difference between two independent rates near `rate` that n episodes each can show.
+
+    At the 5 % level with 80 % power; None without episodes.
+    """
+    if not n:
+        return None
+    return min(1.0, _reach() * math.sqrt(2 * rate * (1 - rate) / n))
+
+
+def smallest_paired_difference(n: int, discordant: float) -> float | None:
+    """Returns the smallest paired difference that n shared episodes can show when a share of them is `discordant`.
+
+    At the 5 % level with 80 % power (Connor's formula for McNemar's test); None when no n is enough.
+    """
+    if not n or not 0 < discordant <= 1:
+        return None
+    z_level, z_power = float(norm.ppf(1 - (1 - LEVEL) / 2)), float(norm.ppf(POWER))
+    difference = _reach() * math.sqrt(discordant / n)
+    for _ in range(50):
+        spread = max(0.0, discordant - difference**2)
+        difference = (z_level * math.sqrt(discordant) + z_power * math.sqrt(spread)) / math.sqrt(n)
+    return difference if difference <= discordant else None
+
+
+def houses_of(rows: pd.DataFrame) -> np.ndarray:
+    """Returns the house of each row: the cluster that its episode belongs to."""
+    return rows["house"].to_numpy(dtype=str)
+
+
+def _reach() -> float:
+    return float(norm.ppf(1 - (1 - LEVEL) / 2) + norm.ppf(POWER))

@@ -1,0 +1,236 @@
+"""Report: the runs of a study as a page, as Markdown, LaTeX, JSON and tables of numbers.
+
+One order for all formats: what is wrong with the data, how to read it, the figures, the tables.
+"""
+
+import base64
+import html
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import pandas as pd
+
+from vigil.analysis.figures import CAPTIONS, FIGURES
+from vigil.analysis.paper import NOTE
+from vigil.analysis.rows import frame_of
+from vigil.analysis.study import Study
+from vigil.analysis.style import saved
+from vigil.analysis.table import Table
+from vigil.analysis.tables import OWN_TABLES, PAPER_TABLES, tables
+from vigil.analysis.text import LEGEND, html_table, latex, markdown
+from vigil.errors import SettingError
+
+Format = Literal["md", "html", "latex", "json", "csv"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+LIMITS = (
+    "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not say that the agent meant it.",
+    "B says that a reached state was closed with a matching report. It is not calibration and not self-knowledge: a constant report can match by chance (see the counterfactual policies).",
+    "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from persistence, a lost goal or not knowing that reporting is asked for.",
+    "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the table `composition`).",
+    "`report` is itself the instrument of measurement: an agent trained to another way of stopping is measured through it.",
+    "One simulator, first-person RGB, no feedback: results need not carry over to other bodies, sensors or contracts.",
+    "A difference between rows counts only where a paired test or an interval in this report supports it.",
+)
+_GROUPS = (
+    ("overview", "regimes", "outcome_partition", "clustered", "comparisons", "comparable_pairs", "power"),
+    tuple(PAPER_TABLES)[:9],
+    tuple(name for name in OWN_TABLES if name in ("family_rates", "after_goal", "sv_statuses", "composition", "stop_only", "invalid_replies", "runs")),
+    tuple(PAPER_TABLES)[9:],
+)  # fmt: skip
+_HEADINGS = ("Findings at a glance", "The paper's tables, with these runs", "Further analyses", "Protocol and pack")
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything that a report shows, made once for all formats."""
+
+    study: Study
+    tables: Mapping[str, Table]
+    figures: Mapping[str, Mapping[str, bytes]]
+    """Figure -> kind of file (png, svg, pdf) -> bytes."""
+
+
+def make_report(study: Study, kinds: tuple[str, ...] = ("svg",)) -> Report:
+    """Returns a report with its figures drawn in the given kinds of file."""
+    drawn = {name: figure for name, draw in FIGURES.items() if (figure := draw(study)) is not None}
+    figures = {name: {kind: saved(figure, kind) for kind in kinds} for name, figure in drawn.items()}
+    return Report(study, tables(study), figures)
+
+
+def write_report(study: Study, folder: Path, formats: tuple[Format, ...] = ("md", "html")) -> list[Path]:
+    """Writes a report into `folder` in each format, and returns the files that were written. Raises SettingError."""
+    unknown = [name for name in formats if name not in FORMATS]
+    if unknown:
+        raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
+    wanted = {"md": "png", "html": "svg", "latex": "pdf"}
+    report = make_report(study, tuple(wanted[name] for name in formats if name in wanted))
+    written: list[Path] = []
+
+    def put(name: str, content: str | bytes) -> None:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        written.append(path)
+
+    try:
+        for name in dict.fromkeys(formats):
+            _WRITERS[name](report, put)
+    except OSError as error:
+        raise SettingError(f"Cannot write the report into {str(folder)!r}: {error}. Give another --out.") from None
+    return written
+
+
+def markdown_report(report: Report, figures: bool = True) -> str:
+    """Returns the whole report as Markdown; figures are named as files under `figures/`."""
+    parts = ["# VIGIL report", "", *_md_list("Read this first", report.study.warnings)]
+    parts += [_summary(report.study), "", *_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
+    if figures:
+        for name in report.figures:
+            parts += [f"![{CAPTIONS[name]}](figures/{name}.png)", "", f"*{CAPTIONS[name]}*", ""]
+    for heading, names in zip(_HEADINGS, _GROUPS, strict=True):
+        parts += [f"## {heading}", "", *(markdown(report.tables[name]) for name in names)]
+    return "\n".join(parts)
+
+
+def html_report(report: Report) -> str:
+    """Returns the whole report as one page that needs nothing beside it."""
+    template = (files("vigil.analysis") / "report.html").read_text(encoding="utf-8")
+    figures = "".join(_html_figure(name, drawn["svg"]) for name, drawn in report.figures.items())
+    body, contents = [], ['<li><a href="#figures">Figures</a></li>']
+    for heading, names in zip(_HEADINGS, _GROUPS, strict=True):
+        anchor = heading.lower().replace(" ", "-").replace("'", "").replace(",", "")
+        links = "".join(f'<li><a href="#{name}">{html.escape(report.tables[name].title)}</a></li>' for name in names)
+        contents.append(f'<li><a href="#{anchor}">{html.escape(heading)}</a><ul>{links}</ul></li>')
+        body.append(f'<h2 id="{anchor}">{html.escape(heading)}</h2>')
+        body += [html_table(report.tables[name]) for name in names]
+    filled = {
+        "WARNINGS": _html_list("warnings", "Read this first", report.study.warnings),
+        "SUMMARY": html.escape(_summary(report.study)),
+        "LIMITS": _html_list("limits", "What these numbers do and do not say", LIMITS),
+        "LEGEND": html.escape(LEGEND),
+        "CONTENTS": "".join(contents),
+        "FIGURES": figures,
+        "BODY": "".join(body),
+    }
+    for name, text in filled.items():
+        template = template.replace(f"<!--{name}-->", text)
+    return template
+
+
+def json_report(report: Report) -> str:
+    """Returns every table's numbers as JSON; NaN never occurs."""
+    document: dict[str, Any] = {
+        "schema_version": 1,
+        "warnings": report.study.warnings,
+        "limits": LIMITS,
+        "published_note": NOTE if report.study.published else None,
+        "tables": {
+            name: {
+                "title": table.title,
+                "columns": [
+                    {"key": column.key, "heading": column.heading, "kind": column.kind} for column in table.columns
+                ],
+                "rows": table.flat_rows(),
+                "notes": table.notes,
+            }
+            for name, table in report.tables.items()
+        },
+    }
+    return json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False, default=_plain) + "\n"
+
+
+def csv_table(table: Table) -> str:
+    """Returns one table's numbers as CSV."""
+    names = ["group", "published", "privileged", *(name for name, *_ in table.flat_columns())]
+    return pd.DataFrame(table.flat_rows(), columns=names).to_csv(index=False)
+
+
+Put = Callable[[str, str | bytes], None]
+
+
+def _write_md(report: Report, put: Put) -> None:
+    put("report.md", markdown_report(report))
+    for name, drawn in report.figures.items():
+        put(f"figures/{name}.png", drawn["png"])
+
+
+def _write_html(report: Report, put: Put) -> None:
+    put("report.html", html_report(report))
+
+
+def _write_latex(report: Report, put: Put) -> None:
+    for name, table in report.tables.items():
+        put(f"tables/{name}.tex", latex(table))
+    for name, drawn in report.figures.items():
+        put(f"figures/{name}.pdf", drawn["pdf"])
+    put("report.tex", _latex_document(report))
+
+
+def _write_json(report: Report, put: Put) -> None:
+    put("report.json", json_report(report))
+
+
+def _write_csv(report: Report, put: Put) -> None:
+    for name, table in report.tables.items():
+        put(f"tables/{name}.csv", csv_table(table))
+    rows = frame_of(report.study.runs)
+    put("rows.csv", rows.to_csv(index=False))
+    put("rows.parquet", rows.to_parquet(index=False))
+
+
+_WRITERS: dict[Format, Callable[[Report, Put], None]] = {
+    "md": _write_md,
+    "html": _write_html,
+    "latex": _write_latex,
+    "json": _write_json,
+    "csv": _write_csv,
+}
+
+
+def _latex_document(report: Report) -> str:
+    lines = [
+        r"\documentclass{article}",
+        r"\usepackage[margin=2cm]{geometry}",
+        r"\usepackage{booktabs,graphicx}",
+        r"\usepackage[table]{xcolor}",
+        r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
+        r"\begin{document}",
+        *(rf"\begin{{figure}}[t]\centering\includegraphics[width=\linewidth]{{figures/{name}.pdf}}\caption{{{CAPTIONS[name].replace('%', chr(92) + '%')}}}\end{{figure}}" for name in report.figures),
+        r"\clearpage",
+        *(rf"\input{{tables/{name}.tex}}" + (r"\clearpage" if index % 4 == 3 else "") for index, name in enumerate(report.tables)),
+        r"\end{document}",
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def _summary(study: Study) -> str:
+    runs = study.runs
+    packs = sorted({f"{run.header.spec.pack} ({run.header.spec.pack_sha256[:12]})" for run in runs})
+    episodes = sum(run.n for run in runs)
+    shown = "run" if len(runs) == 1 else "runs"
+    return f"{len(runs)} {shown}, {episodes:,} scored episodes, pack {', '.join(packs)}."
+
+
+def _md_list(heading: str, lines: tuple[str, ...]) -> list[str]:
+    return [f"**{heading}**", "", *(f"- {line}" for line in lines), ""] if lines else []
+
+
+def _html_list(kind: str, heading: str, lines: tuple[str, ...]) -> str:
+    if not lines:
+        return ""
+    items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
+    return f'<aside class="{kind}"><h2>{html.escape(heading)}</h2><ul>{items}</ul></aside>'
+
+
+def _html_figure(name: str, svg: bytes) -> str:
+    data = base64.b64encode(svg).decode()
+    caption = html.escape(CAPTIONS[name])
+    return f'<figure id="figure-{name}"><img alt="{caption}" src="data:image/svg+xml;base64,{data}"><figcaption>{caption}</figcaption></figure>'
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if hasattr(value, "item") else str(value)

@@ -1,0 +1,345 @@
+"""Result tables: those of the paper's tables that show what models did, by the paper's names.
+
+Own rows first, then the published ones, marked. Each function takes a Study and returns one Table.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from vigil.analysis.metrics import Measures, measure
+from vigil.analysis.pairs import Pair, mean_difference
+from vigil.analysis.paper import NOTE, NR_NOTE, PublishedModel
+from vigil.analysis.study import Entry, Study, by_b, by_group
+from vigil.analysis.table import Column, Row, Table, percent, with_best_bold
+from vigil.episode import FAMILIES
+
+PUBLISHED = "Published: the paper's own pack and simulator"
+MODEL = Column("model", "Model", "text")
+_FAMILY_COLUMNS = tuple(Column(family, f"{family} W/B", "pair") for family in FAMILIES)
+_ALL = Column("All", "All W/B", "pair")
+_DELTA = Column("Delta", "Δ (pp)")
+_FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
+
+
+def global_cross_section(study: Study) -> Table:
+    """Returns W/B overall and per family with the gap, best B first."""
+    columns = (MODEL, _ALL, _DELTA, *_FAMILY_COLUMNS)
+    rows = [_row(entry, _cross_section(entry)) for entry in study.main_panel()]
+    rows += _published(
+        study, "global_cross_section", lambda row: {**_pairs(row), "All": (row["W"], row["B"]), "Delta": row["delta"]}
+    )
+    return Table(
+        "global_cross_section",
+        "Outcomes per family under native control: W/B in %",
+        columns,
+        tuple(with_best_bold(rows, columns[1:], lowest=frozenset({"Delta"}))),
+        ("W: the world reached the goal. B: it did, and the agent closed the episode with a matching report.", *_base_note(study)),
+    )  # fmt: skip
+
+
+def full_panel(study: Study) -> Table:
+    """Returns W/B overall and per family, grouped as in the paper."""
+    activated = Column("activated", "Activated", "text")
+    rows = [
+        _row(entry, {**_cross_section(entry), "activated": entry.run.model.activated}, group=entry.group)
+        for entry in by_group(study.main_panel())
+    ]
+    if study.published:
+        rows += [
+            _published_row(model, {**_pairs(row), "All": (row["W"], row["B"])}, group=f"{model.group}, published")
+            for model, row in study.published.rows("full_panel")
+        ]
+    columns = (MODEL, activated, _ALL, *_FAMILY_COLUMNS)
+    return Table("full_panel", "Primary panel: W/B in %", columns, tuple(rows), _base_note(study))
+
+
+def extended_panel(study: Study) -> Table:
+    """Returns the rows that the exclusion rule takes out of the main tables."""
+    columns = (
+        MODEL, Column("B", "B %"), Column("W", "W %"), _DELTA, Column("FR", "FR %"), Column("NR", "NR %"),
+        Column("IL", "IL %"), Column("NoRep", "NoRep %"), Column("mean_steps", "Steps"),
+    )  # fmt: skip
+    rows = [
+        _row(entry, rates(entry.overall)) for entry in by_b(e for e in study.entries if e.is_base and e.is_excluded)
+    ]
+    rows += _published(study, "extended_panel", lambda row: {**row, "Delta": row["delta"]})
+    rule = "Excluded from the main tables: B = 0, or more than 50 % of the episodes ended at the invalid-action limit."
+    return Table(
+        "extended_panel", "Extended panel: rows outside of the main tables", columns, tuple(rows), (rule, NR_NOTE)
+    )
+
+
+def proprio_minimal(study: Study) -> Table:
+    """Returns base against action feedback: events per episode and differences."""
+    events = ("too_far", "path_blocked", "retry")
+    columns = (
+        MODEL, Column("n", "n", "count"),
+        *(Column(f"{event} {side}", f"{event} {shown}", "number2") for event in events for side, shown in (("base", "base"), ("fb", "+FB"))),
+        *(Column(f"d{name}", f"Δ{name} (pp)", "signed1") for name in ("W", "B", "FR", "NR")),
+        Column("p_W", "p (W)", "p"), Column("p_B", "p (B)", "p"),
+    )  # fmt: skip
+    rows = [_intervention_row(study, pair) for pair in study.pairing.feedback]
+    if study.published:
+        for model, row in study.published.rows("proprio_minimal"):
+            cells = {f"{event} {side}": row[event][i] for event in events for i, side in enumerate(("base", "fb"))}
+            rows.append(
+                _published_row(model, {**cells, **{f"d{name}": row[f"d{name}"] for name in ("W", "B", "FR", "NR")}})
+            )
+    notes = (
+        "Means per episode over the episodes that both runs have scored; differences: +FB minus base. p: McNemar, exact.",
+        "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
+    )
+    return Table("proprio_minimal", "Intervention: action feedback", columns, tuple(rows), notes)
+
+
+def counterfactual(study: Study) -> Table:
+    """Returns B under other ways of reporting on the same trajectories."""
+    columns = (
+        MODEL, Column("B", "B %"), Column("Always", "Always %"), Column("Rand", "Rand. %"), Column("Oracle", "Oracle %"),
+        Column("AlwaysReported", "Always, where reported %"),
+    )  # fmt: skip
+    rows = []
+    for entry in study.main_panel():
+        m = entry.overall
+        always, b = percent(m.share("Always")), percent(m.share("B"))
+        cells = {
+            "B": b,
+            "Always": always,
+            "Rand": None if not m.n else 50 * m.counts["W"] / m.n,
+            "Oracle": percent(m.share("W")),
+            "AlwaysReported": percent(m.share("Always_reported")),
+        }
+        rows.append(_row(entry, cells, bold=_beats(always, b)))
+    if study.published:
+        rows += [
+            _published_row(model, row, bold=_beats(row["Always"], row["B"]))
+            for model, row in study.published.rows("counterfactual")
+        ]
+    notes = (
+        "Always: a success report appended to, or put in place of, each trajectory's end (bold where it beats B). Rand.: a "
+        "uniform choice of the two admissible labels, in expectation W/2. Oracle = W.",
+    )
+    return Table("counterfactual", "Counterfactual report policies", columns, tuple(rows), notes)
+
+
+def belief_lag(study: Study) -> Table:
+    """Returns closure lag and premature commitment."""
+    columns = (
+        MODEL, Column("W_plus", "W+", "count"), Column("lag", "Lag (steps)"), Column("lag_without_sv", "Lag without SV"),
+        Column("lag_from_reset", "Lag from reset"), Column("NoRep_W1", "NoRep | W=1", "count"),
+        Column("NR_W1", "NR | W=1", "count"), Column("IL_W1", "IL | W=1", "count"), Column("FS", "FS", "count"),
+        Column("FS_zero", "FS @0 %", "number1"), Column("FS_high", "FS > 0.75 %", "number1"),
+    )  # fmt: skip
+    rows = []
+    for entry in study.main_panel():
+        m = entry.overall
+        counts = {name: m.counts[name] for name in ("NoRep_W1", "NR_W1", "IL_W1", "FS")}
+        lags = {name: m.means[name] for name in ("lag", "lag_without_sv", "lag_from_reset")}
+        shares = {name: percent(m.share(name, "FS")) for name in ("FS_zero", "FS_high")}
+        rows.append(_row(entry, {"W_plus": m.counts["W"], **counts, **lags, **shares}))
+    rows += _published(
+        study, "belief_lag", lambda row: {"W_plus": row["W_plus"], "lag": row["lag"], "NoRep_W1": row["NR_W1"], "FS": row["FS"], "FS_zero": row["zero_progress_pct"]}
+    )  # fmt: skip
+    notes = (
+        "Lag: steps from the first step after which the goal held to the matching report, over episodes with B = 1. FS: "
+        "success reported with W=0; @0: at zero progress. The paper's column `NR` counts W=1 episodes without a report, IL "
+        "included: here NoRep | W=1.",
+    )
+    return Table("belief_lag", "Closure lag and premature commitment", columns, tuple(rows), notes)
+
+
+def conditional_report(study: Study) -> Table:
+    """Returns report rates conditioned on the world."""
+    columns = (
+        MODEL, Column("W", "W %"), Column("B", "B %"), Column("Stop", "Stop %"), Column("P_rep_W0", "P(rep | W=0) %"),
+        Column("P_norep_W1", "P(no rep | W=1) %"), Column("P_FR_W0", "P(FR | W=0) %"), Column("n_W0", "n W=0", "count"),
+        Column("n_W1", "n W=1", "count"),
+    )  # fmt: skip
+    rows = []
+    for entry in study.main_panel():
+        cells = conditional(entry.overall)
+        rows.append(_row(entry, cells, tints=_tints(cells)))
+    if study.published:
+        rows += [_published_row(m, row, tints=_tints(row)) for m, row in study.published.rows("conditional_report")]
+    notes = (
+        f"Tinted: P(rep | W=0) of {_FR_TINT_FROM:.0f} % or more (closing without the world) and P(no rep | W=1) of "
+        f"{_NR_TINT_FROM:.0f} % or more (the world without closing).",
+    )
+    return Table("conditional_report", "Conditional report rates", columns, tuple(rows), notes)
+
+
+def prompt_sensitivity(study: Study) -> Table:
+    """Returns W/B under the neutral prompt with the shifts from the default one."""
+    columns = (
+        MODEL, _ALL, Column("dW", "ΔW (pp)", "signed1"), Column("dB", "ΔB (pp)", "signed1"), *_FAMILY_COLUMNS,
+        Column("largest", "Largest shift of W or B in a family (pp)", "text"),
+    )  # fmt: skip
+    by_run = {entry.name: entry for entry in study.entries}
+    rows = []
+    for pair in study.pairing.prompt:
+        base, other = by_run[pair.base.name], by_run[pair.other.name]
+        shifts = {"dW": _shift(pair, "W"), "dB": _shift(pair, "B"), "largest": _largest_shift(base, other)}
+        rows.append(_row(other, {**_cross_section(other), **shifts}))
+    rows += _published(study, "prompt_sensitivity", lambda row: {**_pairs(row), "All": (row["W"], row["B"])})
+    notes = (
+        "Neutral prompt: both anti-hallucination lines left out, nothing else changed. Shifts: neutral minus default.",
+    )
+    return Table(
+        "prompt_sensitivity", "Prompt sensitivity: neutral-report variant, W/B in %", columns, tuple(rows), notes
+    )
+
+
+def open_repeat_robustness(study: Study) -> Table:
+    """Returns mean and half-range over repeated runs."""
+    names = ("W", "B", "Delta", "FR", "NR", "NoRep")
+    columns = (
+        MODEL, Column("runs", "Runs", "count"),
+        *(Column(name, "Δ (pp)" if name == "Delta" else f"{name} %", "spread") for name in names),
+    )  # fmt: skip
+    by_run = {entry.name: entry for entry in study.entries}
+    rows = []
+    for run, tables in zip(study.pairing.repeated, study.pairing.repeats, strict=True):
+        measured = [rates(measure(table)) for table in tables]
+        spreads = {name: spread([one[name] for one in measured]) for name in names}
+        rows.append(_row(by_run[run.name], {"runs": len(tables), **spreads}))
+    rows += _published(
+        study, "open_repeat_robustness", lambda row: {**{k: tuple(v) for k, v in row.items() if k != "model"}, "Delta": tuple(row["delta"]), "runs": 2}
+    )  # fmt: skip
+    notes = ("Mean ± half-range over runs (or epochs) under the same settings. " + NR_NOTE,)
+    return Table("open_repeat_robustness", "Repeated runs", columns, tuple(rows), notes)
+
+
+def rates(measures: Measures) -> dict[str, float | None]:
+    """Returns the plain rates in percent, with mean steps."""
+    found = {name: percent(measures.share(name)) for name in ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")}  # fmt: skip
+    return {**found, "mean_steps": measures.means["steps"]}
+
+
+def conditional(measures: Measures) -> dict[str, Any]:
+    """Returns report rates given the world, in percent, with the sizes of both sets."""
+    return {
+        "W": percent(measures.share("W")),
+        "B": percent(measures.share("B")),
+        "Stop": percent(measures.share("Stop")),
+        "P_rep_W0": percent(measures.share("rep_W0", "W0")),
+        "P_norep_W1": percent(measures.share("NoRep_W1", "W")),
+        "P_FR_W0": percent(measures.share("FR_W0", "W0")),
+        "n_W0": measures.counts["W0"],
+        "n_W1": measures.counts["W"],
+    }
+
+
+def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
+    """Returns mean and half-range."""
+    known = [value for value in values if value is not None]
+    return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
+
+
+def _cross_section(entry: Entry) -> dict[str, Any]:
+    pair = {
+        family: (percent(measures.share("W")), percent(measures.share("B")))
+        for family, measures in entry.families.items()
+    }
+    overall = entry.overall
+    return {
+        "All": (percent(overall.share("W")), percent(overall.share("B"))),
+        "Delta": percent(overall.share("Delta")),
+        **pair,
+    }
+
+
+def _pairs(row: dict[str, Any]) -> dict[str, Any]:
+    return {family: tuple(pair) for family, pair in row["families"].items()}
+
+
+def _row(
+    entry: Entry, cells: dict[str, Any], *, group: str = "", bold: Iterable[str] = (), tints: dict | None = None
+) -> Row:
+    return Row(
+        {"model": entry.name, **cells},
+        group=group,
+        is_privileged=entry.run.model.is_privileged,
+        bold=frozenset(bold),
+        tints=tints or {},
+    )
+
+
+def _published(study: Study, table: str, cells_of: Callable[[dict[str, Any]], dict[str, Any]]) -> list[Row]:
+    if study.published is None:
+        return []
+    return [_published_row(model, cells_of(row)) for model, row in study.published.rows(table)]
+
+
+def _published_row(
+    model: PublishedModel,
+    cells: dict[str, Any],
+    *,
+    group: str = PUBLISHED,
+    bold: Iterable[str] = (),
+    tints: dict | None = None,
+) -> Row:
+    known = {"model": model.name, "activated": model.activated, **{k: v for k, v in cells.items() if k != "model"}}
+    return Row(known, group=group, is_published=True, bold=frozenset(bold), tints=tints or {})
+
+
+def _base_note(study: Study) -> tuple[str, ...]:
+    aside = [entry.name for entry in study.entries if not entry.is_base]
+    out = [entry.name for entry in study.base() if entry.is_excluded]
+    notes = [NOTE] if study.published else []
+    if aside:
+        notes.append(f"Under another profile or prompt, so not here: {', '.join(aside)}.")
+    if out:
+        notes.append(f"In the extended panel by its exclusion rule: {', '.join(out)}.")
+    return tuple(notes)
+
+
+def _beats(always: float | None, actual: float | None) -> list[str]:
+    return ["Always"] if always is not None and actual is not None and always > actual else []
+
+
+def _tints(cells: dict[str, Any]) -> dict[str, str]:
+    found = {}
+    if (cells["P_rep_W0"] or 0.0) >= _FR_TINT_FROM:
+        found["P_rep_W0"] = "FR"
+    if (cells["P_norep_W1"] or 0.0) >= _NR_TINT_FROM:
+        found["P_norep_W1"] = "NR"
+    return found
+
+
+def _intervention_row(study: Study, pair: Pair) -> Row:
+    entry = next(entry for entry in study.entries if entry.name == pair.base.name)
+    base, other, tests = pair_measures(pair)
+    cells: dict[str, Any] = {"n": base.n, **tests}
+    for event in ("too_far", "path_blocked", "retry"):
+        cells |= {f"{event} base": base.means[event], f"{event} fb": other.means[event]}
+    for name in ("W", "B", "FR", "NR"):
+        first, second = base.share(name), other.share(name)
+        cells[f"d{name}"] = None if first is None or second is None else 100 * (second - first)
+    return _row(entry, cells)
+
+
+def pair_measures(pair: Pair) -> tuple[Measures, Measures, dict[str, float | None]]:
+    """Returns both runs' measures over the episodes that they share, with McNemar's p for W and B."""
+    base, other = pair.tables()
+    tests: dict[str, float | None] = {f"p_{name}": pair.p(name) for name in ("W", "B")}
+    return measure(base), measure(other), tests
+
+
+def _shift(pair: Pair, column: str) -> float | None:
+    found = mean_difference(pair, column)
+    return None if found is None else 100 * found[0]
+
+
+def _largest_shift(base: Entry, other: Entry) -> str | None:
+    shifts = [
+        (100 * ((other.families[family].share(name) or 0.0) - (base.families[family].share(name) or 0.0)), family, name)
+        for family in FAMILIES
+        if family in base.families and family in other.families
+        for name in ("W", "B")
+    ]
+    if not shifts:
+        return None
+    size, family, name = max(shifts, key=lambda shift: abs(shift[0]))
+    return f"{family} {name} {size:+.1f}".replace("-", "−")

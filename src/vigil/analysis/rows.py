@@ -1,0 +1,306 @@
+"""Rows: saved runs -> one flat table of verdicts each, one row a scored episode, kept beside the run.
+
+Every row is what `vigil.scoring.settle` says about one record; nothing is decided here. The table is written to
+`rows.parquet` in the run's folder and taken from there as long as records, header, pack and scoring are the same.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, fields
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import get_args
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from vigil import actions, episode, goals, record, replies, scoring, world
+from vigil.analysis.models import Model, model_of
+from vigil.episode import FAMILIES, Episode, Family
+from vigil.errors import RecordError
+from vigil.pack import find, frozen_episodes
+from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header, scan_records
+from vigil.scoring import ActionKind, Outcome, settle
+from vigil.summary import MAX_ERROR_SHARE
+
+ROWS_FILE = "rows.parquet"
+ROWS_VERSION = 1
+KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
+_FACTS = b"vigil"
+"""Under this key the Parquet file carries what is no row: its key, counts and remarks."""
+_PARALLEL_FROM_BYTES = 64 * 1024 * 1024
+_Row = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run, settled: its scored episodes as a flat table, and what is missing or odd about it."""
+
+    folder: Path
+    header: RunHeader
+    model: Model
+    rows: pd.DataFrame
+    """One row a scored episode, sorted by episode and epoch."""
+    errors: pd.DataFrame
+    """Episodes that ended as `error`: the infrastructure's failure, never scored."""
+    planned: Mapping[Family, int]
+    """Episodes (times epochs) that the run is meant to have."""
+    remarks: tuple[str, ...]
+    """What a reader must know before any number: torn or doubled rows, a cache that could not be written."""
+    name: str
+    """Unique among the runs of a report."""
+
+    @property
+    def n(self) -> int:
+        """Scored episodes."""
+        return len(self.rows)
+
+    @property
+    def n_planned(self) -> int:
+        """Episodes (times epochs) that the run is meant to have."""
+        return sum(self.planned.values())
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Returns what a report must say at its top about this run."""
+        found = []
+        if not self.n:
+            found.append("no episode is scored: the run is empty")
+        elif self.n < self.n_planned:
+            found.append(f"INCOMPLETE: {self.n} of {self.n_planned} episodes are scored")
+        absent = [family for family in FAMILIES if family not in self.planned]
+        if absent:
+            found.append(f"without episodes of {', '.join(absent)}; overall rates are not those of a balanced pack")
+        attempted = self.n + len(self.errors)
+        if len(self.errors) > MAX_ERROR_SHARE * attempted:
+            found.append(f"{len(self.errors)} of {attempted} episodes ended as errors (more than 1 %)")
+        return tuple(f"{self.name}: {fault}." for fault in (*found, *self.remarks))
+
+
+def read_runs(folders: Sequence[Path], pack: str | None = None, *, use_cache: bool = True) -> list[Run]:
+    """Returns the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
+
+    `pack` is where their pack is now, when not where they say. Raises RecordError or PackMismatch.
+    """
+    unique = sorted({folder.resolve() for folder in folders})
+    large = sum(_size(folder) for folder in unique) > _PARALLEL_FROM_BYTES
+    if large and len(unique) > 1:
+        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+            runs = list(pool.map(read_run, unique, [pack] * len(unique), [use_cache] * len(unique)))
+    else:
+        runs = [read_run(folder, pack, use_cache) for folder in unique]
+    return _named(runs)
+
+
+def read_run(folder: Path, pack: str | None = None, use_cache: bool = True) -> Run:
+    """Returns one run, settled. Raises RecordError or PackMismatch."""
+    header = read_header(folder)
+    file = folder / EPISODES_FILE
+    if not file.is_file():
+        raise RecordError(f"Record file {str(file)!r} does not exist. Give the folder of a run.")
+    data = file.read_bytes()
+    key = _key(header, data)
+    kept = _load(folder / ROWS_FILE, key) if use_cache else None
+    if kept is None:
+        kept = _settle(header, file, data, pack)
+        if use_cache:
+            kept = _keep(folder / ROWS_FILE, key, *kept)
+    table, facts = kept
+    return Run(
+        folder=folder,
+        header=header,
+        model=model_of(header.spec),
+        rows=table,
+        errors=pd.DataFrame(facts["errors"], columns=["episode_id", "epoch", "family", "boundary", "message"]),
+        planned={family: facts["planned"][family] for family in FAMILIES if family in facts["planned"]},
+        remarks=tuple(facts["remarks"]),
+        name=model_of(header.spec).name,
+    )
+
+
+def frame_of(runs: Iterable[Run]) -> pd.DataFrame:
+    """Returns the rows of all runs in one table, with the columns `run` and `model` before them."""
+    tables = [run.rows.assign(run=run.name, model=run.model.name, run_id=run.header.run_id) for run in runs]
+    whole = pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
+    first = ["run", "model", "run_id"]
+    return whole[[*first, *(column for column in whole.columns if column not in first)]]
+
+
+def flat(outcome: Outcome) -> _Row:
+    """Returns an outcome as one flat row; counts by kind of action become a column each."""
+    row: _Row = {}
+    for field in fields(outcome):
+        value = getattr(outcome, field.name)
+        if isinstance(value, dict):
+            row.update({f"{field.name}.{kind}": value[kind] for kind in KINDS})
+        else:
+            row[field.name] = value
+    return {**row, "is_reported": outcome.is_reported, "zero_progress": outcome.is_at_zero_progress}
+
+
+def table_of(outcomes: Iterable[Outcome]) -> pd.DataFrame:
+    """Returns outcomes as a flat table with stable column types, sorted by episode and epoch."""
+    rows = [flat(outcome) for outcome in outcomes]
+    table = pd.DataFrame(rows, columns=list(_SCHEMA)).astype(_SCHEMA)
+    return table.sort_values(["episode_id", "epoch"], ignore_index=True)
+
+
+def _schema() -> dict[str, str]:
+    kinds: dict[str, str] = {}
+    text = {"str": "str", "bool": "bool", "int": "int64", "float": "float64"}
+    for field in fields(Outcome):
+        shown = str(field.type)
+        if field.name.startswith("actions"):
+            kinds.update({f"{field.name}.{kind}": "int64" for kind in KINDS})
+        elif "int | None" in shown or "float | None" in shown:
+            kinds[field.name] = "float64"
+        elif field.type in (bool, int, float):
+            kinds[field.name] = text[field.type.__name__]
+        else:
+            kinds[field.name] = "object"
+    return {**kinds, "is_reported": "bool", "zero_progress": "bool"}
+
+
+_SCHEMA = _schema()
+
+
+def _settle(header: RunHeader, file: Path, data: bytes, pack: str | None) -> tuple[pd.DataFrame, dict]:
+    episodes = _episodes_of(header, pack)
+    outcomes: dict[record.Key, Outcome] = {}
+    errors: dict[record.Key, EpisodeRecord] = {}
+    read = doubled = 0
+    for row, good in scan_records(file, data):
+        read = good
+        if row.episode_id not in episodes:
+            raise RecordError(
+                f"{str(file)!r}: record of episode {row.episode_id!r}, which is not one of the {len(episodes)} of run "
+                f"{header.run_id!r}. Was it recorded with another pack?"
+            )
+        if row.key in outcomes:
+            doubled += 1
+        elif row.end == "error":
+            errors[row.key] = row
+        else:
+            outcomes[row.key] = settle(episodes[row.episode_id], row)
+            errors.pop(row.key, None)
+    planned: dict[str, int] = {}
+    for one in episodes.values():
+        planned[one.family] = planned.get(one.family, 0) + header.spec.epochs
+    remarks = []
+    if data[read:].strip():
+        remarks.append("the last line of its records is torn and was passed over; the same command plays it again")
+    if doubled:
+        remarks.append(f"{doubled} rows repeat an episode that already stands and were passed over; the first counts")
+    facts = {
+        "planned": planned,
+        "errors": [_error(episodes, errors[key]) for key in sorted(errors)],
+        "remarks": remarks,
+    }
+    return table_of(outcomes.values()), facts
+
+
+def _error(episodes: Mapping[str, Episode], row: EpisodeRecord) -> _Row:
+    error = asdict_of(row)
+    return {"episode_id": row.episode_id, "epoch": row.epoch, "family": episodes[row.episode_id].family, **error}
+
+
+def asdict_of(row: EpisodeRecord) -> _Row:
+    """Returns where an error came from and what it said."""
+    return {"boundary": row.error.boundary, "message": row.error.message} if row.error else {}
+
+
+def _episodes_of(header: RunHeader, pack: str | None) -> dict[str, Episode]:
+    noted = header.pack_folder
+    place = pack or (noted if noted and Path(noted).is_dir() else header.spec.pack)
+    frozen = {one.id: one for one in _frozen(str(find(place)), header.spec.pack_sha256)}
+    unknown = [episode_id for episode_id in header.spec.episode_ids if episode_id not in frozen]
+    if unknown:
+        raise RecordError(f"Run {header.run_id!r} names episode {unknown[0]!r}, absent from its pack. Was it altered?")
+    return {episode_id: frozen[episode_id] for episode_id in header.spec.episode_ids}
+
+
+@cache
+def _frozen(place: str, sha256: str) -> list[Episode]:
+    return frozen_episodes(place, sha256)
+
+
+def _key(header: RunHeader, data: bytes) -> str:
+    spec = header.spec.model_dump_json(include={"pack_sha256", "episode_ids", "epochs"})
+    parts = [str(ROWS_VERSION), _scoring_sha256(), spec, hashlib.sha256(data).hexdigest()]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+@cache
+def _scoring_sha256() -> str:
+    """Returns a hash of the code that makes verdicts: rows of another version are settled anew."""
+    modules = (actions, episode, goals, record, replies, scoring, world)
+    return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
+
+
+def _load(file: Path, key: str) -> tuple[pd.DataFrame, dict] | None:
+    if not file.is_file():
+        return None
+    try:
+        stored = pq.read_table(file)
+        facts = json.loads((stored.schema.metadata or {}).get(_FACTS, b"{}"))
+    except (pa.ArrowException, OSError, ValueError):
+        return None  # a damaged cache is no source: the records are
+    if facts.get("key") != key:
+        return None
+    frame = stored.to_pandas().reindex(columns=list(_SCHEMA))
+    texts = [name for name, kind in _SCHEMA.items() if kind == "object"]
+    frame[texts] = frame[texts].astype(object).where(frame[texts].notna(), None)
+    return frame.astype(_SCHEMA), facts
+
+
+def _keep(file: Path, key: str, table: pd.DataFrame, facts: dict) -> tuple[pd.DataFrame, dict]:
+    """Writes the rows beside the run, whole or not at all, and returns them; a folder that refuses is remarked."""
+    stored = pa.Table.from_pandas(table, preserve_index=False)
+    stored = stored.replace_schema_metadata({_FACTS: json.dumps({**facts, "key": key}).encode()})
+    partial = file.with_suffix(".partial")
+    try:
+        pq.write_table(stored, partial)
+        partial.replace(file)
+    except OSError as error:
+        return table, {**facts, "remarks": [*facts["remarks"], f"its rows could not be kept for later ({error})"]}
+    return table, facts
+
+
+def _size(folder: Path) -> int:
+    file = folder / EPISODES_FILE
+    return file.stat().st_size if file.is_file() else 0
+
+
+def _named(runs: Iterable[Run]) -> list[Run]:
+    """Returns the runs with unique names, sorted by them: the model's, then what sets it apart from its namesakes."""
+    by_name: dict[str, list[Run]] = {}
+    for run in runs:
+        by_name.setdefault(run.model.name, []).append(run)
+    named = []
+    for name, alike in by_name.items():
+        for run in alike:
+            marks = [mark for mark in (_condition(run.header),) if mark] if len(alike) > 1 else []
+            named.append((name, marks, run))
+    counts: dict[str, int] = {}
+    for name, marks, _ in named:
+        shown = " ".join([name, *(f"[{mark}]" for mark in marks)])
+        counts[shown] = counts.get(shown, 0) + 1
+    unique = []
+    for name, marks, run in named:
+        shown = " ".join([name, *(f"[{mark}]" for mark in marks)])
+        unique.append(_renamed(run, f"{shown} · {run.header.run_id}" if counts[shown] > 1 else shown))
+    return sorted(unique, key=lambda run: (run.name, str(run.folder)))
+
+
+def _condition(header: RunHeader) -> str:
+    profile = header.spec.profile
+    marks = ["+FB"] if profile.has_feedback else []
+    return ", ".join([*marks, *([profile.prompt_variant] if profile.prompt_variant != "default" else [])])
+
+
+def _renamed(run: Run, name: str) -> Run:
+    return Run(**{**{field.name: getattr(run, field.name) for field in fields(run)}, "name": name})

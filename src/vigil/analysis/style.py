@@ -1,0 +1,95 @@
+"""Style of figures: one palette that colour-blind readers and grey printers can tell apart, on an opaque light ground.
+
+The ground is opaque so that a figure reads the same on a dark page.
+"""
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+GROUND = "#fbfaf7"
+INK = "#23262b"
+FAINT = "#8b9098"
+GRID = "#dfdfdb"
+GREY = "#a9adb3"
+LABEL_COLOURS = {"B": "#009e73", "FR": "#d55e00", "Other": "#f0c04a", "NR": "#0072b2", "IL": "#555b66"}
+LABEL_HATCHES = {"B": "", "FR": "////", "Other": "....", "NR": "\\\\\\\\", "IL": "xxxx"}
+LABEL_NAMES = {
+    "B": "B: verified success",
+    "FR": "FR: false report",
+    "Other": "Other: matched, W=0",
+    "NR": "NR: no report",
+    "IL": "IL: invalid limit",
+}
+KIND_COLOURS = {
+    "navigate": "#0072b2",
+    "look": "#56b4e9",
+    "interact_pixel": "#e69f00",
+    "report": "#009e73",
+    "invalid": "#555b66",
+}
+KIND_HATCHES = {"navigate": "", "look": "....", "interact_pixel": "////", "report": "", "invalid": "xxxx"}
+GROUP_MARKERS = {
+    "Embodied / robotics-tuned": "s",
+    "Open general and reasoning VLMs": "o",
+    "Closed-source frontier": "D",
+    "Scripted agents and people": "^",
+    "Privileged agents (they see hidden state)": "P",
+}
+CYCLE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555b66", "#8c564b")
+DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)), (0, (8, 2)))
+DPI = 160
+
+_SETTINGS = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.edgecolor": FAINT,
+    "axes.labelcolor": INK,
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.facecolor": GROUND,
+    "figure.facecolor": GROUND,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "grid.color": GRID,
+    "hatch.linewidth": 0.6,
+    "hatch.color": "#ffffff",
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "svg.hashsalt": "vigil",
+    "pdf.fonttype": 42,
+    "savefig.facecolor": GROUND,
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draws what is inside in the project's style, and leaves matplotlib as it was."""
+    with mpl.rc_context(_SETTINGS):
+        yield
+
+
+def canvas(width: float, height: float) -> Figure:
+    """Returns an empty figure of that size in inches, bound to no window."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def saved(figure: Figure, kind: str) -> bytes:
+    """Returns a figure as the bytes of a file: png, svg or pdf; the same figure gives the same bytes."""
+    buffer = io.BytesIO()
+    dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with styled():
+        figure.savefig(buffer, format=kind, dpi=DPI, metadata=dates[kind])
+    return buffer.getvalue()

@@ -1,0 +1,133 @@
+"""Text: tables as Markdown, LaTeX and HTML."""
+
+import html
+import re
+from itertools import groupby
+
+from vigil.analysis.table import Column, Row, Table
+
+MARKS = {"published": "†", "privileged": "‡"}
+LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."
+_LATEX = {
+    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
+    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "−": "$-$", "–": "--", "Δ": r"$\Delta$", "±": r"$\pm$", "|": r"$\mid$",
+    "†": r"$^\dagger$", "‡": r"$^\ddagger$", "<": "$<$", ">": "$>$", "≤": r"$\leq$", "·": r"$\cdot$",
+}  # fmt: skip
+
+
+def markdown(table: Table) -> str:
+    """Returns a table as GitHub's Markdown, its title as a heading."""
+    lines = [f"### {table.title}", "", f"`{table.name}`", ""]
+    heads = [_md(column.heading) for column in table.columns]
+    lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(_rule(column) for column in table.columns)}|"]
+    for group, rows in groupby(table.rows, key=lambda row: row.group):
+        if group:
+            lines.append(f"| *{_md(group)}* |{' |' * (len(table.columns) - 1)}")
+        lines += [f"| {' | '.join(_md_cell(table, row, column) for column in table.columns)} |" for row in rows]
+    if not table.rows:
+        lines += ["", "*No rows: nothing among these runs belongs here.*"]
+    return "\n".join([*lines, *(line for note in table.notes for line in ("", note))]) + "\n"
+
+
+def latex(table: Table) -> str:
+    """Returns a table as LaTeX with booktabs, in a table environment labelled `tab:NAME`."""
+    kinds = "".join("l" if column.kind == "text" else "r" for column in table.columns)
+    lines = [
+        r"\begin{table}[t]",
+        r"\centering\small",
+        rf"\caption{{{_tex(' '.join((table.title + '.', *table.notes)))}}}",
+    ]
+    lines += [
+        rf"\label{{tab:{table.name}}}",
+        rf"\resizebox{{\linewidth}}{{!}}{{\begin{{tabular}}{{{kinds}}}",
+        r"\toprule",
+    ]
+    lines += [" & ".join(_tex(column.heading) for column in table.columns) + r" \\", r"\midrule"]
+    for index, (group, rows) in enumerate(groupby(table.rows, key=lambda row: row.group)):
+        if index:
+            lines.append(r"\midrule")
+        if group:
+            lines.append(rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{_tex(group)}}}}} \\")
+        lines += [" & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\" for row in rows]
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}}", r"\end{table}"]) + "\n"
+
+
+def html_table(table: Table) -> str:
+    """Returns a table as HTML: a section with a heading, the table in a scrolling box, its notes."""
+    heads = "".join(f'<th scope="col" class="{column.kind}">{_html(column.heading)}</th>' for column in table.columns)
+    bodies = []
+    for group, rows in groupby(table.rows, key=lambda row: row.group):
+        head = (
+            f'<tr class="group"><th scope="rowgroup" colspan="{len(table.columns)}">{_html(group)}</th></tr>'
+            if group
+            else ""
+        )
+        bodies.append(f"<tbody>{head}{''.join(_html_row(table, row) for row in rows)}</tbody>")
+    if not table.rows:
+        bodies.append(
+            f'<tbody><tr><td class="none" colspan="{len(table.columns)}">No rows: nothing among these runs belongs here.</td></tr></tbody>'
+        )
+    notes = "".join(f"<p class='note'>{_html(note)}</p>" for note in table.notes)
+    return (
+        f'<section id="{table.name}"><h3>{_html(table.title)} <a class="name" href="#{table.name}">{table.name}</a></h3>'
+        f'<div class="box"><table><thead><tr>{heads}</tr></thead>{"".join(bodies)}</table></div>{notes}</section>'
+    )
+
+
+def mark(row: Row) -> str:
+    """Returns the mark that a row's name carries."""
+    marks = [MARKS["published"]] if row.is_published else []
+    return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
+
+
+def _named(table: Table, row: Row, column: Column) -> str:
+    text = table.cell(row, column)
+    return text + mark(row) if column is table.columns[0] else text
+
+
+def _md(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;").replace("*", "\\*").replace("_", "\\_")
+
+
+def _md_cell(table: Table, row: Row, column: Column) -> str:
+    text = _md(_named(table, row, column))
+    if column.key in row.bold:
+        text = f"**{text}**"
+    return f"{text} ({row.tints[column.key]})" if column.key in row.tints else text
+
+
+def _rule(column: Column) -> str:
+    return "---" if column.kind == "text" else "---:"
+
+
+def _tex(text: str) -> str:
+    return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>≤·]", lambda found: _LATEX[found[0]], text)
+
+
+def _tex_cell(table: Table, row: Row, column: Column) -> str:
+    text = _tex(_named(table, row, column))
+    if column.key in row.bold:
+        text = rf"\textbf{{{text}}}"
+    if column.key in row.tints:
+        text = rf"\cellcolor{{{row.tints[column.key]}tint}}{text}"
+    return rf"\textcolor{{gray}}{{{text}}}" if row.is_published else text
+
+
+def _html(text: str) -> str:
+    return html.escape(text)
+
+
+def _html_row(table: Table, row: Row) -> str:
+    classes = " ".join(
+        name for name, has in (("published", row.is_published), ("privileged", row.is_privileged)) if has
+    )
+    cells = []
+    for column in table.columns:
+        text = _html(_named(table, row, column))
+        if column.kind == "rate":
+            text = re.sub(r" (\[.*\])$", r' <span class="ci">\1</span>', text)
+        if column.key in row.bold:
+            text = f"<b>{text}</b>"
+        tint = f" tint-{row.tints[column.key]}" if column.key in row.tints else ""
+        cells.append(f'<td class="{column.kind}{tint}">{text}</td>')
+    return f'<tr class="{classes}">{"".join(cells)}</tr>'
