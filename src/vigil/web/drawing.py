@@ -1,0 +1,200 @@
+"""Drawing on demand: one process of its own holds the simulator and its GL context, and draws what the pages ask for.
+
+A picture is named by a scene (house, start, setup, actions carried out); the process goes on from where it stands when
+it can, and begins anew when it cannot. Drawn pictures are kept for a while.
+"""
+
+import multiprocessing
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import CancelledError, ProcessPoolExecutor
+from concurrent.futures import TimeoutError as Overdue
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from vigil.actions import PhysicalAction
+from vigil.agents.picture import encode
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import SimulatorError
+from vigil.house import House
+from vigil.pose import Pose
+from vigil.sim import make_simulator
+from vigil.sim.embedded import EmbeddedSimulator
+from vigil.world import Effect, Setup
+
+PATIENCE_S = 90.0
+KEPT_PICTURES = 400
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """With what to draw."""
+
+    backend: str = "mujoco"
+    quality: Literal["default", "fast"] = "default"
+    asset_database: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A house at the start of an episode, and what has been done since."""
+
+    look: Look
+    house: Path
+    start: Pose
+    setup: Setup
+    actions: tuple[PhysicalAction, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """A string that differs between scenes that look different."""
+        setup = "".join(f"{key}={value!r};" for key, value in sorted(self.setup.objects.items()))
+        held = self.setup.held or ""
+        return f"{self.look!r}|{self.house}|{self.start!r}|{setup}|{held}|{self.actions!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class Walked:
+    """Where one action led, and what is seen from there."""
+
+    pose: Pose
+    effect: Effect
+    picture: bytes
+
+
+class Drawer:
+    """Draws for the pages; safe to call from any thread, one picture at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._executor: ProcessPoolExecutor | None = None
+        self._kept: OrderedDict[str, bytes] = OrderedDict()
+
+    def picture(self, scene: Scene) -> bytes:
+        """Returns the frame (PNG) of a scene. Raises SimulatorError or InputError."""
+        name = scene.name
+        with self._lock:
+            if name in self._kept:
+                self._kept.move_to_end(name)
+                return self._kept[name]
+        data = self._ask(_draw, scene)
+        with self._lock:
+            self._kept[name] = data
+            while len(self._kept) > KEPT_PICTURES:
+                self._kept.popitem(last=False)
+        return data
+
+    def walk(self, scene: Scene, action: PhysicalAction | None) -> Walked:
+        """Returns where `action` leads in a scene. Raises SimulatorError or InputError."""
+        return self._ask(_walk, scene, action)
+
+    def name_at(self, scene: Scene, x: int, y: int) -> str | None:
+        """Returns the id of what is under a pixel; None for structure and sky."""
+        return self._ask(_name_at, scene, x, y)
+
+    def close(self) -> None:
+        """Ends the process."""
+        with self._lock:
+            self._end()
+
+    def _ask(self, task: Callable[..., _T], *arguments: Any) -> _T:
+        with self._lock:
+            if self._executor is None:
+                context = multiprocessing.get_context("spawn")
+                self._executor = ProcessPoolExecutor(max_workers=1, mp_context=context)
+            executor = self._executor
+            future = executor.submit(task, *arguments)
+        try:
+            return future.result(PATIENCE_S)
+        except (BrokenProcessPool, CancelledError, Overdue) as error:
+            with self._lock:
+                if self._executor is executor:
+                    self._end()
+            raise SimulatorError(f"The drawing process did not answer ({type(error).__name__}); try again.") from None
+
+    def _end(self) -> None:
+        executor, self._executor = self._executor, None
+        if executor is None:
+            return
+        processes = list(getattr(executor, "_processes", {}).values())
+        executor.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.kill()
+        for process in processes:
+            process.join()
+
+
+# --- in the drawing process -------------------------------------------------------------------------------------------
+
+
+class _Easel:
+    """One simulator, with the scene that it stands in."""
+
+    def __init__(self, look: Look) -> None:
+        assets = AssetDatabase.load(look.asset_database) if look.asset_database else AssetDatabase.default()
+        self.simulator: EmbeddedSimulator = make_simulator(look.backend, assets=assets, quality=look.quality)
+        self._loaded: tuple[Path, int] | None = None
+        self._stands: Scene | None = None
+
+    def stand(self, scene: Scene) -> EmbeddedSimulator:
+        """Returns the simulator in that scene."""
+        version = (scene.house, scene.house.stat().st_mtime_ns)
+        if self._loaded != version:
+            self._stands = self._loaded = None
+            self.simulator.load(House.load(scene.house))
+            self._loaded = version
+        done = self._done_of(scene)
+        if done is None:
+            self._stands = None
+            self.simulator.reset(scene.start, scene.setup)
+            done = 0
+        for action in scene.actions[done:]:
+            self.simulator.step(action)
+        self._stands = scene
+        return self.simulator
+
+    def moved(self) -> None:
+        """Says that the simulator was led away from the scene it was in."""
+        self._stands = None
+
+    def _done_of(self, scene: Scene) -> int | None:
+        """Returns how many of the scene's actions are done already; None when it must begin anew."""
+        stands = self._stands
+        if stands is None or (stands.house, stands.start, stands.setup) != (scene.house, scene.start, scene.setup):
+            return None
+        done = len(stands.actions)
+        return done if scene.actions[:done] == stands.actions else None
+
+
+_easels: dict[Look, _Easel] = {}
+
+
+def _stand(scene: Scene) -> tuple[_Easel, EmbeddedSimulator]:
+    easel = _easels.get(scene.look)
+    if easel is None:
+        for other in _easels.values():
+            other.simulator.close()
+        _easels.clear()
+        easel = _easels[scene.look] = _Easel(scene.look)
+    return easel, easel.stand(scene)
+
+
+def _draw(scene: Scene) -> bytes:
+    return encode(_stand(scene)[1].frame()).data
+
+
+def _walk(scene: Scene, action: PhysicalAction | None) -> Walked:
+    easel, simulator = _stand(scene)
+    effect = Effect()
+    if action is not None:
+        easel.moved()
+        effect = simulator.step(action)
+    return Walked(simulator.world(()).agent, effect, encode(simulator.frame()).data)
+
+
+def _name_at(scene: Scene, x: int, y: int) -> str | None:
+    return _stand(scene)[1].object_at(x, y)

@@ -1,0 +1,86 @@
+"""Pages of houses: plan, rooms, objects, and a walk through them."""
+
+import base64
+from typing import Annotated, Any
+
+from fastapi import Body, FastAPI
+from fastapi.responses import HTMLResponse, Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from vigil.actions import PhysicalAction
+from vigil.assets.sizes import AssetDatabase
+from vigil.pose import Pose, Vec3
+from vigil.web.drawing import Drawer, Look, Scene
+from vigil.web.library import Library, ShownPack
+from vigil.web.plan import plan_of
+from vigil.web.site import page
+from vigil.world import Setup
+
+
+class Walk(BaseModel):
+    """One step of a walk: from where, and what to do there."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    pose: Pose
+    action: Annotated[PhysicalAction | None, Field(discriminator="skill_name")] = None
+
+
+class Point(BaseModel):
+    """A pixel of what is seen from a pose."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    pose: Pose
+    x: int = Field(ge=0, lt=640)
+    y: int = Field(ge=0, lt=480)
+
+
+def add_house_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
+    """Adds the pages of the houses of all packs."""
+
+    @site.get("/houses", response_class=HTMLResponse)
+    def houses() -> Response:
+        library.runs()
+        return page("houses.html", title="Houses", packs=list(library.packs.values()))
+
+    @site.get("/houses/{slug}/{name}", response_class=HTMLResponse)
+    def house(slug: str, name: str) -> Response:
+        pack = _pack(library, slug)
+        if name not in pack.houses():
+            raise KeyError(name)
+        found = pack.house(name)
+        plan = plan_of(found, AssetDatabase.default())
+        episodes = pack.houses()[name]
+        start = found.start or episodes[0].start
+        values = {"pack": pack, "house": found, "plan": plan, "episodes": episodes}
+        return page("house.html", title=name, start=start.model_dump(mode="json"), **values)
+
+    @site.post("/houses/{slug}/{name}/walk")
+    def walk(slug: str, name: str, request: Annotated[Walk, Body()]) -> dict[str, Any]:
+        walked = drawer.walk(_scene(library, slug, name, request.pose), request.action)
+        return {
+            "pose": walked.pose.model_dump(mode="json"),
+            "blocked": walked.effect.path_blocked,
+            "by": walked.effect.blocked_by,
+            "frame": "data:image/png;base64," + base64.b64encode(walked.picture).decode("ascii"),
+        }
+
+    @site.post("/houses/{slug}/{name}/name")
+    def name_at(slug: str, name: str, request: Annotated[Point, Body()]) -> dict[str, Any]:
+        return {"id": drawer.name_at(_scene(library, slug, name, request.pose), request.x, request.y)}
+
+
+def _pack(library: Library, slug: str) -> ShownPack:
+    if slug not in library.packs:
+        library.runs()
+    return library.packs[slug]
+
+
+def _scene(library: Library, slug: str, name: str, pose: Pose) -> Scene:
+    pack = _pack(library, slug)
+    if name not in pack.houses():
+        raise KeyError(name)
+    pack.house(name)
+    start = pose.model_copy(update={"position": Vec3(*pose.position)})
+    return Scene(Look(), pack.house_path(name), start, Setup())

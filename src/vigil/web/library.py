@@ -1,0 +1,200 @@
+"""The library: the runs and packs that the pages may show, found once under the folders that were given.
+
+Addresses name runs and packs by short names that were handed out here, never by paths; nothing outside of the given
+folders (and the packaged packs) is read, also not through links.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vigil.episode import Episode
+from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
+from vigil.house import House
+from vigil.pack import HOUSES, MANIFEST, Pack, find, frozen_episodes
+from vigil.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
+from vigil.runner.frames import FrameStore
+from vigil.runner.run_folder import FRAMES_FOLDER
+from vigil.web.records import RecordTable, is_inside
+
+DEPTH = 3
+"""How deep under a given folder runs are looked for."""
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+_HOUSE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+
+
+@dataclass(slots=True)
+class ShownPack:
+    """A pack by its manifest's hash; houses are read when they are looked at."""
+
+    slug: str
+    folder: Path
+    sha256: str
+    episodes: dict[str, Episode]
+    _houses: dict[str, House] = field(default_factory=dict)
+
+    def houses(self) -> dict[str, list[Episode]]:
+        """Returns the names of the pack's houses with their episodes, sorted."""
+        found: dict[str, list[Episode]] = {}
+        for episode in sorted(self.episodes.values(), key=lambda each: (each.house.name, each.id)):
+            found.setdefault(episode.house.name, []).append(episode)
+        return found
+
+    def house_path(self, name: str) -> Path:
+        """Returns the file of a house."""
+        return self.folder / HOUSES / f"{name}.json"
+
+    def house(self, name: str) -> House:
+        """Returns a house of the pack as its episodes know it. Raises HouseError or PackMismatch."""
+        if name not in self._houses:
+            expected = {episode.house.sha256 for episode in self.episodes.values() if episode.house.name == name}
+            path = self.house_path(name)
+            if not expected or not _HOUSE_NAME.fullmatch(name) or not is_inside(path, self.folder):
+                raise HouseError(f"Pack {self.slug!r} has no house {name!r}.")
+            house = House.load(path)
+            if expected != {house.sha256}:
+                raise PackMismatch(f"House {name!r} of pack {self.slug!r} was changed after the pack was frozen.")
+            self._houses[name] = house
+        return self._houses[name]
+
+
+@dataclass(slots=True)
+class ShownRun:
+    """A run's folder, its header and its rows; `fault` says why it cannot be shown whole."""
+
+    slug: str
+    folder: Path
+    header: RunHeader | None = None
+    pack: ShownPack | None = None
+    table: RecordTable | None = None
+    fault: str = ""
+
+    @property
+    def name(self) -> str:
+        """The agent's name, or the folder's when the header cannot be read."""
+        return self.header.spec.agent if self.header else self.folder.name
+
+    def saved_frame(self, sha256: str | None) -> Path | None:
+        """Returns the file of a kept frame; None when it was not kept or lies outside of the run's folder."""
+        if sha256 is None or not _SHA256.fullmatch(sha256):
+            return None
+        folder = self.folder / FRAMES_FOLDER
+        path = FrameStore(folder).path(sha256)
+        return path if path.is_file() and is_inside(path, self.folder) else None
+
+
+class Library:
+    """All that may be shown."""
+
+    def __init__(self, roots: Iterable[Path] = (), packs: Iterable[str | Path] = ()) -> None:
+        """`roots` are runs, or folders with runs in them. Raises InputError for a root or pack that is not there."""
+        self._roots = [root.resolve() for root in roots]
+        for root in self._roots:
+            if not root.is_dir():
+                raise RecordError(f"Folder {str(root)!r} does not exist. Give the folder of a run, or of several.")
+        self.packs: dict[str, ShownPack] = {}
+        for pack in packs:
+            self._open_pack(find(pack))
+        self._runs: dict[Path, ShownRun] = {}
+
+    def runs(self) -> list[ShownRun]:
+        """Returns all runs, new ones included, in order of their names."""
+        for root in self._roots:
+            for folder in _run_folders(root, root, DEPTH):
+                run = self._runs.get(folder)
+                if run is None:
+                    run = self._runs[folder] = ShownRun(self._free_slug(folder), folder)
+                self._refresh(run)
+        return sorted(self._runs.values(), key=lambda run: run.slug)
+
+    def run(self, slug: str) -> ShownRun:
+        """Returns a run by its short name, as it now is. Raises KeyError."""
+        for run in self._runs.values() or self.runs():
+            if run.slug == slug:
+                self._refresh(run)
+                return run
+        raise KeyError(slug)
+
+    def _refresh(self, run: ShownRun) -> None:
+        try:
+            self._read(run)
+            run.fault = ""
+        except (VigilError, OSError) as error:
+            run.fault = str(error)
+
+    def _read(self, run: ShownRun) -> None:
+        for name in (HEADER_FILE, EPISODES_FILE):
+            if not is_inside(run.folder / name, run.folder):
+                raise RecordError(f"{name} of this run is a link to outside of its folder; it is not followed.")
+        run.header = read_header(run.folder)
+        spec = run.header.spec
+        if run.table is None:
+            run.pack = self._pack_of(run.header)
+            wanted = set(spec.episode_ids)
+            episodes = {name: episode for name, episode in run.pack.episodes.items() if name in wanted}
+            run.table = RecordTable(run.folder / EPISODES_FILE, episodes, spec.epochs)
+        run.table.refresh()
+
+    def _pack_of(self, header: RunHeader) -> ShownPack:
+        spec = header.spec
+        for pack in self.packs.values():
+            if pack.sha256 == spec.pack_sha256:
+                return pack
+        noted = Path(header.pack_folder) if header.pack_folder else None
+        places = [spec.pack] if re.fullmatch(r"[A-Za-z0-9_.-]+", spec.pack) and not Path(spec.pack).is_dir() else []
+        places += [noted] if noted and any(is_inside(noted, root) for root in self._roots) else []
+        for place in places:
+            try:
+                return self._open_pack(find(place), spec.pack_sha256)
+            except PackMismatch:
+                continue
+        where = f", which lay in {header.pack_folder!r}" if header.pack_folder else ""
+        raise PackMismatch(
+            f"The run was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}...{where}. "
+            "Give it: vigil view RUNS --pack FOLDER."
+        )
+
+    def _open_pack(self, folder: Path, sha256: str | None = None) -> ShownPack:
+        folder = folder.resolve()
+        for pack in self.packs.values():
+            if pack.folder == folder and sha256 in (None, pack.sha256):
+                return pack
+        if sha256 is None:
+            loaded = Pack.load(folder)
+            sha256, episodes = loaded.sha256, list(loaded.episodes)
+        else:
+            if not is_inside(folder / MANIFEST, folder):
+                raise PackMismatch(f"Pack {str(folder)!r} links to outside of its folder.")
+            episodes = frozen_episodes(folder, sha256)
+        slug = _free_name(folder.name, self.packs)
+        self.packs[slug] = ShownPack(slug, folder, sha256, {episode.id: episode for episode in episodes})
+        return self.packs[slug]
+
+    def _free_slug(self, folder: Path) -> str:
+        return _free_name(folder.name, {run.slug for run in self._runs.values()})
+
+
+def _free_name(wanted: str, taken: Iterable[str]) -> str:
+    plain = re.sub(r"[^A-Za-z0-9_.-]+", "-", wanted).strip(".-") or "unnamed"
+    names = set(taken)
+    number, name = 1, plain
+    while name in names:
+        number += 1
+        name = f"{plain}-{number}"
+    return name
+
+
+def _run_folders(folder: Path, root: Path, depth: int) -> list[Path]:
+    """Returns the folders of runs at or under `folder`, links out of `root` left alone."""
+    if not is_inside(folder, root):
+        return []
+    if (folder / HEADER_FILE).exists() or (folder / EPISODES_FILE).exists():
+        return [folder]
+    if depth == 0:
+        return []
+    try:
+        entries = sorted(entry for entry in folder.iterdir() if entry.is_dir())
+    except OSError:
+        return []
+    return [found for entry in entries for found in _run_folders(entry, root, depth - 1)]

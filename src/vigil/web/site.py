@@ -1,0 +1,156 @@
+"""What all pages share: templates, static files, and the rules that keep strangers and other sites out."""
+
+import hmac
+import re
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from http.cookies import SimpleCookie
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode, urlsplit
+
+from fastapi import FastAPI, Request
+from fastapi.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
+from fastapi.staticfiles import StaticFiles
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from vigil.errors import InfrastructureError, InputError, SettingError, VigilError
+
+HERE = Path(__file__).parent
+STATIC = HERE / "static"
+COOKIE = "vigil_token"
+LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
+MAX_BODY_BYTES = 256 * 1024
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "X-Frame-Options": "DENY",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where a site is served; another address than loopback needs a token."""
+
+    host: str = "127.0.0.1"
+    port: int = 8377
+    token: str = ""
+
+    def check(self) -> None:
+        """Raises SettingError when the address needs a token and has none."""
+        if self.host not in LOOPBACK and len(self.token) < 8:
+            raise SettingError(
+                f"--host {self.host!r} is not loopback: others could look on. Give --token with 8 characters or more."
+            )
+
+
+def percent(rate: float | None) -> str:
+    """Returns a rate as a percentage; a dash where there is none."""
+    return "–" if rate is None else f"{100 * rate:.1f}"
+
+
+def template_environment() -> Environment:
+    """Returns the templates; all that is put into them is escaped."""
+    templates = Environment(
+        loader=FileSystemLoader(HERE / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.filters["percent"] = percent
+    templates.globals["query"] = lambda **values: urlencode({k: v for k, v in values.items() if v not in (None, "")})
+    return templates
+
+
+TEMPLATES = template_environment()
+
+
+def page(name: str, *, status: int = 200, **values: Any) -> HTMLResponse:
+    """Returns a rendered page."""
+    return HTMLResponse(TEMPLATES.get_template(name).render(**values), status)
+
+
+def make_site(address: Address) -> FastAPI:
+    """Returns an application without pages, guarded. Raises SettingError."""
+    address.check()
+    site = FastAPI(title="VIGIL", docs_url=None, redoc_url=None, openapi_url=None)
+    site.mount("/static", StaticFiles(directory=STATIC), name="static")
+
+    @site.middleware("http")
+    async def guard(request: Request, go_on: Callable[[Request], Awaitable[Response]]) -> Response:
+        response = _refusal(request, address) or await go_on(request)
+        for name, value in HEADERS.items():
+            response.headers.setdefault(name, value)
+        if not request.url.path.startswith("/static/"):
+            response.headers.setdefault("Cache-Control", "no-store")
+        return response
+
+    @site.exception_handler(VigilError)
+    async def tell(request: Request, error: VigilError) -> Response:
+        status = 503 if isinstance(error, InfrastructureError) else 400 if isinstance(error, InputError) else 500
+        return fault(request, status, str(error))
+
+    @site.exception_handler(KeyError)
+    async def miss(request: Request, error: KeyError) -> Response:
+        return fault(request, 404, "There is nothing at this address.")
+
+    @site.exception_handler(404)
+    async def absent(request: Request, error: Exception) -> Response:
+        return fault(request, 404, "There is nothing at this address.")
+
+    return site
+
+
+def fault(request: Request, status: int, message: str) -> Response:
+    """Returns a page, or JSON for scripts, that says what went wrong."""
+    if request.method != "GET" or "application/json" in request.headers.get("accept", ""):
+        return JSONResponse({"error": message}, status)
+    if request.url.path.rpartition(".")[2] in ("png", "gif", "json"):
+        return PlainTextResponse(message, status)
+    return page("fault.html", status=status, title="Not shown", message=message)
+
+
+def _refusal(request: Request, address: Address) -> Response | None:
+    """Returns why a request is turned away; None when it may go on."""
+    host = _host_of(request.headers.get("host", ""))
+    if not address.token and host not in LOOPBACK:
+        return PlainTextResponse("This server answers to 127.0.0.1 and localhost alone.", 421)
+    origin = request.headers.get("origin")
+    if origin not in (None, "null") and urlsplit(origin or "").netloc != request.headers.get("host", ""):
+        return PlainTextResponse("Requests from other sites are refused.", 403)
+    if request.method not in ("GET", "HEAD"):
+        length = request.headers.get("content-length", "")
+        is_json = request.headers.get("content-type", "").startswith("application/json")
+        if not is_json or not length.isdigit() or int(length) > MAX_BODY_BYTES or origin == "null":
+            return PlainTextResponse("Only JSON of a reasonable length is taken.", 415)
+    return _token_refusal(request, address) if address.token else None
+
+
+def _token_refusal(request: Request, address: Address) -> Response | None:
+    given = request.query_params.get("token")
+    if given is not None and _is_same(given, address.token):
+        rest = urlencode([(name, value) for name, value in request.query_params.multi_items() if name != "token"])
+        path = re.sub(r"^/+", "/", request.url.path)
+        response = RedirectResponse(path + (f"?{rest}" if rest else ""), 303)
+        response.set_cookie(COOKIE, address.token, httponly=True, samesite="strict")
+        return response
+    cookie = SimpleCookie(request.headers.get("cookie", "")).get(COOKIE)
+    bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
+    if _is_same(cookie.value if cookie else "", address.token) or _is_same(bearer, address.token):
+        return None
+    return PlainTextResponse("This server asks for its token: open the address with ?token=...", 401)
+
+
+def _is_same(given: str, token: str) -> bool:
+    return hmac.compare_digest(given.encode(), token.encode())
+
+
+def _host_of(header: str) -> str:
+    return header[1:].partition("]")[0] if header.startswith("[") else header.partition(":")[0]

@@ -1,0 +1,124 @@
+"""Tables and charts of runs as plain values for the templates: rates, the outcome partition, flips of two runs."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vigil.episode import FAMILIES, Family
+from vigil.scoring import Label, Outcome
+from vigil.summary import Settlement, summarise
+from vigil.web.library import ShownRun
+
+RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")
+LABELS: tuple[Label, ...] = ("B", "FR", "NR", "IL", "Other")
+CHART_WIDTH = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class RunRow:
+    """A run in the table of runs."""
+
+    run: ShownRun
+    rates: dict[str, Any] | None
+    complete: str
+    errors: int
+    broken: int
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A piece of a stacked bar, in the chart's units."""
+
+    label: Label
+    count: int
+    x: float
+    width: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """One stacked bar."""
+
+    name: str
+    count: int
+    segments: tuple[Segment, ...]
+
+
+def run_rows(runs: Iterable[ShownRun], family: str, sort: str, descending: bool) -> list[RunRow]:
+    """Returns the table of runs, sorted by a rate or by name; runs without that rate come last."""
+    rows = [_run_row(run, family) for run in runs]
+    if sort not in RATE_COLUMNS:
+        return sorted(rows, key=lambda row: (row.run.name, row.run.slug), reverse=descending and sort == "name")
+    with_rate = [row for row in rows if row.rates is not None and row.rates[sort] is not None]
+    without = [row for row in rows if row not in with_rate]
+    return sorted(with_rate, key=lambda row: row.rates[sort] if row.rates else 0.0, reverse=descending) + without
+
+
+def _run_row(run: ShownRun, family: str) -> RunRow:
+    if run.table is None:
+        return RunRow(run, None, "", 0, 0)
+    summary = summarise(run.table.settlement())
+    rates = summary["families"].get(family) if family else summary["overall"]
+    broken = len(run.table.broken) + (run.table.torn is not None)
+    if rates is None:
+        return RunRow(run, None, "", 0, broken)
+    return RunRow(run, rates, rates["complete"], rates["errors"], broken)
+
+
+def bars_of(settlement: Settlement) -> list[Bar]:
+    """Returns the outcome partition: all episodes, then a bar a family."""
+    outcomes = settlement.outcomes
+    families = [family for family in FAMILIES if any(outcome.family == family for outcome in outcomes)]
+    groups = [("all", outcomes), *((family, [o for o in outcomes if o.family == family]) for family in families)]
+    return [_bar(name, group) for name, group in groups]
+
+
+def _bar(name: str, outcomes: Sequence[Outcome]) -> Bar:
+    segments: list[Segment] = []
+    x = 0.0
+    for label in LABELS:
+        count = sum(outcome.label == label for outcome in outcomes)
+        if count:
+            share = count / len(outcomes)
+            segments.append(Segment(label, count, x, share * CHART_WIDTH, share))
+            x += share * CHART_WIDTH
+    return Bar(name, len(outcomes), tuple(segments))
+
+
+@dataclass(frozen=True, slots=True)
+class Flip:
+    """One episode under two runs."""
+
+    episode_id: str
+    epoch: int
+    family: Family
+    a: Outcome
+    b: Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Two runs on the episodes that both have scored."""
+
+    shared: int
+    only_a: int
+    only_b: int
+    gained: dict[str, list[Flip]]
+    """By verdict (W, B): false in the first run, true in the second."""
+    lost: dict[str, list[Flip]]
+
+
+def compare(a: Settlement, b: Settlement, family: str) -> Comparison:
+    """Returns which episodes flipped between two runs, both ways."""
+    first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
+    second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
+    shared = sorted(first.keys() & second.keys())
+    flips = [Flip(*key, first[key].family, first[key], second[key]) for key in shared]
+    return Comparison(
+        shared=len(shared),
+        only_a=len(first.keys() - second.keys()),
+        only_b=len(second.keys() - first.keys()),
+        gained={name: [f for f in flips if getattr(f.b, name) and not getattr(f.a, name)] for name in ("W", "B")},
+        lost={name: [f for f in flips if getattr(f.a, name) and not getattr(f.b, name)] for name in ("W", "B")},
+    )
