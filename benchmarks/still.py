@@ -17,7 +17,7 @@ THING = ObjectState(
     box=Box(center=PLACE, size=Vec3(1.0, 1.0, 1.0)),
     visible=True,
     visible_px=500,
-    state_px=300,
+    open_px=300,
     box_distance_m=2.5,
     center_distance_m=3.0,
 )

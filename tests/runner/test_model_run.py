@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
     pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
 ]
+QUICK = ("DA", "PG")
 WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 40}}'
 
 
@@ -90,14 +92,15 @@ def without_times(record: EpisodeRecord) -> dict[str, Any]:
 
 def test_a_run_is_recorded_resumed_and_verified(pack: Path, tmp_path: Path) -> None:
     with serving(walk_and_report) as server:
-        result = run_pack(settings(pack, server.url, tmp_path / "run", preflight=True, epochs=2, workers=2))
+        wanted = settings(pack, server.url, tmp_path / "run", preflight=True, epochs=2, workers=2, families=QUICK)
+        result = run_pack(wanted)
         asked = len(server.asked)
-        again = run_pack(settings(pack, "http://127.0.0.1:9/v1", tmp_path / "run", preflight=True, epochs=2))
+        again = run_pack(replace(wanted, base_url="http://127.0.0.1:9/v1", workers=1))
     assert (server.preflights, server.most_alive <= 4) == (1, True)
     assert result.is_complete
-    assert (again.resumed, asked) == (16, 16 * 4)
+    assert (again.resumed, asked) == (8, 8 * 4)
     ends = {record.episode_id[5:7]: (record.end, len(record.steps)) for record in result.records}
-    assert ends == dict.fromkeys(("DA", "PG", "SV", "AI"), ("report", 4))
+    assert ends == dict.fromkeys(QUICK, ("report", 4))
     assert all(step.frame_sha256 for record in result.records for step in record.steps)
     assert verify_run(tmp_path / "run", VerifySettings(workers=1, frames=True)).is_verified
     spec = read_header(tmp_path / "run").spec
@@ -154,15 +157,16 @@ def test_an_outage_gives_error_rows_with_what_was_played_and_the_same_command_go
         return failure(503, "gone fishing") if is_out and asked.turn == 3 and "(0)" in asked.texts[0] else Answer(LOOK)
 
     with serving(brain) as server:
-        result = run_pack(settings(pack, server.url, tmp_path / "run", limit=4))
+        wanted = settings(pack, server.url, tmp_path / "run", episode_ids=("tiny-DA-000", "tiny-PG-001", "tiny-SV-002"))
+        result = run_pack(wanted)
         failed = next(record for record in result.records if record.end == "error")
         assert (result.errors, failed.episode_id, len(failed.steps)) == (1, "tiny-DA-000", 2)
         assert (failed.error.boundary, failed.attempt) == ("model", 1)
         assert "gone fishing" in failed.error.message
         is_out = False
         before = len(server.asked)
-        again = run_pack(settings(pack, server.url, tmp_path / "run", limit=4))
-    assert (again.resumed, again.errors, len(server.asked) - before) == (3, 0, 12)
+        again = run_pack(wanted)
+    assert (again.resumed, again.errors, len(server.asked) - before) == (2, 0, 12)
     assert [row.end for row in read_run(tmp_path / "run")[1] if row.episode_id == "tiny-DA-000"] == [
         "error",
         "fail_no_report",
@@ -271,11 +275,24 @@ def test_inspect_runs_the_pack_as_a_task_of_its_own(
     inspect = Path(sys.executable).with_name("inspect")
     with serving(walk_and_report) as server:
         command = [inspect, "eval", "vigil/vigil", "--model", "openai-api/local/m", "--model-base-url", server.url]
-        options = ["-T", f"pack={pack}", "-T", "backend=fake", "-T", "workers=1", "--epochs", "2", "--display", "plain"]
+        options = [
+            "-T",
+            f"pack={pack}",
+            "-T",
+            "family=DA",
+            "-T",
+            "backend=fake",
+            "-T",
+            "workers=1",
+            "--epochs",
+            "2",
+            "--display",
+            "plain",
+        ]
         environment = {**os.environ, "INSPECT_LOG_DIR": str(tmp_path / "logs")}
         done = subprocess.run([*command, *options], env=environment, cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
-        assert len(server.asked) == 8 * 2 * 4
+        assert len(server.asked) == 2 * 2 * 4
         assert all(len(asked.pictures) == 1 for asked in server.asked)
     assert "grouped_all" in done.stdout
     log = read_eval_log(str(next((tmp_path / "logs").glob("*.eval"))))
@@ -283,4 +300,4 @@ def test_inspect_runs_the_pack_as_a_task_of_its_own(
     again = score(log, vigil_score(), action="overwrite", display="none").samples or []
     first, second = ([next(iter((row.scores or {}).values())).value for row in rows] for rows in (samples, again))
     assert first == second
-    assert {value["W"] for value in first} == {0.0, 1.0}
+    assert [(value["W"], value["B"]) for value in first] == [(1.0, 1.0)] * 4

@@ -4,8 +4,10 @@ Inspect brings the providers, the limit on connections, and a log for its viewer
 contract), the retries (`vigil.runner.ask`), the Env, and the records that decide: `episodes.jsonl`, not Inspect's log.
 """
 
+import gc
 import json
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -211,23 +213,38 @@ def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, l
     ask = persistent(sender(model), endpoint.patience)
     stop: list[VigilError] = []
     tidy = _Tidy(model, play_one, len(tickets))
-    logs = inspect_eval(
-        _task(tickets, _agent(tickets, tidy.play_one, lambda: ask, stop)),
-        model=model,
-        log_dir=str(log_dir),
-        display="none",
-        score_display=False,
-        max_samples=endpoint.max_connections,
-        fail_on_error=False,
-        log_images=False,
-        log_realtime=False,
-        log_model_api=False,
-        ctl_server=False,
-        acp_server=False,
-    )
+    with _rare_collections():
+        logs = inspect_eval(
+            _task(tickets, _agent(tickets, tidy.play_one, lambda: ask, stop)),
+            model=model,
+            log_dir=str(log_dir),
+            display="none",
+            score_display=False,
+            max_samples=endpoint.max_connections,
+            fail_on_error=False,
+            log_images=False,
+            log_realtime=False,
+            log_model_api=False,
+            ctl_server=False,
+            acp_server=False,
+        )
     if stop:
         raise stop[0]
     _check(logs)
+
+
+@contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Lets the collector of cycles run rarely: it took a quarter of this process, mostly over what was imported."""
+    gc.collect()
+    gc.freeze()
+    usual = gc.get_threshold()
+    gc.set_threshold(50_000, 20, 50)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
+        gc.unfreeze()
 
 
 class _Tidy:

@@ -226,8 +226,10 @@ class SimulatorPool:
             worker.join()
 
     def facts(self) -> Facts:
-        """Returns what the backend says about itself; starts the first worker."""
-        return self.workers[0].submit(AskFacts()).result()[1]
+        """Returns what the backend says about itself; starts all workers. Raises SimulatorError when one cannot."""
+        futures = [worker.submit(AskFacts()) for worker in self.workers]
+        facts = [future.result()[1] for future in futures]
+        return facts[0]
 
     async def play(self, ticket: Ticket) -> EpisodeRecord:
         """Returns the record of an episode played by the agent inside a worker. Raises WorkerLost."""

@@ -126,10 +126,10 @@ def _play_all(run: _Run, tickets: list[Ticket]) -> None:
     workers = min(settings.workers or usable_cpus(), len(tickets))
     with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
         run.folder.note_facts(pool.facts())
-        run.tally.start()
         if is_model:
             _play_outside(run, pool, tickets)
         else:
+            run.tally.start()
             asyncio.run(_play_inside(run, pool, tickets))
 
 
@@ -167,6 +167,7 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
     )
     if settings.preflight:
         asyncio.run(preflight(endpoint, run.spec.agent, profile.image_format))
+    run.tally.start()
 
     async def play_one(ticket: Ticket, ask: Ask) -> EpisodeRecord:
         record = await _attempts(
