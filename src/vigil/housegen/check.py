@@ -21,6 +21,7 @@ OUTSIDE_M = 0.02
 SWEEP = tuple(step / 16 for step in range(1, 17))
 """Openness at which leaves and drawers are looked at."""
 REACH_M = 1.5
+POLYGON = shapely.GeometryType.POLYGON.value
 BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
 NEEDS = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
@@ -199,7 +200,7 @@ class _Pairs:
             for prism in body.prisms():
                 self.prisms.append(prism)
                 self.owners.append(body)
-        self.shapes = np.array([_shrunk(prism) for prism in self.prisms], dtype=object)
+        self.shapes = _shrunk(self.prisms)
         self.tree = STRtree(self.shapes)
 
     def overlaps(self) -> list[Fault]:
@@ -223,8 +224,8 @@ class _Pairs:
             return None
         near = self.tree.query(MultiPoint(np.concatenate([prism.corners for prism in moving])).envelope)
         others = [index for index in near.tolist() if not _may_share(body, self.owners[index])]
-        for prism in moving if others else ():
-            shape = _shrunk(prism)
+        shapes = _shrunk(moving) if others else ()
+        for prism, shape in zip(moving if others else (), shapes, strict=True):
             for index in others:
                 if _depth(prism, self.prisms[index]) > OVERLAP_M and shape.intersects(self.shapes[index]):
                     return self.owners[index]
@@ -239,10 +240,13 @@ def _may_share(one: Body, two: Body) -> bool:
     return "Rug" in pair or pair == {"Sink", "Faucet"}
 
 
-def _shrunk(prism: Prism) -> Polygon:
-    polygon = prism.polygon
-    inner = polygon.buffer(-OVERLAP_M / 2, join_style="mitre")
-    return inner if isinstance(inner, Polygon) and not inner.is_empty else Polygon([polygon.centroid.coords[0]] * 4)
+def _shrunk(prisms: list[Prism]) -> np.ndarray:
+    """Returns the prisms' footprints, smaller all round by half of what may overlap."""
+    polygons = np.array([prism.polygon for prism in prisms], dtype=object)
+    inner = shapely.buffer(polygons, -OVERLAP_M / 2, join_style="mitre")
+    for index in np.flatnonzero(shapely.is_empty(inner) | (shapely.get_type_id(inner) != POLYGON)):
+        inner[index] = Polygon([polygons[index].centroid.coords[0]] * 4)
+    return inner
 
 
 def _depth(one: Prism, two: Prism) -> float:
@@ -285,7 +289,7 @@ def _access(house: House, bodies: list[Body], ground: Walkable, pairs: _Pairs) -
         kind = CATALOG[body.category]
         if not body.can_open or body.is_tilted or not kind.is_openable or kind.is_pickupable:
             continue
-        moving = [prism for openness in SWEEP for prism in body.prisms(openness) if prism.joint is not None]
+        moving = [prism for openness in SWEEP for prism in body.leaves(openness)]
         struck = pairs.struck_by(moving, body)
         if not body.is_opening and any(_leaves_room(prism, floors) for prism in moving):
             faults.append(Fault("blocked-opening", body.id, "cannot open: a wall is in the way"))

@@ -12,9 +12,8 @@ from shapely import Polygon
 from vigil.assets import make
 from vigil.assets.asset import Asset, Joint, Solid, Surface
 from vigil.assets.sizes import AssetDatabase, AssetEntry
-from vigil.errors import HouseError
 from vigil.house import Door, House, HouseObject, Opening
-from vigil.pose import Vec3, rotate_floor
+from vigil.pose import Vec3, heading, rotate_floor
 
 HOVER_M = 0.07
 """Children that hover less than this are let down (ProcTHOR's own do by 5 to 6 cm)."""
@@ -70,9 +69,16 @@ class Body:
         joints = {joint.name: joint for joint in self.asset.joints}
         return [self._prism(solid, joints.get(solid.joint or ""), openness) for solid in self.asset.solids]
 
+    def leaves(self, openness: float) -> list[Prism]:
+        """Returns the solids of its doors, drawers and lids at an openness."""
+        joints = {joint.name: joint for joint in self.asset.joints}
+        moving = [solid for solid in self.asset.solids if solid.joint is not None]
+        return [self._prism(solid, joints.get(solid.joint or ""), openness) for solid in moving]
+
     def _prism(self, solid: Solid, joint: Joint | None, openness: float) -> Prism:
         corners, bottom, top = moved_solid(solid, joint, openness)
-        turned = np.array([rotate_floor(x, z, self.yaw) for x, z in corners])
+        (x, z), (sin, cos) = corners.T, heading(self.yaw)
+        turned = np.stack((x * cos + z * sin, z * cos - x * sin), axis=1)
         y = self.position.y
         return Prism(turned + self._middle(), y + bottom, y + top, solid.joint)
 
@@ -120,16 +126,15 @@ def moved_solid(solid: Solid, joint: Joint | None, openness: float) -> tuple[np.
 
 
 def bodies_of(house: House, assets: AssetDatabase) -> tuple[list[Body], list[str]]:
-    """Returns every object, door and window as a body, and what is said of assets that are not known."""
+    """Returns every object, door and window as a body, and what had to be guessed of its assets."""
     bodies: list[Body] = []
-    unknown: list[str] = []
+    guessed: list[str] = []
 
     def visit(node: HouseObject, parent: Body | None) -> None:
-        try:
-            body = _body(node, parent, assets)
-        except HouseError as error:
-            unknown.append(str(error))
-            return
+        note = assets.look_up(node.asset_id, node.id).note
+        if note is not None:
+            guessed.append(f"{node.id}: {note}")
+        body = _body(node, parent, assets)
         bodies.append(body)
         for child in node.children:
             visit(child, body)
@@ -141,7 +146,7 @@ def bodies_of(house: House, assets: AssetDatabase) -> tuple[list[Body], list[str
         start, end = (np.array((point.x, point.z)) for point in walls[opening.wall0].polygon[:2])
         if np.linalg.norm(end - start) > 1e-6:
             bodies.append(_opening_body(opening, start, end))
-    return bodies, unknown
+    return bodies, guessed
 
 
 def _body(node: HouseObject, parent: Body | None, assets: AssetDatabase) -> Body:
@@ -175,10 +180,7 @@ def levels_of(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tu
     base = node.position.y - entry.size.y / 2
     bottoms: list[float] = []
     for child in node.children:
-        try:
-            height = assets.look_up(child.asset_id, child.id).size.y
-        except HouseError:
-            continue
+        height = assets.look_up(child.asset_id, child.id).size.y
         bottoms.append(child.position.y - height / 2 - base)
     levels: list[float] = []
     for bottom in sorted(bottoms):

@@ -1,7 +1,7 @@
 """The stock: assets that a house can be furnished with, and things put somewhere (`Piece`)."""
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -20,21 +20,26 @@ Rect = tuple[float, float, float, float]
 """x0, z0, x1, z1 on the floor (m)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Model:
-    """An asset with its id."""
+    """An asset with its id; its shape is made when it is first looked at."""
 
     asset_id: str
     category: str
     size: Vec3
-    asset: Asset
+    variant: int
+
+    @cached_property
+    def asset(self) -> Asset:
+        """Its shape."""
+        return make(self.category, self.size, self.variant)
 
 
 @lru_cache(maxsize=4096)
 def model_of(asset_id: str, category: str) -> Model:
     """Returns the asset of that id."""
     entry = AssetDatabase.default().look_up(asset_id, f"{category}|0|0")
-    return Model(asset_id, entry.category, entry.size, make(entry.category, entry.size, entry.variant))
+    return Model(asset_id, entry.category, entry.size, entry.variant)
 
 
 def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> Model:

@@ -55,8 +55,8 @@ class Walkable:
         points = shapely.points(xs, zs)
         ok = shapely.distance(points, box) <= reach_m
         for openness in (0.5, 1.0):
-            for prism in body.prisms(openness):
-                if prism.joint is not None and _is_in_way(prism):
+            for prism in body.leaves(openness):
+                if _is_in_way(prism):
                     ok &= shapely.distance(points, prism.polygon) > BODY_RADIUS
         return bool(ok.any())
 
@@ -84,7 +84,7 @@ def _standing(bodies: list[Body]) -> list[Prism]:
         if not body.is_opening or body.category == "Window":
             found.extend(body.prisms())
         elif body.can_open:
-            found.extend(prism for prism in body.prisms(1.0) if prism.joint is not None)
+            found.extend(body.leaves(1.0))
     return [prism for prism in found if _is_in_way(prism)]
 
 
