@@ -11,7 +11,7 @@ import pytest
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase, guess_category, own_asset_id
-from vigil.errors import HouseError, SettingError
+from vigil.errors import SettingError
 from vigil.pose import Vec3
 
 DEFAULT = AssetDatabase.default()
@@ -38,9 +38,30 @@ def test_own_sizes_are_pinned() -> None:
     assert DEFAULT.look_up("vigil_Sofa_3", "Sofa|1").variant == 1321925914
 
 
-def test_own_id_of_no_category() -> None:
-    with pytest.raises(HouseError, match=r"Object 'x\|1'.*'vigil_Spaceship_1'.*Spaceship"):
-        DEFAULT.look_up("vigil_Spaceship_1", "x|1")
+@pytest.mark.parametrize(
+    ("asset_id", "object_id", "nearest"),
+    [
+        ("vigil_Spaceship_1", "x|1", "Box"),
+        ("vigil_Tabel_3", "x|2", "DiningTable"),
+        ("Fridgge_3", "Frigde|1", "Fridge"),
+        ("qwxyz_77", "zz|1", "Box"),
+        ("", "", "Box"),
+    ],
+)
+def test_what_is_unknown_is_shown_as_the_nearest_with_a_note(asset_id: str, object_id: str, nearest: str) -> None:
+    entry = DEFAULT.look_up(asset_id, object_id)
+    assert entry.category == nearest
+    assert entry.size == CATALOG[nearest].typical_size
+    assert entry.note is not None
+    assert repr(asset_id) in entry.note
+    assert nearest in entry.note
+
+
+def test_an_asset_that_a_database_lacks_is_noted_and_one_that_it_has_is_not() -> None:
+    database = AssetDatabase({"Chair_9": ("Chair", Vec3(0.5, 1.0, 0.5))})
+    assert database.look_up("Chair_9", "Chair|1").note is None
+    assert "'Chair_10'" in (database.look_up("Chair_10", "Chair|2").note or "")
+    assert DEFAULT.look_up("Chair_10", "Chair|2").note is None
 
 
 @pytest.mark.parametrize(
@@ -81,11 +102,6 @@ def test_object_id_decides_over_words_and_helps_without_them() -> None:
     assert guess_category("Mystery_1", "Chair|7|0") == "Chair"
     assert guess_category("Sofa_1", "ArmChair|7|0") == "ArmChair"
     assert guess_category("0a1b2c", "coffee_table_1|2") == "CoffeeTable"
-
-
-def test_nothing_known() -> None:
-    with pytest.raises(HouseError, match=r"Object 'zz\|1'.*'qwxyz_77'.*asset database"):
-        DEFAULT.look_up("qwxyz_77", "zz|1")
 
 
 def test_sizes_that_ids_state() -> None:

@@ -127,3 +127,12 @@ def test_the_rooms_of_a_real_house_are_joined_by_its_doors(procthor):
     assert len(places) > 1000
     rooms = {simulator.room_at(Vec3(float(x), 0.0, float(z))) for x, z in places}
     assert len(rooms) == 4  # through the doors
+
+
+def test_an_unknown_asset_is_shown_and_noted(data):
+    data["objects"][0].update(id="Frigde|1", assetId="Frigdge_12")
+    scene = build_scene(House("h", data), SIZES)
+    assert scene.things["Frigde|1"].category == "Fridge"
+    (note,) = scene.notes
+    assert "Frigde|1" in note
+    assert "'Frigdge_12'" in note

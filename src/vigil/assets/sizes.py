@@ -10,6 +10,7 @@ import math
 import re
 import zlib
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.errors import HouseError, SettingError
+from vigil.errors import SettingError
 from vigil.pose import Vec3
 
 MIN_SIDE_M = 0.001
@@ -92,6 +93,10 @@ _ALIASES = {
     "winebottle": "WineBottle",
 }
 _LONGEST_NAME_WORDS = 4
+_ALIKE, _LEAST_LETTERS = 0.72, 4
+"""How alike (0..1) a word must be to a name to be taken for it, and how long at least."""
+NEAREST_OF_ALL = "Box"
+"""What a thing is shown as of which nothing is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +107,8 @@ class AssetEntry:
     size: Vec3
     variant: int
     """Which of the category's looks: a stable hash of the asset id."""
+    note: str | None = None
+    """What had to be guessed, for people; None when the category was named and the size known."""
 
 
 class AssetDatabase:
@@ -143,23 +150,20 @@ class AssetDatabase:
     def look_up(self, asset_id: str, object_id: str) -> AssetEntry:
         """Returns the category, size and variant of `asset_id`, which object `object_id` of a house names.
 
-        Raises HouseError when neither the database nor the words of the ids say what it is.
+        What is unknown gets the nearest known category, and a note that says so.
         """
         own = _OWN_ID.fullmatch(asset_id)
-        if own:
-            return _own_entry(asset_id, own[1], object_id)
-        if asset_id in self._known:
-            stated, size = self._known[asset_id]
-            category = stated if stated in CATALOG else guess_category(asset_id, stated)
-        else:
-            category = guess_category(asset_id, object_id)
-            size = _guessed_size(category, asset_id) if category else Vec3(0.0, 0.0, 0.0)
+        if own and own[1] in CATALOG:
+            return _own_entry(asset_id, own[1])
+        stated, size = self._known.get(asset_id, (object_id, None))
+        category = stated if stated in CATALOG else guess_category(asset_id, stated)
+        note = None
         if category is None:
-            raise HouseError(
-                f"Object {object_id!r}: nothing is known of asset {asset_id!r}, and no category follows from the "
-                "ids. Give an asset database that has it, or an assetId such as 'vigil_Chair_1'."
-            )
-        return AssetEntry(category, size, _variant(asset_id))
+            category = nearest_category(asset_id, object_id)
+            note = f"asset {asset_id!r} is of no known category; it is shown as the nearest one, {category}"
+        elif size is None and (own or self._known):
+            note = f"asset {asset_id!r} is not known; it is shown as a {category} of usual size"
+        return AssetEntry(category, size or _guessed_size(category, asset_id), _variant(asset_id), note)
 
 
 def own_asset_id(category: str, number: int) -> str:
@@ -176,6 +180,20 @@ def guess_category(asset_id: str, object_id: str) -> str | None:
     if prefix in CATALOG:
         return prefix
     return _category_in(asset_id) or _category_in(prefix)
+
+
+def nearest_category(asset_id: str, object_id: str) -> str:
+    """Returns the category whose name is spelt most like a word of the ids; "Box" when none is like it."""
+    prefix = object_id.split("|")[0]
+    own = _OWN_ID.fullmatch(asset_id)
+    names = _names()
+    for text in (own[1] if own else asset_id, prefix):
+        words = [word for word in _words(text) if len(word) >= _LEAST_LETTERS]
+        for word in ["".join(words), *reversed(words)]:
+            alike = get_close_matches(word, names, n=1, cutoff=_ALIKE)
+            if alike:
+                return names[alike[0]]
+    return NEAREST_OF_ALL
 
 
 _WANTED = "Expected AI2-THOR's form: {category: [{assetId, boundingBox: {x, y, z}}, ...], ...}."
@@ -200,12 +218,7 @@ def _side(value: Any) -> float | None:
     return max(float(value), MIN_SIDE_M) if math.isfinite(value) and 0.0 <= value <= MAX_SIDE_M else None
 
 
-def _own_entry(asset_id: str, category: str, object_id: str) -> AssetEntry:
-    if category not in CATALOG:
-        raise HouseError(
-            f"Object {object_id!r}: asset {asset_id!r} names the category {category!r}, which does not exist. "
-            "Own asset ids read vigil_<Category>_<number> with a category of vigil.assets.catalog."
-        )
+def _own_entry(asset_id: str, category: str) -> AssetEntry:
     row = CATALOG[category]
     variant = _variant(asset_id)
     rng = np.random.default_rng(variant)
@@ -228,8 +241,7 @@ def _names() -> dict[str, str]:
 
 def _category_in(text: str) -> str | None:
     """Returns the category whose name takes up the most words of `text`; of equals the last, as in "Hand_Statue"."""
-    words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", text.removeprefix("RoboTHOR"))]
-    names = _names()
+    words, names = _words(text), _names()
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):
             joined = "".join(words[start : start + length])
@@ -237,6 +249,10 @@ def _category_in(text: str) -> str | None:
             if found:
                 return found
     return None
+
+
+def _words(text: str) -> list[str]:
+    return [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", text.removeprefix("RoboTHOR"))]
 
 
 def _guessed_size(category: str, asset_id: str) -> Vec3:

@@ -182,25 +182,25 @@ def teddy_bear(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     fur, pale = f"knit/{tint}", "knit/#e6d6b8" if name != "cream" else "knit/#f4ecd8"
 
     def ball(look: str, at: tuple[float, float, float], extent: tuple[float, float, float], fine: int = 7) -> None:
-        builder.add(look, shapes.ellipsoid(extent, at, fine, 5))
+        builder.add(look, shapes.ellipsoid(extent, at, fine, 5 if fine > 6 else 4))
 
     ball(fur, (0, 0.3, 0), (0.56, 0.6, 0.5), 10)
-    ball(pale, (0, 0.3, 0.06), (0.4, 0.46, 0.42))
+    ball(pale, (0, 0.3, 0.06), (0.4, 0.46, 0.42), 7)
     ball(fur, (0, 0.72, 0.02), (0.52, 0.46, 0.48), 10)
-    ball(pale, (0, 0.66, 0.2), (0.24, 0.18, 0.2))
+    ball(pale, (0, 0.66, 0.2), (0.24, 0.18, 0.2), 6)
     ball("plastic/#241c18", (0, 0.7, 0.3), (0.09, 0.06, 0.06), 6)
     for side in (-1, 1):
-        ball(fur, (0.21 * side, 0.92, 0), (0.19, 0.19, 0.1))
-        ball(pale, (0.21 * side, 0.92, 0.03), (0.12, 0.12, 0.08), 6)
+        ball(fur, (0.21 * side, 0.92, 0), (0.19, 0.19, 0.1), 6)
+        ball(pale, (0.21 * side, 0.92, 0.03), (0.12, 0.12, 0.08), 5)
         ball("plastic/#241c18", (0.1 * side, 0.77, 0.225), (0.06, 0.07, 0.05), 5)
         arm = shapes.ellipsoid((0.2, 0.42, 0.2), segments=7, rings=5)
         builder.add(fur, shapes.translate(shapes.rotate(arm, "z", 32 * side), (0.33 * side, 0.38, 0.08)))
         ball(fur, (0.22 * side, 0.1, 0.28), (0.22, 0.2, 0.46))
-        ball(pale, (0.22 * side, 0.1, 0.46), (0.15, 0.15, 0.12), 6)
+        ball(pale, (0.22 * side, 0.1, 0.46), (0.15, 0.15, 0.12), 5)
     if rng.random() < 0.6:
         _, bow = colour(rng, "red", "blue", "green", "pink")
         for side in (-1, 1):
-            wing = shapes.ellipsoid((0.16, 0.1, 0.05), segments=6, rings=4)
+            wing = shapes.ellipsoid((0.16, 0.1, 0.05), segments=4, rings=3)
             builder.add(
                 f"velvet/{bow}", shapes.translate(shapes.rotate(wing, "z", 20 * side), (0.09 * side, 0.5, 0.26))
             )

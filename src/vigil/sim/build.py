@@ -43,6 +43,8 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
 
 def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDatabase) -> None:
     entry = assets.look_up(node.asset_id, node.id)
+    if entry.note is not None:
+        scene.notes.append(f"{node.id}: {entry.note}")
     asset = make(entry.category, entry.size, entry.variant, _levels(node, entry, assets))
     thing = _thing(node, asset, entry.category)
     if parent is not None:

@@ -93,3 +93,5 @@ class Scene:
     rooms: list[RoomShape]
     panels: list[WallPanel]
     things: dict[str, Thing] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    """What had to be guessed of the house's assets, one line each."""
