@@ -16,7 +16,7 @@ import troublesome
 from tiny_pack import tiny_pack
 
 from vigil.errors import InputError, RecordError, SettingError
-from vigil.record import EPISODES_FILE, EpisodeRecord, read_records
+from vigil.record import EPISODES_FILE, EpisodeRecord, RecordLog, read_records
 from vigil.runner import run as run_module
 from vigil.runner.dry_run import estimate
 from vigil.runner.frames import FrameStore
@@ -175,6 +175,15 @@ def test_a_run_that_was_killed_before_its_header_was_written_starts_anew(pack: P
     (tmp_path / "run" / EPISODES_FILE).touch()
     (tmp_path / "run" / f"{HEADER_FILE}.123").write_text('{"schema_ver')
     assert run_pack(settings(pack, tmp_path / "run", limit=1)).is_complete
+
+
+def test_a_full_disk_stops_the_run(pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(RecordLog, "append", fail)
+    with pytest.raises(RecordError, match=r"No space left on device.*same command again"):
+        run_pack(settings(pack, tmp_path / "run", limit=1))
 
 
 def test_two_processes_cannot_write_one_run(pack: Path, tmp_path: Path) -> None:

@@ -92,8 +92,14 @@ class RunFolder:
         return self._log.is_done((episode_id, epoch))
 
     def append(self, record: EpisodeRecord) -> None:
-        """Writes one row, on disk when this returns."""
-        self._log.append(record)
+        """Writes one row, on disk when this returns. Raises RecordError when it cannot be written."""
+        try:
+            self._log.append(record)
+        except OSError as error:
+            raise RecordError(
+                f"Cannot write to {str(self.path / EPISODES_FILE)!r}: {error.strerror}. What was written before is kept; "
+                "make room and give the same command again."
+            ) from error
 
     def note_facts(self, facts: Facts) -> None:
         """Completes the header with what the backend says about itself.
