@@ -97,8 +97,8 @@ class RunFolder:
             self._log.append(record)
         except OSError as error:
             raise RecordError(
-                f"Cannot write to {str(self.path / EPISODES_FILE)!r}: {error.strerror}. What was written before is kept; "
-                "make room and give the same command again."
+                f"Cannot write to {str(self.path / EPISODES_FILE)!r}: {error.strerror}. What was written before is "
+                "kept; make room and give the same command again."
             ) from error
 
     def note_facts(self, facts: Facts) -> None:
