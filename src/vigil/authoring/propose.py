@@ -154,9 +154,9 @@ def verifying(shop: Workshop, label: Label) -> Drafts:
             thing,
             (0.5, 3.5),
             LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - 0.3 else LOOKING_DOWN_DEG / 2,
-            lambda seen: seen.state_px(state) >= STATE_PX + 2 * MARGIN_PX
-            and seen.visible
-            and is_state_observable(seen, state),
+            lambda seen: (
+                seen.state_px(state) >= STATE_PX + 2 * MARGIN_PX and seen.visible and is_state_observable(seen, state)
+            ),
         )
         phrase = shop.phrase(thing.id)
         shop.begin(Setup())

@@ -6,7 +6,7 @@ the same bytes.
 
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -153,9 +153,15 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
             "house_generator": GENERATOR_VERSION,
             "seed": SEED,
             "simulator": simulator.name,
-            "kinds": {f"{slot.family} {slot.kind}": slot.count for slot in SLOTS},
+            "kinds": kinds_of(chosen.episodes),
         },
     )
+
+
+def kinds_of(episodes: Iterable[Episode]) -> dict[str, int]:
+    """Returns how many episodes there are of each family, template and difficulty."""
+    kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.difficulty))) for e in episodes]
+    return dict(sorted(Counter(kinds).items()))
 
 
 def starter_houses() -> list[House]:
