@@ -5,7 +5,7 @@ import sys
 
 import typer
 
-from vigil.cli import doctor, houses, packs, render, runs, scores
+from vigil.cli import doctor, houses, packs, render, reports, runs, scores
 from vigil.errors import InfrastructureError, VigilError
 
 BAD_INPUT = 2
@@ -22,6 +22,8 @@ app = typer.Typer(
 app.command("run")(runs.run)
 app.command("score")(scores.score)
 app.command("verify")(runs.verify)
+app.command("report")(reports.report)
+app.command("figure")(reports.figure)
 app.command("render")(render.render)
 app.command("doctor")(doctor.doctor)
 app.add_typer(houses.app, name="houses")
