@@ -277,21 +277,24 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
     ]
 
 
-def _leaves_room(prism: Prism, floors: list[Polygon]) -> bool:
-    return not any(floor.contains(prism.polygon) for floor in floors)
+def _leave_room(prisms: list[Prism], floors: list[Polygon]) -> bool:
+    """Whether any of the prisms is in no room, or not wholly."""
+    shapes = np.array([prism.polygon for prism in prisms], dtype=object)
+    return not np.logical_or.reduce([shapely.contains(floor, shapes) for floor in floors]).all()
 
 
 def _access(house: House, bodies: list[Body], ground: Walkable, pairs: _Pairs) -> list[Fault]:
     """Returns a fault for each openable thing whose leaf is blocked, or before which nobody can stand."""
     faults: list[Fault] = []
     floors = [floor_of(room).buffer(OUTSIDE_M, join_style="mitre") for room in house.document.rooms]
+    shapely.prepare(floors)
     for body in bodies:
         kind = CATALOG[body.category]
         if not body.can_open or body.is_tilted or not kind.is_openable or kind.is_pickupable:
             continue
         moving = [prism for openness in SWEEP for prism in body.leaves(openness)]
         struck = pairs.struck_by(moving, body)
-        if not body.is_opening and any(_leaves_room(prism, floors) for prism in moving):
+        if not body.is_opening and _leave_room(moving, floors):
             faults.append(Fault("blocked-opening", body.id, "cannot open: a wall is in the way"))
         elif struck is not None:
             faults.append(Fault("blocked-opening", body.id, f"cannot open: {struck.id!r} is in the way", struck.id))

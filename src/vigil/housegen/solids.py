@@ -5,6 +5,7 @@ Only upright things are exact; a thing or a lid that tilts is taken as the box a
 
 import re
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from shapely import Polygon
@@ -22,7 +23,7 @@ OPENING_DEPTH_M = 0.14
 EDGE_M = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Prism:
     """An upright prism in the house's frame."""
 
@@ -32,7 +33,7 @@ class Prism:
     top: float
     joint: str | None = None
 
-    @property
+    @cached_property
     def polygon(self) -> Polygon:
         """Its footprint."""
         return Polygon(self.corners)

@@ -70,7 +70,7 @@ def walkable_of(house: House, bodies: list[Body]) -> Walkable:
     rows = np.arange(np.floor(z0 / GRID_M), np.ceil(z1 / GRID_M) + 1) * GRID_M
     xs, zs = np.meshgrid(columns, rows)
     free = shapely.contains_xy(space, xs, zs)
-    obstacles = shapely.union_all([prism.polygon.buffer(BODY_RADIUS) for prism in _standing(bodies)])
+    obstacles = shapely.union_all(shapely.buffer([prism.polygon for prism in _standing(bodies)], BODY_RADIUS))
     free &= ~shapely.contains_xy(obstacles, xs, zs)
     labels, count = ndimage.label(free)  # type: ignore[misc]
     main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1 if count else np.zeros_like(free)
