@@ -3,15 +3,22 @@
 import threading
 import webbrowser
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 import uvicorn
 from fastapi import FastAPI
 
+from vigil.cli.options import PackName
+from vigil.episode import Family
+from vigil.pack import Pack
+from vigil.sim import Quality
 from vigil.web.drawing import Drawer
 from vigil.web.library import Library
+from vigil.web.play import make_play
+from vigil.web.review import Desk, make_review
 from vigil.web.site import Address
+from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
 
 Host = Annotated[str, typer.Option(help="Address to serve on; another than loopback needs --token.")]
@@ -38,6 +45,68 @@ def view(
     drawer = Drawer()
     try:
         serve(make_view(Library(roots, pack or ["starter"]), drawer, address), address, open_browser)
+    finally:
+        drawer.close()
+
+
+def play(
+    player: Annotated[str, typer.Option(help="Name of who plays; goes into the run's header.")],
+    pack: PackName = "starter",
+    limit: Annotated[int | None, typer.Option(min=1, help="Only N episodes, drawn at random.")] = None,
+    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
+    practice: Annotated[bool, typer.Option("--practice", help="Show feedback and verdicts; a run of its own.")] = False,
+    log_dir: Annotated[Path | None, typer.Option(help="The run's folder; the same command continues it.")] = None,
+    render_quality: Annotated[Quality, typer.Option(help="Quality of the picture.")] = "default",
+    backend: Annotated[str, typer.Option(help="Simulator.")] = "mujoco",
+    seed: Annotated[int | None, typer.Option(help="Of the random order.", show_default="by the name")] = None,
+    port: Port = 8378,
+    host: Host = "127.0.0.1",
+    token: Token = "",
+    open_browser: Open = True,
+) -> None:
+    """Lets a person play episodes in the browser as an agent does; the record is a run like any other.
+
+    Example: vigil play --pack starter --player ada --limit 10
+    """
+    address = Address(host, port, token)
+    address.check()
+    settings = SittingSettings(
+        player=player,
+        pack=pack,
+        limit=limit,
+        families=tuple(cast(Family, name.strip().upper()) for name in family or ()),
+        practice=practice,
+        log_dir=log_dir,
+        backend=backend,
+        quality=render_quality,
+        seed=seed,
+    )
+    sitting = open_sitting(settings)
+    try:
+        serve(make_play(sitting, address), address, open_browser)
+    finally:
+        sitting.close()
+
+
+def review(
+    reviewer: Annotated[str, typer.Option(help="Name of who reviews.")],
+    pack: PackName = "starter",
+    file: Annotated[Path, typer.Option(help="Review file; verdicts are added to it.")] = Path("reviews.jsonl"),
+    seed: Annotated[int, typer.Option(help="Of the queue's order.")] = 0,
+    port: Port = 8379,
+    host: Host = "127.0.0.1",
+    token: Token = "",
+    open_browser: Open = True,
+) -> None:
+    """Reviews the episodes of a pack in the browser; each verdict is a line of the review file at once.
+
+    Example: vigil review --pack starter --reviewer ada --file reviews.jsonl
+    """
+    address = Address(host, port, token)
+    desk = Desk(Pack.load(pack), file, reviewer, seed)
+    drawer = Drawer()
+    try:
+        serve(make_review(desk, drawer, address), address, open_browser)
     finally:
         drawer.close()
 

@@ -1,0 +1,47 @@
+"""`vigil play`: the page of a person who plays. This server knows no other page, and no hidden fact crosses it."""
+
+from typing import Annotated, Any
+
+from fastapi import Body, FastAPI, Request
+from fastapi.responses import HTMLResponse, Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from vigil.actions import INTENTS, STATUSES
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.web.site import Address, make_site, page
+from vigil.web.sitting import Sitting
+
+MAX_TEXT = 64 * 1024
+
+
+class Answer(BaseModel):
+    """A reply as the page sends it: to which view, and the very text that is recorded."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    moment: int = Field(ge=0)
+    text: str = Field(max_length=MAX_TEXT)
+
+
+def make_play(sitting: Sitting, address: Address | None = None) -> FastAPI:
+    """Returns the application. Raises SettingError when the address needs a token."""
+    site = make_site(address or Address())
+
+    @site.get("/", response_class=HTMLResponse)
+    def play(request: Request) -> Response:
+        values = {"intents": INTENTS, "statuses": STATUSES, "width": FRAME_WIDTH, "height": FRAME_HEIGHT}
+        return page("play.html", title="Play", **values)
+
+    @site.get("/state")
+    async def state() -> dict[str, Any]:
+        return await sitting.state()
+
+    @site.post("/next")
+    async def next_episode() -> dict[str, Any]:
+        return await sitting.next()
+
+    @site.post("/reply")
+    async def reply(answer: Annotated[Answer, Body()]) -> dict[str, Any]:
+        return await sitting.reply(answer.moment, answer.text)
+
+    return site

@@ -1,0 +1,128 @@
+"use strict";
+// The auditor's page.
+(() => {
+  const at = (id) => document.getElementById(id);
+  const data = JSON.parse(at("data").textContent);
+  let now = 0;
+  let timer = null;
+  let writing = null;
+
+  function go(step) {
+    now = Math.min(Math.max(step, 0), data.steps.length - 1);
+    at("picture").src = `${data.url}/solution/${now}.png`;
+    at("step").textContent = now ? `after ${now} of ${data.steps.length - 1}: ${data.steps[now]}` : "start";
+    document.documentElement.dataset.step = now;
+  }
+  at("picture").onerror = () => {
+    at("no-frame").textContent = "This picture cannot be drawn.";
+    at("no-frame").hidden = false;
+  };
+  at("picture").onload = () => {
+    at("no-frame").hidden = true;
+  };
+
+  function play(on) {
+    clearInterval(timer);
+    timer = null;
+    if (on) {
+      if (now >= data.steps.length - 1) go(0);
+      timer = setInterval(() => (now >= data.steps.length - 1 ? play(false) : go(now + 1)), 900);
+    }
+    at("play").textContent = timer ? "Stop" : "Play";
+  }
+
+  for (let turn = 0; turn < data.around; turn += 1) {
+    const image = document.createElement("img");
+    image.src = `${data.url}/around/${turn}.png`;
+    image.alt = `turned by ${(turn * 360) / data.around} degrees`;
+    image.width = 160;
+    image.height = 120;
+    image.loading = "lazy";
+    at("around").append(image);
+  }
+  for (const node of document.querySelectorAll(".plan [data-id]")) if (data.ids.includes(node.dataset.id)) node.classList.add("found");
+
+  async function say(said, moves) {
+    at("said").textContent = "…";
+    try {
+      const answer = await fetch(`${data.url}/verdict`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(said) });
+      const found = await answer.json();
+      if (!answer.ok) throw new Error(found.error ?? "The verdict was not taken.");
+      at("judgement").textContent = found.judgement ?? "none yet";
+      at("judgement").className = `tag ${found.judgement === "approve" ? "good" : found.judgement === "reject" ? "bad" : ""}`;
+      if (found.instruction) at("instruction").textContent = found.instruction;
+      if (found.difficulty) at("difficulty").textContent = found.difficulty;
+      at("notes").replaceChildren(
+        ...found.notes.map((text) => {
+          const item = document.createElement("li");
+          item.textContent = text;
+          return item;
+        }),
+      );
+      at("said").textContent = `Saved: ${said.verdict}.`;
+      document.documentElement.dataset.saved = Number(document.documentElement.dataset.saved ?? 0) + 1;
+      if (moves && data.after) setTimeout(() => at("after").click(), 350);
+    } catch (error) {
+      at("said").textContent = `NOT saved: ${error.message}`;
+    }
+  }
+
+  function write(kind) {
+    writing = kind;
+    at("words-label").textContent = { reject: "Why is it rejected?", edit: "New wording", note: "Note" }[kind];
+    at("words").value = kind === "edit" ? at("instruction").textContent : "";
+    at("form").hidden = false;
+    at("words").focus();
+  }
+  const stop = () => {
+    writing = null;
+    at("form").hidden = true;
+    at("words").blur();
+  };
+  at("form").onsubmit = (event) => {
+    event.preventDefault();
+    const text = at("words").value.trim();
+    if (writing === "edit") say({ verdict: "edit", instruction: text });
+    else say({ verdict: writing, text }, writing === "reject");
+    stop();
+  };
+  at("cancel").onclick = stop;
+
+  const leave = (id) => at(id) && at(id).click();
+  const KEYS = {
+    ArrowLeft: () => go(now - 1),
+    ArrowRight: () => go(now + 1),
+    " ": () => play(!timer),
+    a: () => say({ verdict: "approve" }, true),
+    x: () => write("reject"),
+    e: () => write("edit"),
+    n: () => write("note"),
+    1: () => say({ verdict: "difficulty", difficulty: "large" }),
+    2: () => say({ verdict: "difficulty", difficulty: "medium" }),
+    3: () => say({ verdict: "difficulty", difficulty: "small" }),
+    j: () => leave("after"),
+    k: () => leave("before"),
+  };
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target.tagName === "TEXTAREA") {
+      if (event.key === "Escape") stop();
+      if (event.key === "Enter" && !event.shiftKey) {
+        event.preventDefault();
+        at("form").requestSubmit();
+      }
+      return;
+    }
+    if (event.key === " " && event.target.tagName === "BUTTON") return;
+    const deed = KEYS[event.key];
+    if (!deed) return;
+    event.preventDefault();
+    deed();
+  });
+  at("back").onclick = KEYS.ArrowLeft;
+  at("next").onclick = KEYS.ArrowRight;
+  at("play").onclick = KEYS[" "];
+  for (const id of ["approve", "reject", "edit", "note"]) at(id).onclick = KEYS[{ approve: "a", reject: "x", edit: "e", note: "n" }[id]];
+  for (const button of document.querySelectorAll("[data-size]")) button.onclick = () => say({ verdict: "difficulty", difficulty: button.dataset.size });
+  go(0);
+})();
