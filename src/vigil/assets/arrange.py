@@ -66,19 +66,23 @@ def turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
     )
 
 
-def settled(asset: Asset, size: Vec3) -> Asset:
-    """Returns the asset at the bottom of a higher box: for boxes measured while it stood open."""
+def settled(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
+    """Returns the asset at the bottom of a larger box, `forward` (m) of its middle: for boxes measured while open."""
     drop = (asset.size.y - size.y) / 2
 
     def lower(value: Vec3) -> Vec3:
-        return Vec3(value.x, value.y + drop, value.z)
+        return Vec3(value.x, value.y + drop, value.z + forward)
+
+    def lowered(old: Solid) -> Solid:
+        polygon = tuple((x, z + forward) for x, z in old.polygon)
+        return replace(old, polygon=polygon, bottom=old.bottom + drop, top=old.top + drop)
 
     low, high = asset.body or (Vec3(*(-side / 2 for side in asset.size)), Vec3(*(side / 2 for side in asset.size)))
     return replace(
         asset,
         size=size,
-        parts=tuple(replace(part, mesh=shapes.translate(part.mesh, (0, drop, 0))) for part in asset.parts),
-        solids=tuple(replace(old, bottom=old.bottom + drop, top=old.top + drop) for old in asset.solids),
+        parts=tuple(replace(part, mesh=shapes.translate(part.mesh, (0, drop, forward))) for part in asset.parts),
+        solids=tuple(lowered(old) for old in asset.solids),
         joints=tuple(replace(old, origin=lower(old.origin)) for old in asset.joints),
         surfaces=tuple(replace(old, center=lower(old.center)) for old in asset.surfaces),
         body=(lower(low), lower(high)),

@@ -196,7 +196,7 @@ def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False
     """Returns a handle that sticks out to the front (about 3 cm) from the point `at` on a face."""
     x, y, z = at
     if kind == "knob":
-        return shapes.cylinder(0.009, 0.028, (x, y, z + 0.014), "z", 10, top=0.016)
+        return shapes.cylinder(0.009, 0.028, (x, y, z + 0.014), "z", 9, top=0.016)
     if kind == "cup":
         return shapes.rounded_box((length, 0.022, 0.026), (x, y, z + 0.013), 0.01)
     ends = (
@@ -208,7 +208,7 @@ def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False
     path = [(ax, ay, z - 0.002), (ax, ay, z + 0.026), (bx, by, z + 0.026), (bx, by, z - 0.002)]
     posts = [shapes.span((px - 0.006, py - 0.006, z), (px + 0.006, py + 0.006, z + 0.028)) for px, py, _ in path[1:3]]
     bar = (0.012, length + 0.012, 0.012) if upright else (length + 0.012, 0.012, 0.012)
-    return shapes.merge([*posts, shapes.box(bar, (x, y, z + 0.026), 0.003)])
+    return shapes.merge([*posts, shapes.box(bar, (x, y, z + 0.026))])
 
 
 @dataclass(frozen=True, slots=True)

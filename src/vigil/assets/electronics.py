@@ -69,10 +69,18 @@ def _frame_ring(half: float, bottom: float, top: float, z: float) -> list[tuple[
 def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Returns a laptop whose lid with the screen opens by 110 degrees.
 
-    A box too high for a closed one was measured open: the closed laptop then lies at its bottom.
+    A box too high for a closed one was measured open: the laptop then fills it while open, and lies at its bottom shut.
     """
     if size.y > 0.25 * size.z:
-        return settled(laptop(Vec3(size.x, 0.085 * size.z, 0.86 * size.z), rng, levels), size)
+        thick = max(0.085 * size.z, (size.y - 0.98 * size.z) / 0.6)
+        lean = max(0.0, np.pi / 2 - 2 * np.arctan2(size.y - 0.7 * thick, size.z))
+        depth = size.z / (1 + np.sin(lean))
+        flat = _laptop(Vec3(size.x, thick, float(depth)), rng, 90.0 + float(np.degrees(lean)))
+        return settled(flat, size, forward=float(size.z - depth) / 2)
+    return _laptop(size, rng, 110.0)
+
+
+def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
     builder = Builder("Laptop", size)
     width, height, depth = size
     name, tint = one_of(rng, (("silver", "#b9bcc0"), ("black", "#232427"), ("grey", "#6c7076"), ("white", "#e8e8e6")))
@@ -88,7 +96,7 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
             z = -0.16 * depth + (row - 2) * keys[1] / 5.3
             builder.add(caps, shapes.panel(0.85 * keys[0] / 12.4, 0.8 * keys[1] / 5.3, (x, seam + 8e-4, z), "+y"))
     builder.add("plastic/#8b8d90", shapes.panel(0.3 * width, 0.26 * depth, (0, seam + 4e-4, 0.29 * depth), "+y"))
-    lid = builder.hinge("lid", (1, 0, 0), (0, seam + 1e-3, -0.49 * depth), -110)
+    lid = builder.hinge("lid", (1, 0, 0), (0, seam + 1e-3, -0.49 * depth), -opens_deg)
     leaf = Look(case, joint=lid, bears_open=True)
     low = seam + 0.0015
     builder.add(leaf, shapes.slab((width, height - low, depth), (0, (height + low) / 2, 0), 0.04 * depth))

@@ -66,7 +66,7 @@ def _counter_run(
     """Adds one straight run of cabinets with its worktop."""
     (x0, x1), (z0, z1) = run
     (top, cabinet, metal), height, thick = looks, builder.height, 0.04
-    builder.block(top, (x0, x1), (height - thick, height), (z0, z1), 0.004)
+    builder.block(top, (x0, x1), (height - thick, height), (z0, z1), 0.004 if x1 - x0 < 2 else 0.0)
     builder.solid((x0, 0, z0), (x1, height, z1))
     name = f"top{facing}"
     builder.surface(name, ((x0 + x1) / 2, height, (z0 + z1) / 2), (x1 - x0 - 0.02, z1 - z0 - 0.02))

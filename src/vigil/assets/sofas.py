@@ -44,7 +44,7 @@ def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def sofa(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a sofa with two to four seats; a very deep one is an L whose chaise is at +x."""
+    """Returns a sofa with two to four seats; a very deep one is an L whose chaise is at -x."""
     builder = Builder("Sofa", size)
     suite = _suite(builder, rng, levels)
     is_corner = size.z > 1.3 and size.x > 1.9
@@ -52,7 +52,7 @@ def sofa(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     seats = int(np.clip(round((size.x - 2 * suite.arm) / 0.68), 2, 4))
     _upholstered(builder, rng, suite, run, seats)
     if is_corner:
-        _chaise(builder, suite, run, seats)
+        _chaise(builder, suite, run)
     return builder.build((suite.cushion.word, suite.pad.word))
 
 
@@ -112,22 +112,22 @@ def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run:
     builder.surface("seat", (0, suite.seat - 0.006, z1 - depth / 2), (inner1 - inner0 - 0.04, depth - 0.04))
 
 
-def _chaise(builder: Builder, suite: _Suite, run: float, seats: int) -> None:
-    """Adds the long seat that makes a sofa an L, in front of its last place at +x."""
+def _chaise(builder: Builder, suite: _Suite, run: float) -> None:
+    """Adds the long seat that makes a sofa an L, in front of most places from -x on."""
     (x0, x1), (z0, z1) = builder.across, builder.through
-    wide = (x1 - x0 - 2 * suite.arm) / seats + suite.arm
-    low, front = x1 - wide, z0 + run - 0.05
-    builder.add(suite.pad.material, _soft((low, x1), (suite.foot, suite.seat - 0.14), (front - 0.2, z1), 0.03))
+    wide = 0.8 * (x1 - x0)
+    high, front = x0 + wide, z0 + run - 0.05
+    builder.add(suite.pad.material, _soft((x0, high), (suite.foot, suite.seat - 0.14), (front - 0.2, z1), 0.03))
     builder.add(
-        suite.cushion.material, _soft((low, x1 - 0.01), (suite.seat - 0.15, suite.seat), (front, z1), 0.045, 0.012)
+        suite.cushion.material, _soft((x0 + 0.01, high), (suite.seat - 0.15, suite.seat), (front, z1), 0.045, 0.012)
     )
     for z in (front + 0.1, z1 - 0.06):
-        for x in (low + 0.05, x1 - 0.05):
+        for x in (x0 + 0.05, high - 0.05):
             builder.add(
                 "wood/walnut", shapes.cylinder(0.02, suite.foot + 0.01, (x, (suite.foot + 0.01) / 2, z), segments=8)
             )
-    builder.solid((low, suite.foot, front), (x1, suite.seat, z1))
-    builder.surface("chaise", ((low + x1) / 2, suite.seat - 0.006, (front + z1) / 2), (wide - 0.1, z1 - front - 0.06))
+    builder.solid((x0, suite.foot, front), (high, suite.seat, z1))
+    builder.surface("chaise", ((x0 + high) / 2, suite.seat - 0.006, (front + z1) / 2), (wide - 0.1, z1 - front - 0.06))
 
 
 def _framed(builder: Builder, rng: np.random.Generator, suite: _Suite) -> None:

@@ -62,8 +62,8 @@ def _below(levels: Sequence[float], height: float) -> list[float]:
 
 def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: float) -> None:
     """Adds shelves between a table's legs."""
-    for top, above in pairwise([*tops, under]):
-        _low_shelf(builder, material, top, above)
+    for index, (top, above) in enumerate(pairwise([*tops, under])):
+        _low_shelf(builder, material, top, above, f"shelf{index or ''}")
 
 
 def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
@@ -150,12 +150,12 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     return builder.build((finish.word,))
 
 
-def _low_shelf(builder: Builder, material: str, top: float, under: float) -> None:
+def _low_shelf(builder: Builder, material: str, top: float, under: float, name: str) -> None:
     """Adds a shelf between a table's legs."""
     half_x, half_z = builder.width / 2 - 0.05, builder.depth / 2 - 0.05
     builder.block(material, (-half_x, half_x), (top - 0.02, top), (-half_z, half_z), 0.003)
     builder.solid((-half_x, top - 0.02, -half_z), (half_x, top, half_z))
-    builder.surface("shelf", (0, top, 0), (2 * half_x - 0.06, 2 * half_z - 0.02), under - top)
+    builder.surface(name, (0, top, 0), (2 * half_x - 0.06, 2 * half_z - 0.02), under - top)
 
 
 def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
