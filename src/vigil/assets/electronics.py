@@ -72,8 +72,10 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     A box too high for a closed one was measured open: the laptop then fills it while open, and lies at its bottom shut.
     """
     if size.y > 0.25 * size.z:
-        thick = max(0.085 * size.z, (size.y - 0.98 * size.z) / 0.6)
-        lean = max(0.0, np.pi / 2 - 2 * np.arctan2(size.y - 0.7 * thick, size.z))
+        thick = 0.085 * size.z
+        rise = min((size.y - 0.6 * thick) / 0.98, size.z)
+        thick = max(thick, (size.y - 0.98 * rise) / 0.6)
+        lean = np.pi / 2 - 2 * np.arctan2(rise, size.z)
         depth = size.z / (1 + np.sin(lean))
         flat = _laptop(Vec3(size.x, thick, float(depth)), rng, 90.0 + float(np.degrees(lean)))
         return settled(flat, size, forward=float(size.z - depth) / 2)
