@@ -261,7 +261,12 @@ def records_of(plots: dict[Family, list[Plot]]) -> dict[str, EpisodeRecord]:
     return {f"{family}-{number:03}": played(plot) for family, row in plots.items() for number, plot in enumerate(row)}
 
 
-PROVIDERS = {"Gemini-3.1-Pro": "google", "Doubao-Seed-1.8": "volcano", "GPT-5.4": "openai", "Claude-Sonnet-4": "anthropic"}
+PROVIDERS = {
+    "Gemini-3.1-Pro": "google",
+    "Doubao-Seed-1.8": "volcano",
+    "GPT-5.4": "openai",
+    "Claude-Sonnet-4": "anthropic",
+}
 
 
 def write_anchor(folder: Path, pack: Path, model: str, **facts: Any) -> Path:

@@ -92,7 +92,7 @@ def plane(study: Study) -> Figure | None:
         texts = _published_points(axes, study)
         for index, entry in enumerate(entries):
             texts.append(_own_point(axes, entry, CYCLE[index % len(CYCLE)]))
-        axes.set(xlim=(0, top), ylim=(0, top))
+        axes.set(xlim=(-0.02 * top, top), ylim=(-0.02 * top, top))
         others = [(w, b) for _, w, b in study.published.points()] if study.published else []
         place_labels(figure, axes, texts, others)
         _plane_legend(figure, study, entries)
@@ -110,8 +110,21 @@ def closure_curves(study: Study) -> Figure | None:
         for index, (entry, curve) in enumerate(curves):
             label = f"{entry.name} (W=1: {entry.overall.counts['W']})"
             dash = DASHES[(index // len(CYCLE) + index) % len(DASHES)]
-            axes.step(range(len(curve)), 100 * np.array(curve), where="post", color=CYCLE[index % len(CYCLE)], ls=dash, lw=1.8, label=label)  # fmt: skip
-        axes.set(xlim=(0, CLOSURE_STEPS), ylim=(0, 103), xlabel="k: steps after the goal first held", ylabel="W=1 episodes closed within k steps (%)")  # fmt: skip
+            axes.step(
+                range(len(curve)),
+                100 * np.array(curve),
+                where="post",
+                color=CYCLE[index % len(CYCLE)],
+                ls=dash,
+                lw=1.8,
+                label=label,
+            )
+        axes.set(
+            xlim=(0, CLOSURE_STEPS),
+            ylim=(0, 103),
+            xlabel="k: steps after the goal first held",
+            ylabel="W=1 episodes closed within k steps (%)",
+        )
         axes.set_title("Closure curves: how fast achieved states become matching reports")
         axes.set_xticks(range(0, CLOSURE_STEPS + 1, 2))
         axes.grid(visible=True)
@@ -137,7 +150,7 @@ def feedback_shift(study: Study) -> Figure | None:
             texts.append((end, pair.base.name, colour, 8.5))
             values += [*start, *end]
         top = min(100.0, 1.15 * max(values))
-        axes.set(xlim=(0, top), ylim=(0, top), xlabel="W (%)", ylabel="B (%)")
+        axes.set(xlim=(-0.02 * top, top), ylim=(-0.02 * top, top), xlabel="W (%)", ylabel="B (%)")
         axes.axline((0, 0), slope=1, color=FAINT, lw=0.8)
         axes.set_title("Action feedback: from the base contract (hollow) to +FB (filled)")
         axes.grid(visible=True)
@@ -154,13 +167,15 @@ FIGURES: dict[str, Callable[[Study], Figure | None]] = {
 }
 CAPTIONS = {
     "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes.",
-    "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1; "
+    "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1. "
     "(b) Kinds of action after the goal first held, pooled over W=1 episodes.",
-    "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching report; "
-    "the distance below it is the gap. Crosses: 95 % Wilson intervals. Grey: published rows, another pack and simulator.",
-    "closure_curves": "Of the episodes whose goal held at the end, the share closed by a matching report within k steps of attainment.",
+    "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching "
+    "report; the distance below it is the gap. Crosses: 95 % Wilson intervals. Grey: published rows, another pack and "
+    "simulator.",
+    "closure_curves": "Of the episodes whose goal held at the end, the share closed by a matching report within k "
+    "steps of attainment.",
     "feedback_shift": "Paired runs with and without action feedback.",
-}  # fmt: skip
+}
 
 
 def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> None:
@@ -173,7 +188,16 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> 
             if width >= MIN_SHARE_WITH_NUMBER:
                 box = {"boxstyle": "round,pad=0.12", "fc": colour, "ec": "none"}
                 ink = INK if colour in ("#f0c04a", "#56b4e9", "#e69f00") else "white"
-                axes.text(left[row] + width / 2, row, f"{width:.1f}", ha="center", va="center", fontsize=7.5, color=ink, bbox=box)  # fmt: skip
+                axes.text(
+                    left[row] + width / 2,
+                    row,
+                    f"{width:.1f}",
+                    ha="center",
+                    va="center",
+                    fontsize=7.5,
+                    color=ink,
+                    bbox=box,
+                )
         left = left + widths
     axes.set_xlim(0, 100)
     axes.spines["left"].set_visible(False)
@@ -192,7 +216,7 @@ def _lags(axes: Axes, entries: Sequence[Entry]) -> None:
             axes.text(0.02, row, "no B=1 episode", va="center", fontsize=7.5, color=FAINT)
             continue
         axes.barh(row, lag, height=0.6, color="#0072b2")
-        n = int(entry.run.rows["lag"].notna().sum())
+        n = entry.overall.counts["B"]
         axes.annotate(f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=7.5)
     longest = max((entry.overall.means["lag"] or 0.0 for entry in entries), default=0.0)
     axes.set_xlim(0, 1.55 * longest + 0.3)
@@ -234,10 +258,9 @@ def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float
 
 def _own_point(axes: Axes, entry: Entry, colour: str) -> tuple[tuple[float, float], str, str, float]:
     w, b = _point(entry)
-    for name, value, key in (("W", w, "xerr"), ("B", b, "yerr")):
-        low, high = entry.overall.rate(name).interval
-        error = {key: [[value - 100 * low], [100 * high - value]]}
-        axes.errorbar(w, b, **error, color=colour, lw=1.0, alpha=0.7, zorder=3)
+    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
+    axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
+    axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot(w, b, GROUP_MARKERS[entry.group], ms=8, color=colour, mec="white", mew=0.8, zorder=4)
     return (w, b), entry.name, colour, 8.5
 

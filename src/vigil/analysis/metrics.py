@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.intervals import Interval, Rate, clustered_means, houses_of
-from vigil.analysis.rows import KINDS, Run
+from vigil.analysis.rows import KINDS, Run, values, where
 from vigil.episode import FAMILIES
 
 LABELS = ("B", "FR", "Other", "NR", "IL")
@@ -67,15 +67,15 @@ def macro(families: Mapping[str, Measures], name: str) -> float | None:
 
 def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
     """Returns the intervals of W, B and Delta from a bootstrap over houses; None where it says nothing."""
-    w, b = rows["W"].to_numpy(dtype=float), rows["B"].to_numpy(dtype=float)
+    w, b = values(rows, "W"), values(rows, "B")
     found = clustered_means(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
     return dict(zip(("W", "B", "Delta"), found or (None, None, None), strict=True))
 
 
 def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | None]:
     """Returns, per kind of action, its share after the goal first held in W=1 episodes: pooled, and episode mean."""
-    held = rows[rows["W"]]
-    counts = held[[f"actions_after_goal.{kind}" for kind in KINDS]].to_numpy(dtype=float)
+    held = where(rows, values(rows, "W", bool))
+    counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in KINDS], axis=1)
     counts = counts[counts.sum(axis=1) > 0]
     if not len(counts):
         return dict.fromkeys(KINDS)
@@ -86,10 +86,10 @@ def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | Non
 
 def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float] | None:
     """Returns the share of W=1 episodes closed by a matching report within 0 .. `steps` steps of attainment."""
-    held = rows[rows["W"]]
+    held = where(rows, values(rows, "W", bool))
     if not len(held):
         return None
-    lags = held["lag"].to_numpy()
+    lags = values(held, "lag")
     return [float(np.sum(lags <= k) / len(held)) for k in range(steps + 1)]
 
 
@@ -119,7 +119,7 @@ def broken_identities(rows: pd.DataFrame) -> list[str]:
     """Returns the identities of protocol.md section 5 that the rows break; none, if all is well."""
     counts = _counts(rows)
     n = len(rows)
-    w, b = rows["W"].to_numpy(dtype=bool), rows["B"].to_numpy(dtype=bool)
+    w, b, lag = values(rows, "W", bool), values(rows, "B", bool), values(rows, "lag")
     identities = {
         "B + FR + NR + IL + Other = all": sum(counts[f"label_{label}"] for label in LABELS) == n,
         "Stop + NR + IL = all": counts["Stop"] + counts["NR"] + counts["IL"] == n,
@@ -132,8 +132,8 @@ def broken_identities(rows: pd.DataFrame) -> list[str]:
         "P(report | W=0) and P(no report | W=1) make Stop": counts["rep_W0"] + counts["W"] - counts["NoRep_W1"]
         == counts["Stop"],
         "B <= W on every episode": bool((~b | w).all()),
-        "W_strict <= W on every episode": bool((~rows["W_strict"].to_numpy(dtype=bool) | w).all()),
-        "lag >= 0 and only where B": bool((rows["lag"].notna() == b).all() and (rows["lag"].fillna(0) >= 0).all()),
+        "W_strict <= W on every episode": bool((~values(rows, "W_strict", bool) | w).all()),
+        "lag >= 0 and only where B": bool((np.isfinite(lag) == b).all() and (lag[b] >= 0).all()),
     }
     return [name for name, holds in identities.items() if not holds]
 
@@ -153,18 +153,19 @@ _CATEGORIES = ("verified_success", "unsupported_commitment", "post_attainment_dr
 
 
 def _counts(rows: pd.DataFrame) -> dict[str, int]:
-    w, stop = rows["W"].to_numpy(dtype=bool), rows["is_reported"].to_numpy(dtype=bool)
-    label, subtype = rows["label"].to_numpy(dtype=object), rows["subtype"].to_numpy(dtype=object)
-    is_sv = rows["expected"].notna().to_numpy()
+    w, stop = values(rows, "W", bool), values(rows, "is_reported", bool)
+    label, subtype = values(rows, "label", object), values(rows, "subtype", object)
+    is_sv = values(rows, "expected", object) != None  # noqa: E711 - element by element
     is_false = (label == "FR").astype(bool)
     is_success = (subtype == "false_success").astype(bool)
-    progress = rows["progress_at_report"].to_numpy(dtype=float)
+    progress = values(rows, "progress_at_report")
+    ever, category = values(rows, "ever_satisfied", bool), values(rows, "category", object)
     masks: dict[str, np.ndarray] = {
         "W": w,
         "W0": ~w,
-        "W_strict": rows["W_strict"].to_numpy(dtype=bool),
-        "B": rows["B"].to_numpy(dtype=bool),
-        "Delta": w & ~rows["B"].to_numpy(dtype=bool),
+        "W_strict": values(rows, "W_strict", bool),
+        "B": values(rows, "B", bool),
+        "Delta": w & ~values(rows, "B", bool),
         "Stop": stop,
         "NoRep": ~stop,
         "FR_W0": is_false & ~w,
@@ -178,35 +179,25 @@ def _counts(rows: pd.DataFrame) -> dict[str, int]:
         "Always_reported": w & ~is_sv & stop,
         "StopOnly": w & stop,
         "FS": is_success,
-        "FS_zero": is_success & rows["zero_progress"].to_numpy(dtype=bool),
+        "FS_zero": is_success & values(rows, "zero_progress", bool),
         "FS_high": is_success & (np.nan_to_num(progress, nan=-1.0) > HIGH_PROGRESS),
-        "ever": rows["ever_satisfied"].to_numpy(dtype=bool),
-        "lost": rows["ever_satisfied"].to_numpy(dtype=bool) & ~w,
-        "tampered": rows["state_tampered"].to_numpy(dtype=bool),
+        "ever": ever,
+        "lost": ever & ~w,
+        "tampered": values(rows, "state_tampered", bool),
         **{f"label_{name}": label == name for name in LABELS},
         **{name: label == name for name in ("FR", "NR", "IL", "Other")},
-        **{name: rows["category"].to_numpy(dtype=object) == name for name in _CATEGORIES},
+        **{name: category == name for name in _CATEGORIES},
     }
     return {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
 
 
 def _means(rows: pd.DataFrame) -> dict[str, float | None]:
-    invalid = rows["protocol_failures"] + rows["malformed_actions"]
-    lag_without_sv = rows["lag"].where(rows["expected"].isna())
-    columns = {
-        "steps": rows["steps"],
-        "too_far": rows["too_far"],
-        "path_blocked": rows["path_blocked"],
-        "retry": rows["retry"],
-        "invalid": invalid,
-        "lag": rows["lag"],
-        "lag_from_reset": rows["lag_from_reset"],
-        "lag_without_sv": lag_without_sv,
-        "input_tokens": rows["input_tokens"],
-        "output_tokens": rows["output_tokens"],
-        "seconds": rows["seconds"],
-    }
-    return {name: float(values.mean()) if values.notna().any() else None for name, values in columns.items()}
+    names = ("steps", "too_far", "path_blocked", "retry", "lag", "lag_from_reset")
+    columns = {name: values(rows, name) for name in (*names, "input_tokens", "output_tokens", "seconds")}
+    columns["invalid"] = values(rows, "protocol_failures") + values(rows, "malformed_actions")
+    columns["lag_without_sv"] = columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - as above
+    known = {name: column[np.isfinite(column)] for name, column in columns.items()}
+    return {name: float(column.mean()) if len(column) else None for name, column in known.items()}
 
 
 def _reaches(rate: Rate, limit: float) -> bool:

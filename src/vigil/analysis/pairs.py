@@ -158,7 +158,8 @@ def mean_difference(pair_of: Pair, column: str) -> tuple[float, Interval | None]
     base, other = shared(pair_of.base.rows, pair_of.other.rows)
     if not len(base):
         return None
-    return paired_difference(*(np.asarray(rows[column], dtype=float) for rows in (base, other)), _houses(base))
+    first, second = (np.asarray(rows[column], dtype=float) for rows in (base, other))
+    return paired_difference(first, second, _houses(base))
 
 
 def _houses(rows: pd.DataFrame) -> np.ndarray:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
@@ -45,7 +46,7 @@ def place_labels(
 
 
 def _free(
-    point: Sequence[float], extent: Bbox, taken: Sequence[Bbox], inside: Bbox, dpi: float
+    point: np.ndarray, extent: Bbox, taken: Sequence[Bbox], inside: Bbox, dpi: float
 ) -> tuple[tuple[float, float], Bbox]:
     """Returns the offset (points) and the box (pixels) of the first place where a label covers nothing."""
     scale = dpi / 72
@@ -64,5 +65,5 @@ def _free(
     return fallback
 
 
-def _nearest(point: Sequence[float], box: Bbox) -> tuple[float, float]:
+def _nearest(point: np.ndarray, box: Bbox) -> tuple[float, float]:
     return min(max(point[0], box.x0), box.x1), min(max(point[1], box.y0), box.y1)

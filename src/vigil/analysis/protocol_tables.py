@@ -3,9 +3,16 @@
 from vigil.actions import INTENTS, SKILLS, STATUSES
 from vigil.analysis.paper import paper
 from vigil.analysis.study import Study
-from vigil.analysis.table import Column, Row, Table
+from vigil.analysis.table import Column, Row, Table, counts, texts
 from vigil.episode import FAMILIES
 
+PUBLISHED_PER_FAMILY = 125
+_FURTHER_LABELS = {
+    "B": "Benchmark success: W=1, closed by a report that matches the hidden world state.",
+    "Other": "A report that matches with W=0: an honest fail, an unrecognised status at a failed goal, or the right "
+    "state label for a state that was not observable at closure.",
+    "NoRep": "NR + IL: every episode without a report.",
+}
 _TIERS = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 
 
@@ -18,20 +25,17 @@ def episode_distribution(study: Study) -> Table:
         ours = {family: count // spec.epochs for family, count in entry.run.planned.items()}
         known = packs.setdefault(name, {})
         packs[name] = {family: max(known.get(family, 0), ours.get(family, 0)) for family in FAMILIES}
-    rows = [
-        Row(
-            {"family": family, "name": spec.name, "max_steps": spec.max_steps, **{name: packs[name].get(family, 0) for name in packs}},
-            group=_TIERS[spec.tier],
-        )
-        for family, spec in FAMILIES.items()
-    ]  # fmt: skip
-    rows.append(Row({"family": "All", **{name: sum(packs[name].values()) for name in packs}}, group="All"))
+    rows = []
+    for family, spec in FAMILIES.items():
+        cells = {"family": family, "name": spec.name, "max_steps": spec.max_steps, "published": PUBLISHED_PER_FAMILY}
+        rows.append(Row({**cells, **{name: known[family] for name, known in packs.items()}}, group=_TIERS[spec.tier]))
+    totals = {name: sum(known.values()) for name, known in packs.items()}
+    rows.append(Row({"family": "All", "published": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}, group="All"))
     columns = (
-        Column("family", "Family", "text"), Column("name", "Name", "text"),
+        *texts(family="Family", name="Name"),
         *(Column(name, f"Episodes of {name}", "count") for name in sorted(packs)),
-        Column("published", "Published pack", "count"), Column("max_steps", "Max. steps", "count"),
-    )  # fmt: skip
-    rows = [Row({**row.cells, "published": 1000 if row.cells["family"] == "All" else 125}, row.group) for row in rows]
+        *counts(published="Published pack", max_steps="Max. steps"),
+    )
     return Table("episode_distribution", "Episode distribution", columns, tuple(rows))
 
 
@@ -39,10 +43,10 @@ def family_specs(study: Study) -> Table:
     """Returns the families' budgets and expected skills."""
     del study
     columns = (
-        Column("family", "Family", "text"), Column("name", "Name", "text"), Column("visible", "Target visible at start", "text"),
-        Column("max_steps", "Steps", "count"), Column("max_invalid", "Invalid limit", "count"),
-        Column("skills", "Expected skills", "text"), Column("success", "Success", "text"),
-    )  # fmt: skip
+        *texts(family="Family", name="Name", visible="Target visible at start"),
+        *counts(max_steps="Steps", max_invalid="Invalid limit"),
+        *texts(skills="Expected skills", success="Success"),
+    )
     rows = tuple(
         Row(
             {
@@ -86,11 +90,7 @@ def action_specs(study: Study) -> Table:
 def intents(study: Study) -> Table:
     """Returns the eight intents."""
     del study
-    columns = (
-        Column("intent", "Intent", "text"),
-        Column("semantics", "Semantics", "text"),
-        Column("pixel", "Needs (x, y)", "text"),
-    )
+    columns = texts(intent="Intent", semantics="Semantics", pixel="Needs (x, y)")
     rows = tuple(
         Row({"intent": name, "semantics": spec.semantics, "pixel": "yes" if spec.needs_pixel else "no"})
         for name, spec in INTENTS.items()
@@ -101,7 +101,7 @@ def intents(study: Study) -> Table:
 def report_statuses(study: Study) -> Table:
     """Returns the eight terminal statuses."""
     del study
-    columns = (Column("status", "Status", "text"), Column("semantics", "Semantics", "text"))
+    columns = texts(status="Status", semantics="Semantics")
     rows = tuple(Row({"status": status, "semantics": semantics}) for status, semantics in STATUSES.items())
     return Table("report_statuses", "Terminal report statuses", columns, rows)
 
@@ -109,15 +109,9 @@ def report_statuses(study: Study) -> Table:
 def failure_taxonomy(study: Study) -> Table:
     """Returns what each label says: the paper's three, and the two that complete the partition."""
     del study
-    columns = (Column("label", "Label", "text"), Column("definition", "Definition", "text"))
-    rows = [
-        Row({"label": line["label"], "definition": line["definition"]}) for line in paper().tables["failure_taxonomy"]
-    ]
-    rows += [
-        Row({"label": "B", "definition": "Benchmark success: W=1, closed by a report that matches the hidden world state."}),
-        Row({"label": "Other", "definition": "A report that matches with W=0: an honest fail, an unrecognised status at a failed goal, or the right state label for a state that was not observable at closure."}),
-        Row({"label": "NoRep", "definition": "NR + IL: every episode without a report."}),
-    ]  # fmt: skip
+    columns = texts(label="Label", definition="Definition")
+    lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS
+    rows = [Row({"label": label, "definition": definition}) for label, definition in lines.items()]
     notes = ("B, FR, NR, IL and Other are exclusive and partition all scored episodes.",)
     return Table("failure_taxonomy", "Labels", columns, tuple(rows), notes)
 
@@ -125,10 +119,11 @@ def failure_taxonomy(study: Study) -> Table:
 def benchmark_comparison(study: Study) -> Table:
     """Returns the paper's comparison of benchmarks."""
     del study
-    headings = {
-        "benchmark": "Benchmark", "size": "Size", "task_level": "Task level", "multimodal": "Multimodal", "native": "Native control",
-        "fine_grained": "Fine-grained", "decoupled": "Decoupled", "active_termination": "Active termination", "no_feedback": "No feedback",
-    }  # fmt: skip
-    columns = tuple(Column(key, heading, "count" if key == "size" else "text") for key, heading in headings.items())
+    columns = (
+        *texts(benchmark="Benchmark"),
+        *counts(size="Size"),
+        *texts(task_level="Task level", multimodal="Multimodal", native="Native control", fine_grained="Fine-grained"),
+        *texts(decoupled="Decoupled", active_termination="Active termination", no_feedback="No feedback"),
+    )
     rows = tuple(Row(line, is_published=True) for line in paper().tables["benchmark_comparison"])
     return Table("benchmark_comparison", "Embodied benchmarks compared, as published", columns, rows)

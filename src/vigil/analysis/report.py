@@ -20,27 +20,32 @@ from vigil.analysis.rows import frame_of
 from vigil.analysis.study import Study
 from vigil.analysis.style import saved
 from vigil.analysis.table import Table
-from vigil.analysis.tables import OWN_TABLES, PAPER_TABLES, tables
-from vigil.analysis.text import LEGEND, html_table, latex, markdown
+from vigil.analysis.tables import PAPER_TABLES, tables
+from vigil.analysis.text import LEGEND, escaped, html_table, latex, markdown
 from vigil.errors import SettingError
 
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 LIMITS = (
-    "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not say that the agent meant it.",
-    "B says that a reached state was closed with a matching report. It is not calibration and not self-knowledge: a constant report can match by chance (see the counterfactual policies).",
-    "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from persistence, a lost goal or not knowing that reporting is asked for.",
-    "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the table `composition`).",
-    "`report` is itself the instrument of measurement: an agent trained to another way of stopping is measured through it.",
+    "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
+    "say that the agent meant it.",
+    "B says that a reached state was closed with a matching report. It is not calibration and not "
+    "self-knowledge: a constant report can match by chance (see the counterfactual policies).",
+    "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from "
+    "persistence, a lost goal or not knowing that reporting is asked for.",
+    "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the "
+    "table `composition`).",
+    "`report` is itself the instrument of measurement: an agent trained to another way of stopping is measured "
+    "through it.",
     "One simulator, first-person RGB, no feedback: results need not carry over to other bodies, sensors or contracts.",
     "A difference between rows counts only where a paired test or an interval in this report supports it.",
 )
 _GROUPS = (
     ("overview", "regimes", "outcome_partition", "clustered", "comparisons", "comparable_pairs", "power"),
     tuple(PAPER_TABLES)[:9],
-    tuple(name for name in OWN_TABLES if name in ("family_rates", "after_goal", "sv_statuses", "composition", "stop_only", "invalid_replies", "runs")),
+    ("runs", "family_rates", "after_goal", "sv_statuses", "composition", "stop_only", "invalid_replies"),
     tuple(PAPER_TABLES)[9:],
-)  # fmt: skip
+)
 _HEADINGS = ("Findings at a glance", "The paper's tables, with these runs", "Further analyses", "Protocol and pack")
 
 
@@ -199,12 +204,19 @@ def _latex_document(report: Report) -> str:
         r"\usepackage[table]{xcolor}",
         r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
         r"\begin{document}",
-        *(rf"\begin{{figure}}[t]\centering\includegraphics[width=\linewidth]{{figures/{name}.pdf}}\caption{{{CAPTIONS[name].replace('%', chr(92) + '%')}}}\end{{figure}}" for name in report.figures),
-        r"\clearpage",
-        *(rf"\input{{tables/{name}.tex}}" + (r"\clearpage" if index % 4 == 3 else "") for index, name in enumerate(report.tables)),
+        *(_latex_figure(name) for name in report.figures),
+        *(
+            r"\clearpage" * (index % 4 == 0) + rf"\input{{tables/{name}.tex}}"
+            for index, name in enumerate(report.tables)
+        ),
         r"\end{document}",
-    ]  # fmt: skip
+    ]
     return "\n".join(lines) + "\n"
+
+
+def _latex_figure(name: str) -> str:
+    picture = rf"\includegraphics[width=\linewidth]{{figures/{name}.pdf}}"
+    return rf"\begin{{figure}}[t]\centering{picture}\caption{{{escaped(CAPTIONS[name])}}}\end{{figure}}"
 
 
 def _summary(study: Study) -> str:
@@ -229,7 +241,8 @@ def _html_list(kind: str, heading: str, lines: tuple[str, ...]) -> str:
 def _html_figure(name: str, svg: bytes) -> str:
     data = base64.b64encode(svg).decode()
     caption = html.escape(CAPTIONS[name])
-    return f'<figure id="figure-{name}"><img alt="{caption}" src="data:image/svg+xml;base64,{data}"><figcaption>{caption}</figcaption></figure>'
+    picture = f'<img alt="{caption}" src="data:image/svg+xml;base64,{data}">'
+    return f'<figure id="figure-{name}">{picture}<figcaption>{caption}</figcaption></figure>'
 
 
 def _plain(value: Any) -> Any:

@@ -12,7 +12,7 @@ from vigil.analysis.metrics import Measures, measure
 from vigil.analysis.pairs import Pair, mean_difference
 from vigil.analysis.paper import NOTE, NR_NOTE, PublishedModel
 from vigil.analysis.study import Entry, Study, by_b, by_group
-from vigil.analysis.table import Column, Row, Table, percent, with_best_bold
+from vigil.analysis.table import Column, Row, Table, counts, numbers, percent, texts, with_best_bold
 from vigil.episode import FAMILIES
 
 PUBLISHED = "Published: the paper's own pack and simulator"
@@ -35,8 +35,8 @@ def global_cross_section(study: Study) -> Table:
         "Outcomes per family under native control: W/B in %",
         columns,
         tuple(with_best_bold(rows, columns[1:], lowest=frozenset({"Delta"}))),
-        ("W: the world reached the goal. B: it did, and the agent closed the episode with a matching report.", *_base_note(study)),
-    )  # fmt: skip
+        ("W: the world reached the goal. B: it did, closed by a matching report.", *_base_note(study)),
+    )
 
 
 def full_panel(study: Study) -> Table:
@@ -58,9 +58,11 @@ def full_panel(study: Study) -> Table:
 def extended_panel(study: Study) -> Table:
     """Returns the rows that the exclusion rule takes out of the main tables."""
     columns = (
-        MODEL, Column("B", "B %"), Column("W", "W %"), _DELTA, Column("FR", "FR %"), Column("NR", "NR %"),
-        Column("IL", "IL %"), Column("NoRep", "NoRep %"), Column("mean_steps", "Steps"),
-    )  # fmt: skip
+        MODEL,
+        *numbers(B="B %", W="W %"),
+        _DELTA,
+        *numbers(FR="FR %", NR="NR %", IL="IL %", NoRep="NoRep %", mean_steps="Steps"),
+    )
     rows = [
         _row(entry, rates(entry.overall)) for entry in by_b(e for e in study.entries if e.is_base and e.is_excluded)
     ]
@@ -75,11 +77,17 @@ def proprio_minimal(study: Study) -> Table:
     """Returns base against action feedback: events per episode and differences."""
     events = ("too_far", "path_blocked", "retry")
     columns = (
-        MODEL, Column("n", "n", "count"),
-        *(Column(f"{event} {side}", f"{event} {shown}", "number2") for event in events for side, shown in (("base", "base"), ("fb", "+FB"))),
+        MODEL,
+        *counts(n="n"),
+        *(
+            Column(f"{event} {side}", f"{event} {shown}", "number2")
+            for event in events
+            for side, shown in (("base", "base"), ("fb", "+FB"))
+        ),
         *(Column(f"d{name}", f"Δ{name} (pp)", "signed1") for name in ("W", "B", "FR", "NR")),
-        Column("p_W", "p (W)", "p"), Column("p_B", "p (B)", "p"),
-    )  # fmt: skip
+        Column("p_W", "p (W)", "p"),
+        Column("p_B", "p (B)", "p"),
+    )
     rows = [_intervention_row(study, pair) for pair in study.pairing.feedback]
     if study.published:
         for model, row in study.published.rows("proprio_minimal"):
@@ -88,7 +96,8 @@ def proprio_minimal(study: Study) -> Table:
                 _published_row(model, {**cells, **{f"d{name}": row[f"d{name}"] for name in ("W", "B", "FR", "NR")}})
             )
     notes = (
-        "Means per episode over the episodes that both runs have scored; differences: +FB minus base. p: McNemar, exact.",
+        "Means per episode over the episodes that both runs have scored; differences: +FB minus base. p: "
+        "McNemar, exact.",
         "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
     )
     return Table("proprio_minimal", "Intervention: action feedback", columns, tuple(rows), notes)
@@ -97,9 +106,11 @@ def proprio_minimal(study: Study) -> Table:
 def counterfactual(study: Study) -> Table:
     """Returns B under other ways of reporting on the same trajectories."""
     columns = (
-        MODEL, Column("B", "B %"), Column("Always", "Always %"), Column("Rand", "Rand. %"), Column("Oracle", "Oracle %"),
-        Column("AlwaysReported", "Always, where reported %"),
-    )  # fmt: skip
+        MODEL,
+        *numbers(
+            B="B %", Always="Always %", Rand="Rand. %", Oracle="Oracle %", AlwaysReported="Always, where reported %"
+        ),
+    )
     rows = []
     for entry in study.main_panel():
         m = entry.overall
@@ -118,7 +129,8 @@ def counterfactual(study: Study) -> Table:
             for model, row in study.published.rows("counterfactual")
         ]
     notes = (
-        "Always: a success report appended to, or put in place of, each trajectory's end (bold where it beats B). Rand.: a "
+        "Always: a success report appended to, or put in place of, each trajectory's end (bold where it beats "
+        "B). Rand.: a "
         "uniform choice of the two admissible labels, in expectation W/2. Oracle = W.",
     )
     return Table("counterfactual", "Counterfactual report policies", columns, tuple(rows), notes)
@@ -127,24 +139,26 @@ def counterfactual(study: Study) -> Table:
 def belief_lag(study: Study) -> Table:
     """Returns closure lag and premature commitment."""
     columns = (
-        MODEL, Column("W_plus", "W+", "count"), Column("lag", "Lag (steps)"), Column("lag_without_sv", "Lag without SV"),
-        Column("lag_from_reset", "Lag from reset"), Column("NoRep_W1", "NoRep | W=1", "count"),
-        Column("NR_W1", "NR | W=1", "count"), Column("IL_W1", "IL | W=1", "count"), Column("FS", "FS", "count"),
-        Column("FS_zero", "FS @0 %", "number1"), Column("FS_high", "FS > 0.75 %", "number1"),
-    )  # fmt: skip
+        MODEL,
+        *counts(W_plus="W+"),
+        *numbers(lag="Lag (steps)", lag_without_sv="Lag without SV", lag_from_reset="Lag from reset"),
+        *counts(NoRep_W1="NoRep | W=1", NR_W1="NR | W=1", IL_W1="IL | W=1", FS="FS"),
+        *numbers(FS_zero="FS @0 %", FS_high="FS > 0.75 %"),
+    )
     rows = []
     for entry in study.main_panel():
         m = entry.overall
-        counts = {name: m.counts[name] for name in ("NoRep_W1", "NR_W1", "IL_W1", "FS")}
+        sizes = {name: m.counts[name] for name in ("NoRep_W1", "NR_W1", "IL_W1", "FS")}
         lags = {name: m.means[name] for name in ("lag", "lag_without_sv", "lag_from_reset")}
         shares = {name: percent(m.share(name, "FS")) for name in ("FS_zero", "FS_high")}
-        rows.append(_row(entry, {"W_plus": m.counts["W"], **counts, **lags, **shares}))
-    rows += _published(
-        study, "belief_lag", lambda row: {"W_plus": row["W_plus"], "lag": row["lag"], "NoRep_W1": row["NR_W1"], "FS": row["FS"], "FS_zero": row["zero_progress_pct"]}
-    )  # fmt: skip
+        rows.append(_row(entry, {"W_plus": m.counts["W"], **sizes, **lags, **shares}))
+    renamed = {"NR_W1": "NoRep_W1", "zero_progress_pct": "FS_zero"}
+    rows += _published(study, "belief_lag", lambda row: {renamed.get(name, name): row[name] for name in row})
     notes = (
-        "Lag: steps from the first step after which the goal held to the matching report, over episodes with B = 1. FS: "
-        "success reported with W=0; @0: at zero progress. The paper's column `NR` counts W=1 episodes without a report, IL "
+        "Lag: steps from the first step after which the goal held to the matching report, over episodes with B = "
+        "1. FS: "
+        "success reported with W=0; @0: at zero progress. The paper's column `NR` counts W=1 episodes without a "
+        "report, IL "
         "included: here NoRep | W=1.",
     )
     return Table("belief_lag", "Closure lag and premature commitment", columns, tuple(rows), notes)
@@ -153,10 +167,17 @@ def belief_lag(study: Study) -> Table:
 def conditional_report(study: Study) -> Table:
     """Returns report rates conditioned on the world."""
     columns = (
-        MODEL, Column("W", "W %"), Column("B", "B %"), Column("Stop", "Stop %"), Column("P_rep_W0", "P(rep | W=0) %"),
-        Column("P_norep_W1", "P(no rep | W=1) %"), Column("P_FR_W0", "P(FR | W=0) %"), Column("n_W0", "n W=0", "count"),
-        Column("n_W1", "n W=1", "count"),
-    )  # fmt: skip
+        MODEL,
+        *numbers(
+            W="W %",
+            B="B %",
+            Stop="Stop %",
+            P_rep_W0="P(rep | W=0) %",
+            P_norep_W1="P(no rep | W=1) %",
+            P_FR_W0="P(FR | W=0) %",
+        ),
+        *counts(n_W0="n W=0", n_W1="n W=1"),
+    )
     rows = []
     for entry in study.main_panel():
         cells = conditional(entry.overall)
@@ -173,9 +194,13 @@ def conditional_report(study: Study) -> Table:
 def prompt_sensitivity(study: Study) -> Table:
     """Returns W/B under the neutral prompt with the shifts from the default one."""
     columns = (
-        MODEL, _ALL, Column("dW", "ΔW (pp)", "signed1"), Column("dB", "ΔB (pp)", "signed1"), *_FAMILY_COLUMNS,
-        Column("largest", "Largest shift of W or B in a family (pp)", "text"),
-    )  # fmt: skip
+        MODEL,
+        _ALL,
+        Column("dW", "ΔW (pp)", "signed1"),
+        Column("dB", "ΔB (pp)", "signed1"),
+        *_FAMILY_COLUMNS,
+        *texts(largest="Largest shift of W or B in a family (pp)"),
+    )
     by_run = {entry.name: entry for entry in study.entries}
     rows = []
     for pair in study.pairing.prompt:
@@ -195,25 +220,27 @@ def open_repeat_robustness(study: Study) -> Table:
     """Returns mean and half-range over repeated runs."""
     names = ("W", "B", "Delta", "FR", "NR", "NoRep")
     columns = (
-        MODEL, Column("runs", "Runs", "count"),
+        MODEL,
+        *counts(runs="Runs"),
         *(Column(name, "Δ (pp)" if name == "Delta" else f"{name} %", "spread") for name in names),
-    )  # fmt: skip
+    )
     by_run = {entry.name: entry for entry in study.entries}
     rows = []
     for run, tables in zip(study.pairing.repeated, study.pairing.repeats, strict=True):
         measured = [rates(measure(table)) for table in tables]
         spreads = {name: spread([one[name] for one in measured]) for name in names}
         rows.append(_row(by_run[run.name], {"runs": len(tables), **spreads}))
-    rows += _published(
-        study, "open_repeat_robustness", lambda row: {**{k: tuple(v) for k, v in row.items() if k != "model"}, "Delta": tuple(row["delta"]), "runs": 2}
-    )  # fmt: skip
+    rows += _published(study, "open_repeat_robustness", lambda row: {**row, "Delta": row["delta"], "runs": 2})
     notes = ("Mean ± half-range over runs (or epochs) under the same settings. " + NR_NOTE,)
     return Table("open_repeat_robustness", "Repeated runs", columns, tuple(rows), notes)
 
 
 def rates(measures: Measures) -> dict[str, float | None]:
     """Returns the plain rates in percent, with mean steps."""
-    found = {name: percent(measures.share(name)) for name in ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")}  # fmt: skip
+    found = {
+        name: percent(measures.share(name))
+        for name in ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
+    }
     return {**found, "mean_steps": measures.means["steps"]}
 
 

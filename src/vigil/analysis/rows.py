@@ -6,14 +6,16 @@ Every row is what `vigil.scoring.settle` says about one record; nothing is decid
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import get_args
+from typing import cast, get_args
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -127,7 +129,17 @@ def frame_of(runs: Iterable[Run]) -> pd.DataFrame:
     tables = [run.rows.assign(run=run.name, model=run.model.name, run_id=run.header.run_id) for run in runs]
     whole = pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
     first = ["run", "model", "run_id"]
-    return whole[[*first, *(column for column in whole.columns if column not in first)]]
+    return whole.reindex(columns=[*first, *(column for column in whole.columns if column not in first)])
+
+
+def where(rows: pd.DataFrame, mask: np.ndarray) -> pd.DataFrame:
+    """Returns the rows for which `mask` is true."""
+    return cast(pd.DataFrame, rows[mask])
+
+
+def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
+    """Returns a column as an array of that type; what is missing is NaN among floats, None among objects."""
+    return np.asarray(rows[column], dtype=kind)
 
 
 def flat(outcome: Outcome) -> _Row:
@@ -145,13 +157,20 @@ def flat(outcome: Outcome) -> _Row:
 def table_of(outcomes: Iterable[Outcome]) -> pd.DataFrame:
     """Returns outcomes as a flat table with stable column types, sorted by episode and epoch."""
     rows = [flat(outcome) for outcome in outcomes]
-    table = pd.DataFrame(rows, columns=list(_SCHEMA)).astype(_SCHEMA)
+    table = _typed(pd.DataFrame(rows, columns=list(_SCHEMA)))
     return table.sort_values(["episode_id", "epoch"], ignore_index=True)
+
+
+def _typed(table: pd.DataFrame) -> pd.DataFrame:
+    """Returns the table with the types of the schema; a text that is missing is None."""
+    texts = [name for name, kind in _SCHEMA.items() if kind == "object"]
+    table[texts] = table[texts].astype(object).where(table[texts].notna(), None)
+    return table.astype(_SCHEMA)
 
 
 def _schema() -> dict[str, str]:
     kinds: dict[str, str] = {}
-    text = {"str": "str", "bool": "bool", "int": "int64", "float": "float64"}
+    plain = {"bool": "bool", "int": "int64", "float": "float64"}
     for field in fields(Outcome):
         shown = str(field.type)
         if field.name.startswith("actions"):
@@ -159,7 +178,7 @@ def _schema() -> dict[str, str]:
         elif "int | None" in shown or "float | None" in shown:
             kinds[field.name] = "float64"
         elif field.type in (bool, int, float):
-            kinds[field.name] = text[field.type.__name__]
+            kinds[field.name] = plain[field.type.__name__]
         else:
             kinds[field.name] = "object"
     return {**kinds, "is_reported": "bool", "zero_progress": "bool"}
@@ -204,13 +223,8 @@ def _settle(header: RunHeader, file: Path, data: bytes, pack: str | None) -> tup
 
 
 def _error(episodes: Mapping[str, Episode], row: EpisodeRecord) -> _Row:
-    error = asdict_of(row)
-    return {"episode_id": row.episode_id, "epoch": row.epoch, "family": episodes[row.episode_id].family, **error}
-
-
-def asdict_of(row: EpisodeRecord) -> _Row:
-    """Returns where an error came from and what it said."""
-    return {"boundary": row.error.boundary, "message": row.error.message} if row.error else {}
+    said = {"boundary": row.error.boundary, "message": row.error.message} if row.error else {}
+    return {"episode_id": row.episode_id, "epoch": row.epoch, "family": episodes[row.episode_id].family, **said}
 
 
 def _episodes_of(header: RunHeader, pack: str | None) -> dict[str, Episode]:
@@ -251,10 +265,7 @@ def _load(file: Path, key: str) -> tuple[pd.DataFrame, dict] | None:
         return None  # a damaged cache is no source: the records are
     if facts.get("key") != key:
         return None
-    frame = stored.to_pandas().reindex(columns=list(_SCHEMA))
-    texts = [name for name, kind in _SCHEMA.items() if kind == "object"]
-    frame[texts] = frame[texts].astype(object).where(frame[texts].notna(), None)
-    return frame.astype(_SCHEMA), facts
+    return _typed(stored.to_pandas().reindex(columns=list(_SCHEMA))), facts
 
 
 def _keep(file: Path, key: str, table: pd.DataFrame, facts: dict) -> tuple[pd.DataFrame, dict]:
@@ -277,30 +288,22 @@ def _size(folder: Path) -> int:
 
 def _named(runs: Iterable[Run]) -> list[Run]:
     """Returns the runs with unique names, sorted by them: the model's, then what sets it apart from its namesakes."""
-    by_name: dict[str, list[Run]] = {}
-    for run in runs:
-        by_name.setdefault(run.model.name, []).append(run)
-    named = []
-    for name, alike in by_name.items():
-        for run in alike:
-            marks = [mark for mark in (_condition(run.header),) if mark] if len(alike) > 1 else []
-            named.append((name, marks, run))
-    counts: dict[str, int] = {}
-    for name, marks, _ in named:
-        shown = " ".join([name, *(f"[{mark}]" for mark in marks)])
-        counts[shown] = counts.get(shown, 0) + 1
-    unique = []
-    for name, marks, run in named:
-        shown = " ".join([name, *(f"[{mark}]" for mark in marks)])
-        unique.append(_renamed(run, f"{shown} · {run.header.run_id}" if counts[shown] > 1 else shown))
-    return sorted(unique, key=lambda run: (run.name, str(run.folder)))
+    found = list(runs)
+    models = Counter(run.model.name for run in found)
+    names = [_marked(run) if models[run.model.name] > 1 else run.model.name for run in found]
+    for more in ([run.header.run_id for run in found], [str(run.folder) for run in found]):
+        counts = Counter(names)
+        names = [f"{name} · {extra}" if counts[name] > 1 else name for name, extra in zip(names, more, strict=True)]
+    named = [replace(run, name=name) for run, name in zip(found, names, strict=True)]
+    return sorted(named, key=lambda run: run.name)
+
+
+def _marked(run: Run) -> str:
+    condition = _condition(run.header)
+    return f"{run.model.name} [{condition}]" if condition else run.model.name
 
 
 def _condition(header: RunHeader) -> str:
     profile = header.spec.profile
     marks = ["+FB"] if profile.has_feedback else []
     return ", ".join([*marks, *([profile.prompt_variant] if profile.prompt_variant != "default" else [])])
-
-
-def _renamed(run: Run, name: str) -> Run:
-    return Run(**{**{field.name: getattr(run, field.name) for field in fields(run)}, "name": name})

@@ -6,6 +6,7 @@ The ground is opaque so that a figure reads the same on a dark page.
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -44,7 +45,7 @@ CYCLE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)), (0, (8, 2)))
 DPI = 160
 
-_SETTINGS = {
+_SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.edgecolor": FAINT,
@@ -79,9 +80,9 @@ def styled() -> Iterator[None]:
         yield
 
 
-def canvas(width: float, height: float) -> Figure:
-    """Returns an empty figure of that size in inches, bound to no window."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
+    """Returns an empty figure of that size in inches, bound to no window; `is_free` leaves the layout to the caller."""
+    figure = Figure(figsize=(width, height), layout=None if is_free else "constrained")
     FigureCanvasAgg(figure)
     return figure
 

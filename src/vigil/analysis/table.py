@@ -76,10 +76,36 @@ class Table:
         ]
 
 
+def texts(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of text: key -> heading."""
+    return tuple(Column(key, heading, "text") for key, heading in headings.items())
+
+
+def counts(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of counts: key -> heading."""
+    return tuple(Column(key, heading, "count") for key, heading in headings.items())
+
+
+def numbers(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of numbers with one decimal: key -> heading."""
+    return tuple(Column(key, heading) for key, heading in headings.items())
+
+
+def intervals(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of numbers with their 95 % interval: key -> heading, which says what and its unit."""
+    return tuple(Column(key, f"{heading} [95 %]", "rate") for key, heading in headings.items())
+
+
 def printed(value: Any, kind: Kind) -> str:
     """Returns a value as printed; a dash where there is none."""
-    if value is None or (isinstance(value, tuple | list) and value[0] is None):
-        return NONE
+    return NONE if value is None or _first(value) is None else _printed(value, kind)
+
+
+def _first(value: Any) -> Any:
+    return value[0] if isinstance(value, tuple | list) else value
+
+
+def _printed(value: Any, kind: Kind) -> str:
     match kind:
         case "count":
             return f"{value:,}"

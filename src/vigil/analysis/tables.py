@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from vigil.analysis import own_tables, protocol_tables, result_tables
+from vigil.analysis import comparison_tables, own_tables, protocol_tables, result_tables
 from vigil.analysis.study import Study
 from vigil.analysis.table import Table
 
@@ -30,17 +30,17 @@ OWN_TABLES: dict[str, Builder] = {
     "runs": own_tables.runs,
     "overview": own_tables.overview,
     "family_rates": own_tables.family_rates,
-    "clustered": own_tables.clustered,
+    "clustered": comparison_tables.clustered,
     "outcome_partition": own_tables.outcome_partition,
     "regimes": own_tables.regime_table,
-    "comparisons": own_tables.comparisons,
-    "comparable_pairs": own_tables.comparable_pairs,
+    "comparisons": comparison_tables.comparisons,
+    "comparable_pairs": comparison_tables.comparable_pairs,
     "after_goal": own_tables.after_goal,
     "sv_statuses": own_tables.sv_statuses,
     "composition": own_tables.composition,
     "stop_only": own_tables.stop_only,
     "invalid_replies": own_tables.invalid_replies,
-    "power": own_tables.power,
+    "power": comparison_tables.power,
 }
 TABLES: dict[str, Builder] = {**PAPER_TABLES, **OWN_TABLES}
 

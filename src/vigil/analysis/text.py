@@ -9,10 +9,22 @@ from vigil.analysis.table import Column, Row, Table
 MARKS = {"published": "†", "privileged": "‡"}
 LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."
 _LATEX = {
-    "\\": r"\textbackslash{}", "&": r"\&", "%": r"\%", "$": r"\$", "#": r"\#", "_": r"\_", "{": r"\{", "}": r"\}",
-    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "−": "$-$", "–": "--", "Δ": r"$\Delta$", "±": r"$\pm$", "|": r"$\mid$",
-    "†": r"$^\dagger$", "‡": r"$^\ddagger$", "<": "$<$", ">": "$>$", "≤": r"$\leq$", "·": r"$\cdot$",
-}  # fmt: skip
+    **{character: "\\" + character for character in "&%$#_{}"},
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "−": "$-$",
+    "–": "--",
+    "Δ": r"$\Delta$",
+    "±": r"$\pm$",
+    "|": r"$\mid$",
+    "†": r"$^\dagger$",
+    "‡": r"$^\ddagger$",
+    "<": "$<$",
+    ">": "$>$",
+    "·": r"$\cdot$",
+}
+NO_ROWS = "No rows: nothing among these runs belongs here."
 
 
 def markdown(table: Table) -> str:
@@ -25,7 +37,7 @@ def markdown(table: Table) -> str:
             lines.append(f"| *{_md(group)}* |{' |' * (len(table.columns) - 1)}")
         lines += [f"| {' | '.join(_md_cell(table, row, column) for column in table.columns)} |" for row in rows]
     if not table.rows:
-        lines += ["", "*No rows: nothing among these runs belongs here.*"]
+        lines += ["", f"*{NO_ROWS}*"]
     return "\n".join([*lines, *(line for note in table.notes for line in ("", note))]) + "\n"
 
 
@@ -35,19 +47,19 @@ def latex(table: Table) -> str:
     lines = [
         r"\begin{table}[t]",
         r"\centering\small",
-        rf"\caption{{{_tex(' '.join((table.title + '.', *table.notes)))}}}",
+        rf"\caption{{{escaped(' '.join((table.title + '.', *table.notes)))}}}",
     ]
     lines += [
         rf"\label{{tab:{table.name}}}",
         rf"\resizebox{{\linewidth}}{{!}}{{\begin{{tabular}}{{{kinds}}}",
         r"\toprule",
     ]
-    lines += [" & ".join(_tex(column.heading) for column in table.columns) + r" \\", r"\midrule"]
+    lines += [" & ".join(escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
     for index, (group, rows) in enumerate(groupby(table.rows, key=lambda row: row.group)):
         if index:
             lines.append(r"\midrule")
         if group:
-            lines.append(rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{_tex(group)}}}}} \\")
+            lines.append(rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{escaped(group)}}}}} \\")
         lines += [" & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\" for row in rows]
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}}", r"\end{table}"]) + "\n"
 
@@ -57,19 +69,15 @@ def html_table(table: Table) -> str:
     heads = "".join(f'<th scope="col" class="{column.kind}">{_html(column.heading)}</th>' for column in table.columns)
     bodies = []
     for group, rows in groupby(table.rows, key=lambda row: row.group):
-        head = (
-            f'<tr class="group"><th scope="rowgroup" colspan="{len(table.columns)}">{_html(group)}</th></tr>'
-            if group
-            else ""
-        )
+        name = f'<th scope="rowgroup" colspan="{len(table.columns)}">{_html(group)}</th>'
+        head = f'<tr class="group">{name}</tr>' if group else ""
         bodies.append(f"<tbody>{head}{''.join(_html_row(table, row) for row in rows)}</tbody>")
     if not table.rows:
-        bodies.append(
-            f'<tbody><tr><td class="none" colspan="{len(table.columns)}">No rows: nothing among these runs belongs here.</td></tr></tbody>'
-        )
+        bodies.append(f'<tbody><tr><td class="none" colspan="{len(table.columns)}">{NO_ROWS}</td></tr></tbody>')
     notes = "".join(f"<p class='note'>{_html(note)}</p>" for note in table.notes)
+    link = f'<a class="name" href="#{table.name}">{table.name}</a>'
     return (
-        f'<section id="{table.name}"><h3>{_html(table.title)} <a class="name" href="#{table.name}">{table.name}</a></h3>'
+        f'<section id="{table.name}"><h3>{_html(table.title)} {link}</h3>'
         f'<div class="box"><table><thead><tr>{heads}</tr></thead>{"".join(bodies)}</table></div>{notes}</section>'
     )
 
@@ -100,12 +108,13 @@ def _rule(column: Column) -> str:
     return "---" if column.kind == "text" else "---:"
 
 
-def _tex(text: str) -> str:
-    return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>≤·]", lambda found: _LATEX[found[0]], text)
+def escaped(text: str) -> str:
+    """Returns a text as LaTeX."""
+    return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>·]", lambda found: _LATEX[found[0]], text)
 
 
 def _tex_cell(table: Table, row: Row, column: Column) -> str:
-    text = _tex(_named(table, row, column))
+    text = escaped(_named(table, row, column))
     if column.key in row.bold:
         text = rf"\textbf{{{text}}}"
     if column.key in row.tints:

@@ -1,29 +1,45 @@
 """`vigil report` and `vigil figure`: what saved runs show."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
+from matplotlib.figure import Figure
 
+from vigil.analysis.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.figures import FIGURES
 from vigil.analysis.metrics import run_faults
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
-from vigil.analysis.rows import read_runs
+from vigil.analysis.rows import Run, read_runs
 from vigil.analysis.study import Study, study
-from vigil.errors import SettingError, did_you_mean
+from vigil.analysis.style import saved
+from vigil.analysis.trajectory import Track, find_record, track, trajectory_animation, trajectory_figure
+from vigil.cli.options import Assets, database
+from vigil.env import Env
+from vigil.episode import FAMILIES, Episode, Family
+from vigil.errors import RecordError, SettingError, did_you_mean
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord
+from vigil.runner.frames import FrameStore, redraw
+from vigil.runner.run_folder import FRAMES_FOLDER
+from vigil.runner.verify_run import pack_of
+from vigil.sim import make_simulator
 
 Runs = Annotated[list[Path], typer.Argument(help="Folders of runs.")]
+STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
+WITH_FRAMES = ("protocol", "pipeline", "trajectory")
 PackPlace = Annotated[str | None, typer.Option("--pack", help="Where the pack is now.", show_default="as recorded")]
 
 
 def report(
     runs: Runs,
-    format_: Annotated[
-        list[str] | None,
-        typer.Option("--format", help="md, html, latex, json, csv or all; may be repeated.", show_default="html and md"),
-    ] = None,
+    format_: Annotated[list[str] | None, typer.Option("--format", help="md, html, latex, json, csv, all.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write into.", show_default="print Markdown")] = None,
     pack: PackPlace = None,
-    with_paper: Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows as reference.")] = True,
+    with_paper: Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")] = True,
     use_cache: Annotated[bool, typer.Option("--cache/--no-cache", help="Take rows settled before.")] = True,
     check: Annotated[bool, typer.Option("--check", help="Settle anew, assert the identities, and stop there.")] = False,
 ) -> None:  # fmt: skip
@@ -76,3 +92,112 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
 def _warn(found: Study) -> None:
     for warning in found.warnings:
         print(f"! {warning}")
+
+
+def figure(
+    name: Annotated[str, typer.Argument(help=f"{', '.join((*FIGURES, *WITH_FRAMES))}.")],
+    runs: Annotated[list[Path] | None, typer.Argument(help="Folders of runs; one row each in a trajectory.")] = None,
+    out: Annotated[Path, typer.Option(help="png, pdf or svg; a trajectory also gif or webp.")] = Path("figure.png"),
+    episode: Annotated[str | None, typer.Option(help="Episode of a trajectory or pipeline.")] = None,
+    epoch: Annotated[int, typer.Option(min=1, help="Which play of the episode.")] = 1,
+    columns: Annotated[int, typer.Option(min=2, max=40, help="Frames a row at most.")] = 6,
+    pack: PackPlace = None,
+    with_paper: Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")] = True,
+    assets: Assets = None,
+    are_runs: Annotated[bool, typer.Option("--runs", help="May stand before the runs.")] = False,
+) -> None:  # fmt: skip
+    """Draws one figure of saved runs, or a diagram of the protocol; frames that a run kept are used, others redrawn.
+
+    Examples:
+    vigil figure plane runs/* --out plane.pdf
+    vigil figure trajectory --episode ID --runs runs/a runs/b runs/c --out trajectory.png
+    vigil figure protocol --pack starter --out protocol.png
+    """
+    del are_runs
+    kind = _kind_of(out, name)
+    if name == "protocol":
+        content = saved(_protocol(pack or "starter", assets), kind)
+    elif name in WITH_FRAMES:
+        content = _trajectory(name, _settled_runs(runs, name), pack, (episode, epoch, columns), assets, kind)
+    elif name in FIGURES:
+        drawn = FIGURES[name](study(_settled_runs(runs, name, pack), with_paper=with_paper))
+        if drawn is None:
+            raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
+        content = saved(drawn, kind)
+    else:
+        known = (*FIGURES, *WITH_FRAMES)
+        raise SettingError(f"There is no figure {name!r}.{did_you_mean(name, known)} Known: {', '.join(known)}.")
+    out.write_bytes(content)
+    print(out)
+
+
+def _kind_of(out: Path, name: str) -> str:
+    suffix = out.suffix.lower()
+    known = (*STILLS, *MOVING) if name == "trajectory" else STILLS
+    if suffix not in known:
+        raise SettingError(f"--out {str(out)!r}: give a file that ends in {', '.join(known)}.")
+    if not out.parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    return suffix[1:]
+
+
+def _settled_runs(folders: list[Path] | None, name: str, pack: str | None = None) -> list[Run]:
+    if not folders:
+        raise SettingError(f"The figure {name!r} is drawn from runs: give their folders.")
+    order = [folder.resolve() for folder in folders]
+    return sorted(read_runs(folders, pack), key=lambda run: order.index(run.folder))
+
+
+def _trajectory(
+    name: str, runs: list[Run], pack: str | None, what: tuple[str | None, int, int], assets: Path | None, kind: str
+) -> bytes:
+    episode_id, epoch, columns = what
+    loaded = [(run, pack_of(run.header, pack)) for run in runs]
+    if episode_id is None:
+        raise SettingError(f"Say which episode to draw: --episode ID, e.g. {loaded[0][1].episodes[0].id}.")
+    episode = loaded[0][1].episode(episode_id)
+    if any(other.episode(episode_id) != episode for _, other in loaded):
+        raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
+    tracks = [_track(run, found, episode, epoch, assets) for run, found in loaded]
+    if name == "pipeline":
+        return saved(pipeline_figure(episode, tracks[0], min(columns, 6)), kind)
+    if f".{kind}" in MOVING:
+        return trajectory_animation(episode, tracks, kind)
+    return saved(trajectory_figure(episode, tracks, columns), kind)
+
+
+def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> Track:
+    record = find_record(run, episode.id, epoch)
+    return track(run.name, episode, record, _frames(run, pack, episode, record, assets))
+
+
+def _frames(run: Run, pack: Pack, episode: Episode, record: EpisodeRecord, assets: Path | None) -> Sequence[np.ndarray]:
+    """Returns the frame that each reply answered: as the run kept it, else drawn again from its replies."""
+    store = FrameStore(run.folder / FRAMES_FOLDER)
+    hashes = [step.frame_sha256 for step in record.steps]
+    if all(sha256 and store.path(sha256).is_file() for sha256 in hashes):
+        return [store.load(sha256) for sha256 in hashes if sha256]
+    spec = run.header.spec
+    simulator = make_simulator(spec.simulator, assets=database(assets), quality=spec.render_quality)
+    try:
+        return list(redraw(episode, record, Env(simulator, pack.house_of, spec.profile)))
+    finally:
+        simulator.close()
+
+
+def _protocol(pack: str, assets: Path | None) -> Figure:
+    loaded = Pack.load(pack)
+    episodes: dict[Family, Episode] = {}
+    for family in FAMILIES:
+        found = [one for one in loaded.episodes if one.family == family]
+        if found:
+            episodes[family] = found[0]
+    simulator = make_simulator("mujoco", assets=database(assets), quality="default")
+    try:
+        env = Env(simulator, loaded.house_of, Profile())
+        frames: dict[Family, np.ndarray] = {
+            family: view.rgb for family, one in episodes.items() if (view := env.reset(one)) is not None
+        }
+    finally:
+        simulator.close()
+    return protocol_figure(frames, episodes)
