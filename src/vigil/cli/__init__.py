@@ -5,7 +5,7 @@ import sys
 
 import typer
 
-from vigil.cli import doctor, houses, packs, render, reports, runs, scores
+from vigil.cli import doctor, houses, packs, render, reports, runs, scores, web
 from vigil.errors import InfrastructureError, VigilError
 
 BAD_INPUT = 2
@@ -24,6 +24,9 @@ app.command("score")(scores.score)
 app.command("verify")(runs.verify)
 app.command("report")(reports.report)
 app.command("figure")(reports.figure)
+app.command("view")(web.view)
+app.command("play")(web.play)
+app.command("review")(web.review)
 app.command("render")(render.render)
 app.command("doctor")(doctor.doctor)
 app.add_typer(houses.app, name="houses")
