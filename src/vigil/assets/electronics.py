@@ -72,14 +72,24 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     A box too high for a closed one was measured open: the laptop then fills it while open, and lies at its bottom shut.
     """
     if size.y > 0.25 * size.z:
-        thick = 0.085 * size.z
-        rise = min((size.y - 0.6 * thick) / 0.98, size.z)
-        thick = max(thick, (size.y - 0.98 * rise) / 0.6)
-        lean = np.pi / 2 - 2 * np.arctan2(rise, size.z)
-        depth = size.z / (1 + np.sin(lean))
-        flat = _laptop(Vec3(size.x, thick, float(depth)), rng, 90.0 + float(np.degrees(lean)))
+        thick, lean, depth = _measured_open(size)
+        flat = _laptop(Vec3(size.x, thick, depth), rng, 90.0 + lean)
         return settled(flat, size, forward=float(size.z - depth) / 2)
     return _laptop(size, rng, 110.0)
+
+
+def _measured_open(size: Vec3) -> tuple[float, float, float]:
+    """Returns how thick (m) a laptop is that fills a box while open, how far its lid leans back (deg), how deep (m).
+
+    Open, its height is 0.6 of its thickness and 0.99 of its depth; its depth 0.4 and 0.99 of them, and the lean.
+    """
+    thick = 0.085 * size.z
+    rise, run = size.y - 0.6 * thick, size.z - 0.4 * thick
+    if rise > run:
+        thick = float(np.clip(2.0 * (size.y - size.z), thick, 0.14 * size.z))
+        return thick, 0.0, (size.y + size.z - thick) / 1.98
+    lean = np.pi / 2 - 2 * np.arctan2(rise, run)
+    return thick, float(np.degrees(lean)), float(run / (0.99 * (1 + np.sin(lean))))
 
 
 def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
