@@ -1,4 +1,4 @@
-"""`vigil view`, `vigil play` and `vigil review`: the pages on loopback."""
+"""`vigil view`, `vigil play` and `vigil review`: the pages on loopback; `vigil export`: pages to take along."""
 
 import threading
 import webbrowser
@@ -11,10 +11,13 @@ from fastapi import FastAPI
 
 from vigil.cli.options import PackName
 from vigil.episode import Family
+from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack
+from vigil.record import Key
 from vigil.sim import Quality
 from vigil.web.drawing import Drawer
-from vigil.web.library import Library
+from vigil.web.export import episode_gif, episode_page, export_site
+from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play
 from vigil.web.review import Desk, make_review
 from vigil.web.site import Address
@@ -109,6 +112,46 @@ def review(
         serve(make_review(desk, drawer, address), address, open_browser)
     finally:
         drawer.close()
+
+
+def export(
+    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    out: Annotated[Path, typer.Option(help="New folder for a whole run; for one episode a .html or .gif file.")],
+    episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
+    epoch: Annotated[int, typer.Option(min=1, help="Of the episode.")] = 1,
+    pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
+) -> None:
+    """Writes a run as a static site, or one episode as a self-contained page or GIF.
+
+    Examples:
+    vigil export runs/solver --out site
+    vigil export runs/solver --episode procthor_fridge_seed101 --out fridge.gif
+    """
+    library = Library([run], pack or ["starter"])
+    found = library.runs()
+    if len(found) != 1 or found[0].table is None:
+        raise RecordError(f"{str(run)!r} is no run that can be exported: {found[0].fault if found else 'no records'}")
+    drawer = Drawer()
+    try:
+        if episode is None:
+            print(export_site(found[0], out, drawer, print))
+        else:
+            out.write_bytes(_one_episode(found[0], (episode, epoch), out.suffix, drawer))
+            print(out)
+    finally:
+        drawer.close()
+
+
+def _one_episode(run: ShownRun, key: Key, suffix: str, drawer: Drawer) -> bytes:
+    rows = run.table.rows if run.table else {}
+    if key not in rows:
+        hint = did_you_mean(key[0], [name for name, _ in rows])
+        raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
+    if suffix == ".gif":
+        return episode_gif(run, key, drawer)
+    if suffix == ".html":
+        return episode_page(run, key, drawer).encode()
+    raise SettingError(f"--out: an episode is written as .html or .gif, not {suffix or 'without an ending'!r}.")
 
 
 def serve(site: FastAPI, address: Address, open_browser: bool) -> None:

@@ -1,15 +1,18 @@
 """Floor plans as shapes in metres, drawn by the pages as SVG: x to the right, north (+z) up."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
+from vigil.episode import Episode
 from vigil.errors import VigilError
 from vigil.house import House
 from vigil.housegen.solids import Body, bodies_of
+from vigil.web.library import ShownPack
 
 MARGIN_M = 0.4
 LABELLED_M2 = 0.3
@@ -68,6 +71,19 @@ def plan_of(house: House, assets: AssetDatabase) -> Plan:
         rooms=tuple(_room_facts(house)),
         things=tuple(_thing_facts(body) for body in bodies),
     )
+
+
+def try_plan(pack: ShownPack, episode: Episode) -> Plan | None:
+    """Returns the floor plan of an episode's house; None when the house cannot be read."""
+    try:
+        return _kept_plan(pack.house(episode.house.name))
+    except VigilError:
+        return None
+
+
+@lru_cache(maxsize=32)
+def _kept_plan(house: House) -> Plan:
+    return plan_of(house, AssetDatabase.default())
 
 
 def _in_order(bodies: list[Body]) -> list[Body]:

@@ -1,23 +1,20 @@
 """`vigil view`: pages of runs and their episodes."""
 
-from functools import lru_cache
 from typing import Any
+from urllib.parse import urlencode
 
 from fastapi import FastAPI
-from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
-from vigil.assets.sizes import AssetDatabase
-from vigil.episode import FAMILIES, Episode
-from vigil.errors import RecordError, SettingError, VigilError
-from vigil.house import House
-from vigil.record import EpisodeRecord
+from vigil.episode import FAMILIES
+from vigil.errors import RecordError, SettingError
 from vigil.summary import summarise
-from vigil.web.drawing import Drawer, Look, Scene
+from vigil.web.drawing import Drawer
+from vigil.web.export import episode_gif, episode_of, episode_page, frame_of, tell
 from vigil.web.houses import add_house_pages
-from vigil.web.library import Library, ShownPack, ShownRun
-from vigil.web.plan import Plan, plan_of
+from vigil.web.library import Library
+from vigil.web.plan import try_plan
 from vigil.web.site import Address, make_site, page
-from vigil.web.story import story_of
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows
 from vigil.web.words import LABELS as LABEL_WORDS
 
@@ -68,6 +65,8 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
             sort=sort,
             dir=dir,
             families=FAMILIES,
+            link=lambda family="", label="": f"/runs/{slug}?{urlencode({'family': family, 'label': label})}#episodes",
+            episode_link=lambda episode_id, epoch: f"/runs/{slug}/episodes/{episode_id}/{epoch}",
             others=[other for other in library.runs() if other.slug != slug and other.table is not None],
         )
 
@@ -97,7 +96,7 @@ def _add_episode_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}", response_class=HTMLResponse)
     def episode(slug: str, episode_id: str, epoch: int) -> Response:
         shown = library.run(slug)
-        found, record, pack = episode_of(shown, episode_id, epoch)
+        found, record, pack = episode_of(shown, (episode_id, epoch))
         story = tell(shown, found, record)
         keys = sorted(shown.table.rows) if shown.table else []
         place = keys.index((episode_id, epoch))
@@ -112,62 +111,22 @@ def _add_episode_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.png")
     def frame(slug: str, episode_id: str, epoch: int, step: int) -> Response:
-        shown = library.run(slug)
-        found, record, pack = episode_of(shown, episode_id, epoch)
-        if not 1 <= step <= len(record.steps):
-            raise KeyError(step)
-        saved = shown.saved_frame(record.steps[step - 1].frame_sha256)
-        if saved is not None:
-            return FileResponse(saved, media_type="image/png", headers={"Cache-Control": "private, max-age=3600"})
-        data = drawer.picture(scene_of(shown, found, record, pack, step))
+        data = frame_of(library.run(slug), (episode_id, epoch), step, drawer)
         return Response(data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
 
+    @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.html")
+    def export_page(slug: str, episode_id: str, epoch: int) -> Response:
+        text = episode_page(library.run(slug), (episode_id, epoch), drawer)
+        return Response(text, media_type="text/html", headers=_to_save(f"{episode_id}.{epoch}.html"))
 
-def tell(run: ShownRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
-    """Returns the story of a record of a run."""
-    if run.header is None or run.table is None:
-        raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
-    return story_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
-
-
-def episode_of(run: ShownRun, episode_id: str, epoch: int) -> tuple[Episode, EpisodeRecord, ShownPack]:
-    """Returns an episode of a run with its record and its pack. Raises KeyError or RecordError."""
-    if run.table is None or run.pack is None:
-        raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
-    if (episode_id, epoch) not in run.table.rows:
-        raise KeyError(episode_id)
-    return run.table.episodes[episode_id], run.table.record((episode_id, epoch)), run.pack
+    @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.gif")
+    def export_gif(slug: str, episode_id: str, epoch: int) -> Response:
+        data = episode_gif(library.run(slug), (episode_id, epoch), drawer)
+        return Response(data, media_type="image/gif", headers=_to_save(f"{episode_id}.{epoch}.gif"))
 
 
-def scene_of(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPack, step: int) -> Scene:
-    """Returns the scene that the reply of a step answered. Raises VigilError when it cannot be drawn again."""
-    if run.header is None:
-        raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
-    spec = run.header.spec
-    if spec.asset_database_sha256 is not None:
-        raise SettingError("Played with an asset database; its frames can only be shown when they were saved.")
-    pack.house(episode.house.name)
-    done = [each.action for each in record.steps[: step - 1]]
-    return Scene(
-        look=Look(spec.simulator, spec.render_quality),
-        house=pack.house_path(episode.house.name),
-        start=episode.start,
-        setup=episode.setup,
-        actions=tuple(action for action in done if action is not None and action.skill_name != "report"),
-    )
-
-
-def try_plan(pack: ShownPack, episode: Episode) -> Plan | None:
-    """Returns the floor plan of an episode's house; None when the house cannot be read."""
-    try:
-        return _cached_plan(pack.house(episode.house.name))
-    except VigilError:
-        return None
-
-
-@lru_cache(maxsize=32)
-def _cached_plan(house: House) -> Plan:
-    return plan_of(house, AssetDatabase.default())
+def _to_save(name: str) -> dict[str, str]:
+    return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
 def _check_family(family: str) -> None:

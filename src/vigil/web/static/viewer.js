@@ -34,12 +34,14 @@
     const image = picture(step.index);
     const shown = at("picture");
     const fail = at("no-frame");
-    fail.hidden = true;
-    shown.src = image.src;
-    shown.onerror = () => {
+    const miss = () => {
       fail.textContent = "This frame was not saved and cannot be drawn again.";
       fail.hidden = false;
     };
+    fail.hidden = true;
+    shown.onerror = miss;
+    if (image.getAttribute("src")) shown.src = image.src;
+    else miss();
     const clicks = at("clicks");
     clicks.replaceChildren();
     if (!step.click) return;
