@@ -16,6 +16,7 @@ from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
 from vigil.sim.build import build_scene
+from vigil.sim.fidelity import Flaw, flaws_of, too_many_triangles
 from vigil.sim.mujoco.model import build
 from vigil.sim.mujoco.stage import render_birdseye
 
@@ -44,6 +45,9 @@ def check(
     files: Annotated[list[Path], typer.Argument(help="House files; .jsonl and .jsonl.gz hold one house a line.")],
     assets: Assets = None,
     load: Annotated[bool, typer.Option(help="Also build the scene and compile it in MuJoCo.")] = True,
+    shapes: Annotated[
+        bool, typer.Option("--shapes", help="Also hold every thing's shape, place and state against the house.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only houses that cannot be loaded.")] = False,
 ) -> None:
     """Loads houses, counts their objects and names their faults; exits with 2 when one cannot be loaded.
@@ -59,7 +63,7 @@ def check(
         try:
             if isinstance(house, HouseError):
                 raise house
-            faults = _examine(house, sizes, load)
+            faults = _examine(house, sizes, load, shapes)
         except HouseError as error:
             refused += 1
             print(f"{name}: cannot be loaded: {error}")
@@ -117,15 +121,19 @@ def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
                 yield name, HouseError(f"line {number} of {str(file)!r} is not JSON: {error}.")
 
 
-def _examine(house: House, database: AssetDatabase, load: bool) -> list[Fault]:
+def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Flaw]:
     """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
-    if load:
+    flaws: list[Flaw] = []
+    if load or shapes:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             scene = build_scene(house, database)
-            build(scene)
+            model = build(scene)
         absent = sorted({node.id for node, _ in house.objects()} - scene.things.keys())
         if absent or caught:
             what = f"objects {absent} are missing" if absent else f"loading warns: {caught[0].message}"
             raise HouseError(f"House {house.name!r}: {what}.")
-    return check_house(house, database)
+        if shapes:
+            flaws = flaws_of(scene, house, database)
+            flaws += too_many_triangles(house.name, model.triangles, len(scene.rooms))
+    return [*check_house(house, database), *flaws]

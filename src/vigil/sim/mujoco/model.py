@@ -56,6 +56,12 @@ class Model:
     """Geoms that cast no shadow: ceilings, above which the lamps are, and what hangs from them."""
     lamps: lights.Lamps
 
+    @property
+    def triangles(self) -> int:
+        """How many triangles the scene has, hidden looks of its things included."""
+        meshes = self.native.geom_dataid[self.native.geom_dataid >= 0]
+        return int(self.native.mesh_facenum[meshes].sum())
+
     def place(self, thing: Thing) -> None:
         """Takes over a thing's place and state; `settle` must follow."""
         placed = self.things[thing.id]
