@@ -147,6 +147,10 @@ class AssetDatabase:
     def __len__(self) -> int:
         return len(self._known)
 
+    def of_category(self, category: str) -> list[tuple[str, Vec3]]:
+        """Returns the assets of a category that the database's file names: id and bounding box."""
+        return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
+
     def look_up(self, asset_id: str, object_id: str) -> AssetEntry:
         """Returns the category, size and variant of `asset_id`, which object `object_id` of a house names.
 

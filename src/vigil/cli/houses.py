@@ -3,18 +3,20 @@
 import gzip
 import json
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from PIL import Image
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli.options import Assets, database
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
+from vigil.housegen.show import beside, draw_plan
+from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.sim.build import build_scene
 from vigil.sim.fidelity import Flaw, flaws_of, too_many_triangles
 from vigil.sim.mujoco.model import build
@@ -84,14 +86,53 @@ def show(
     out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
     assets: Assets = None,
 ) -> None:
-    """Draws a house from above, without its ceilings.
+    """Draws a house from above: a labelled floor plan, and beside it a bird's-eye view without the ceilings.
 
-    Example: vigil houses show house.json --out house.png
+    On the plan north (+z) is up; doors show the way that they swing, dots are small things, the ring is the start.
+
+    Example: vigil houses show house.json --out plan.png
     """
-    house = House.load(file)
-    scene = build_scene(house, database(assets))
-    Image.fromarray(render_birdseye(scene)).save(out)
+    house, sizes = House.load(file), database(assets)
+    if not out.parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    beside(draw_plan(house, sizes), render_birdseye(build_scene(house, sizes))).save(out)
     print(out)
+
+
+@app.command("export")
+def export(
+    file: Annotated[Path, typer.Argument(help="A house file.")],
+    out: Annotated[Path, typer.Argument(help="House file to write.")],
+    asset_database: Annotated[Path, typer.Option(help="AI2-THOR's asset-database.json.")],
+    material_database: Annotated[Path | None, typer.Option(help="AI2-THOR's material-database.json.")] = None,
+    thor: Annotated[bool, typer.Option("--thor", help="For AI2-THOR (the only form there is).")] = False,
+) -> None:
+    """Writes a house with AI2-THOR's assets: for each thing the one nearest in type and size.
+
+    What the database has no type for, or what has no room, is left out and named.
+    The result has not been run in AI2-THOR.
+
+    Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
+    """
+    if not thor:
+        raise SettingError("houses export: for what? Give --thor; AI2-THOR's is the only form there is.")
+    if not out.parent.is_dir():
+        raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    house, assets = House.load(file), AssetDatabase.load(asset_database)
+    materials = load_materials(material_database) if material_database else {}
+    result = export_thor(house, AssetDatabase.default(), assets, materials)
+    exported = House(out.stem, result.data)
+    exported.save(out)
+    faults = Counter(fault.rule for fault in check_house(exported, assets))
+    print(f"{out}: {len(exported.objects())} of {len(house.objects())} objects have a place in it")
+    if result.left_out:
+        print(
+            f"  left out with what is on them, nothing of their type is in the database: {', '.join(result.left_out)}"
+        )
+    if result.crowded_out:
+        print(f"  taken away, no room for them among the new sizes: {', '.join(result.crowded_out)}")
+    if faults:
+        print(f"  with the new sizes: {', '.join(f'{number} {rule}' for rule, number in sorted(faults.items()))}")
 
 
 def _houses(files: list[Path]) -> Iterator[tuple[str, House | HouseError]]:

@@ -1,6 +1,9 @@
 """A labelled floor plan of any house, seen from above, for documents and for looking a house over."""
 
+import re
+
 import numpy as np
+import shapely
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.assets.catalog import CATALOG
@@ -11,6 +14,12 @@ from vigil.pose import heading
 
 MARGIN_M = 0.6
 LABEL_PX = 11
+ROOM_LABEL_PX = 17
+LABEL_SHIFTS = (0, 13, -13, 26, -26)
+"""Where else (px down) a label goes when another is in its place."""
+GUTTER_PX = 12
+HUNG_M = 1.2
+"""Things that hang higher are drawn as outlines: what is below them shows."""
 FLOOR_RGB = {
     "Kitchen": (252, 240, 214),
     "LivingRoom": (229, 240, 222),
@@ -25,6 +34,8 @@ FURNITURE_RGB = (205, 190, 168)
 RUG_RGB = (232, 214, 220)
 SMALL_RGB = (200, 60, 60)
 START_RGB = (40, 120, 60)
+TEXT_RGB = (20, 20, 24)
+ROOM_TEXT_RGB = (120, 120, 135)
 
 
 class _Sheet:
@@ -39,18 +50,34 @@ class _Sheet:
         self.image = Image.new("RGB", (int(width), int(height)), (255, 255, 255))
         self.draw = ImageDraw.Draw(self.image)
         self.font = ImageFont.load_default(LABEL_PX)
+        self.room_font = ImageFont.load_default(ROOM_LABEL_PX)
+        self._written: list[tuple[float, float, float, float]] = []
 
-    def at(self, x: float, z: float) -> tuple[float, float]:
+    def at(self, x: float, z: float) -> tuple[int, int]:
         """Returns the pixel of a floor point."""
-        return float((x - self.low[0]) * self.scale), float((self.high[1] - z) * self.scale)
+        return round((x - self.low[0]) * self.scale), round((self.high[1] - z) * self.scale)
 
     def polygon(self, corners: np.ndarray, fill: tuple[int, int, int], line: tuple[int, int, int] | None) -> None:
         """Fills a polygon of floor points."""
         self.draw.polygon([self.at(x, z) for x, z in corners.tolist()], fill=fill, outline=line)
 
     def label(self, x: float, z: float, text: str) -> None:
-        """Writes a text with its middle at a floor point."""
-        self.draw.text(self.at(x, z), text, fill=(20, 20, 24), font=self.font, anchor="mm")
+        """Writes a text with its middle at or near a floor point, unless other texts leave no place for it."""
+        px, py = self.at(x, z)
+        for shift in LABEL_SHIFTS:
+            left, top, right, bottom = self.draw.textbbox((px, py + shift), text, font=self.font, anchor="mm")
+            into = max(0.0, 2 - left) - max(0.0, right + 2 - self.image.width)
+            box = (left + into, top, right + into, bottom)
+            if all(box[2] < old[0] or box[0] > old[2] or box[3] < old[1] or box[1] > old[3] for old in self._written):
+                self.draw.text((px + into, py + shift), text, fill=TEXT_RGB, font=self.font, anchor="mm")
+                self._written.append(box)
+                return
+
+    def room_label(self, x: float, z: float, text: str) -> None:
+        """Writes the name of a room with its middle at a floor point."""
+        self.draw.text(self.at(x, z), text, fill=ROOM_TEXT_RGB, font=self.room_font, anchor="mm", align="center")
+        box = self.draw.textbbox(self.at(x, z), text, font=self.room_font, anchor="mm")
+        self._written.append(box)
 
 
 def draw_plan(house: House, assets: AssetDatabase, pixels_per_m: int = 100) -> Image.Image:
@@ -71,17 +98,49 @@ def draw_plan(house: House, assets: AssetDatabase, pixels_per_m: int = 100) -> I
         if body.parent is not None:
             x, y = sheet.at(body.position.x, body.position.z)
             sheet.draw.ellipse((x - 2.5, y - 2.5, x + 2.5, y + 2.5), fill=SMALL_RGB)
-    for body in standing:
-        if body.category != "Rug" and body.bottom < 1.8 and body.asset.size.z > 0.15:
+    _name_rooms(sheet, house, standing)
+    for body in sorted(standing, key=lambda found: -found.asset.size.x * found.asset.size.z):
+        if body.category != "Rug" and body.bottom < 1.8 and body.asset.size.z > 0.1:
             sheet.label(body.position.x, body.position.z, CATALOG[body.category].spoken)
     _draw_start(sheet, house)
     return sheet.image
 
 
+def _name_rooms(sheet: _Sheet, house: House, standing: list[Body]) -> None:
+    """Writes each room's type and area where most floor is free about it."""
+    boxes = [body.box_corners() for body in standing if body.category != "Rug"]
+    things = shapely.union_all([shapely.Polygon(corners) for corners in boxes])
+    for room in house.document.rooms:
+        floor = shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
+        if not floor.is_valid:
+            continue
+        taken = shapely.union(things, floor.exterior)
+        x0, z0, x1, z1 = floor.bounds
+        xs, zs = (part.ravel() for part in np.meshgrid(np.arange(x0, x1, 0.1), np.arange(z0, z1, 0.1)))
+        inside = shapely.contains_xy(floor, xs, zs)
+        if not inside.any():
+            continue
+        free = shapely.distance(shapely.points(xs[inside], zs[inside]), taken)
+        best = int(free.argmax())
+        name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room.room_type).lower()
+        sheet.room_label(float(xs[inside][best]), float(zs[inside][best]), f"{name}\n{floor.area:.0f} m2")
+
+
+def beside(plan: Image.Image, view: np.ndarray) -> Image.Image:
+    """Returns the plan with a picture (height, width, 3) of the same house to its right, as high as the plan."""
+    picture = Image.fromarray(view)
+    width = round(picture.width * plan.height / picture.height)
+    scaled = picture.resize((width, plan.height), Image.Resampling.LANCZOS)
+    both = Image.new("RGB", (plan.width + GUTTER_PX + width, plan.height), (255, 255, 255))
+    both.paste(plan, (0, 0))
+    both.paste(scaled, (plan.width + GUTTER_PX, 0))
+    return both
+
+
 def _draw_thing(sheet: _Sheet, body: Body) -> None:
     fill = RUG_RGB if body.category == "Rug" else FURNITURE_RGB
     corners = body.box_corners()
-    if body.bottom > 1.8:
+    if body.bottom > HUNG_M:
         sheet.draw.polygon([sheet.at(x, z) for x, z in corners.tolist()], outline=(150, 150, 150))
         return
     sheet.polygon(corners, fill, (110, 98, 80))

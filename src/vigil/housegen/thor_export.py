@@ -1,0 +1,267 @@
+"""A house with AI2-THOR's assets: each thing becomes THOR's asset nearest in type and size, materials THOR's names.
+
+Places are kept as far as other sizes allow: backs stay at their wall, things stay on what carries them. What THOR's
+database has no type for is left out and said so. The result has the form that AI2-THOR takes (ProcTHOR's, schema
+1.0.0); it has not been run there.
+"""
+
+import copy
+import json
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import SettingError
+from vigil.house import Door, House, HouseObject, Window
+from vigil.housegen.check import check_house, floor_of
+from vigil.pose import Vec3, heading, rotate_floor
+
+OVERSIZE = 1.6
+"""How much worse a larger side is than a smaller one: larger things run into their neighbours."""
+AT_WALL_M = 0.35
+"""Things whose back is nearer to a wall keep their back there."""
+SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))
+"""How far (m) a thing is moved along the wall to bring all of it into the room."""
+ON_TOP_M = 0.03
+"""Children whose bottom is this near their carrier's top lie on it."""
+GAP_M = 0.01
+
+_COUNTER_SHAPE = re.compile(r"[Cc]ountertop_(?:\d+_)?([A-Z][a-z]*)_\d+x\d+")
+
+
+@dataclass(slots=True)
+class Export:
+    """The document for THOR, and the ids of what is not in it."""
+
+    data: dict[str, Any]
+    left_out: list[str] = field(default_factory=list)
+    """Without an asset of their type, or carried by such a thing."""
+    crowded_out: list[str] = field(default_factory=list)
+    """Small things without room among the other sizes."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    """A bounding box with its yaw."""
+
+    centre: Vec3
+    size: Vec3
+    yaw: float
+
+    @property
+    def bottom(self) -> float:
+        return self.centre.y - self.size.y / 2
+
+    @property
+    def top(self) -> float:
+        return self.centre.y + self.size.y / 2
+
+    def floor(self) -> Polygon:
+        half_x, half_z = self.size.x / 2, self.size.z / 2
+        corners = [(-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z)]
+        turned = [rotate_floor(x, z, self.yaw) for x, z in corners]
+        return Polygon([(self.centre.x + x, self.centre.z + z) for x, z in turned])
+
+
+def export_thor(house: House, own: AssetDatabase, thor: AssetDatabase, materials: dict[str, list[str]]) -> Export:
+    """Returns the house with `thor`'s assets; `own` gives the sizes of its present ones.
+
+    `materials` are THOR's names by kind; none: the names stay as they are. Raises HouseError for unknown assets.
+    """
+    export = Export(copy.deepcopy(house.data))
+    exporter = _Exporter(house, own, thor, export)
+    nodes = zip(house.document.objects, export.data["objects"], strict=True)
+    export.data["objects"] = [data for node, data in nodes if exporter.replace(node, data, None)]
+    for key, openings in (("doors", house.document.doors), ("windows", house.document.windows)):
+        for opening, data in zip(openings, export.data[key], strict=True):
+            exporter.replace_opening(opening, data)
+    if materials:
+        _rename_materials(export.data, materials)
+    _thin_out(export, House(house.name, export.data), thor)
+    return export
+
+
+def _thin_out(export: Export, exported: House, thor: AssetDatabase) -> None:
+    """Takes away carried things that run into others, the smaller of two, or hang over out of the room."""
+    carried = {node.id: thor.look_up(node.asset_id, node.id).size for node, up in exported.objects() if up is not None}
+    for fault in check_house(exported, thor):
+        if fault.rule not in ("overlap", "outside-room"):
+            continue
+        concerned = [name for name in (fault.subject, fault.other) if name in carried]
+        if concerned and not {fault.subject, fault.other} & set(export.crowded_out):
+            export.crowded_out.append(min(concerned, key=lambda name: math.prod(carried[name])))
+    _remove(export.data["objects"], set(export.crowded_out))
+
+
+def _remove(nodes: list[dict[str, Any]], unwanted: set[str]) -> None:
+    nodes[:] = [node for node in nodes if node["id"] not in unwanted]
+    for node in nodes:
+        _remove(node.get("children", []), unwanted)
+
+
+def load_materials(path: Path) -> dict[str, list[str]]:
+    """Returns THOR's material names by kind, from its `material-database.json`. Raises SettingError."""
+    wanted = "Expected AI2-THOR's form: {kind: [material name, ...], ...}."
+    try:
+        data = json.loads(path.read_bytes())
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise SettingError(f"Material database {str(path)!r} cannot be read: {reason}. {wanted}") from None
+    except (ValueError, RecursionError) as error:
+        raise SettingError(f"Material database {str(path)!r} is not JSON: {error}. {wanted}") from None
+    is_table = isinstance(data, dict) and all(
+        isinstance(names, list) and all(isinstance(name, str) for name in names) for names in data.values()
+    )
+    if not is_table or not any(data.values()):
+        raise SettingError(f"Material database {str(path)!r} holds no names by kind. {wanted}")
+    return data
+
+
+class _Exporter:
+    """Replaces the assets of one house."""
+
+    def __init__(self, house: House, own: AssetDatabase, thor: AssetDatabase, export: Export) -> None:
+        self.house = house
+        self.own = own
+        self.thor = thor
+        self.export = export
+        rooms = [floor_of(room) for room in house.document.rooms]
+        self.floors = [floor for floor in rooms if floor.is_valid]
+        self.ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=math.inf)
+
+    def replace(self, node: HouseObject, data: dict[str, Any], above: tuple[_Box, _Box] | None) -> bool:
+        """Gives a thing and its children THOR's assets; False, with all ids noted, where there is none of its type.
+
+        `above` is the box of what carries it, before and after.
+        """
+        entry = self.own.look_up(node.asset_id, node.id)
+        asset = self._nearest(entry.category, entry.size, node.asset_id)
+        if asset is None:
+            self._leave_out(node)
+            return False
+        before = _Box(node.position.vec, entry.size, node.rotation.y)
+        after = self._placed(before, asset[1]) if above is None else _carried(before, asset[1], *above)
+        data["assetId"] = asset[0]
+        data["position"] = {axis: round(value, 4) + 0.0 for axis, value in zip("xyz", after.centre, strict=True)}
+        children = zip(node.children, data.get("children", []), strict=True)
+        kept = [below for child, below in children if self.replace(child, below, (before, after))]
+        if "children" in data:
+            data["children"] = kept
+        return True
+
+    def _leave_out(self, node: HouseObject) -> None:
+        self.export.left_out.append(node.id)
+        for child in node.children:
+            self._leave_out(child)
+
+    def _nearest(self, category: str, size: Vec3, asset_id: str) -> tuple[str, Vec3] | None:
+        """Returns THOR's asset of the type that is nearest in size; of countertops, one of the same shape if any."""
+        choices = self.thor.of_category(category)
+        if category == "CounterTop":
+            alike = [choice for choice in choices if _counter_shape(choice[0]) == _counter_shape(asset_id)]
+            choices = alike or choices
+        return min(choices, key=lambda choice: (_unlike(size, choice[1]), choice[0]), default=None)
+
+    def _placed(self, before: _Box, size: Vec3) -> _Box:
+        """Returns the box of another size in the place of a thing on the floor or a wall, inside the room."""
+        (dx, dz), (x, y, z) = heading(before.yaw), before.centre
+        back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
+        if any(floor.exterior.distance(back) < AT_WALL_M for floor in self.floors):
+            ahead = (size.z - before.size.z) / 2
+            x, z = x + dx * ahead, z + dz * ahead
+        on_floor = before.bottom < AT_WALL_M
+        height = before.bottom + size.y / 2 if on_floor else min(y, self.ceiling - GAP_M - size.y / 2)
+        box = _Box(Vec3(x, height, z), size, before.yaw)
+        inside = [floor for floor in self.floors if shapely.contains_xy(floor, before.centre.x, before.centre.z)]
+        for floor in inside[:1]:
+            for slide in SLIDES:
+                moved = _Box(Vec3(x + dz * slide, height, z - dx * slide), size, before.yaw)
+                if floor.contains(moved.floor()):
+                    return moved
+        return box
+
+    def replace_opening(self, opening: Door | Window, data: dict[str, Any]) -> None:
+        """Gives a door or window THOR's asset, and its hole the asset's size; as it is where nothing fits the wall."""
+        xs, ys = [point.x for point in opening.hole_polygon], [point.y for point in opening.hole_polygon]
+        size = Vec3(max(xs) - min(xs), max(ys) - min(ys), 0.1)
+        wall = next(wall for wall in self.house.document.walls if wall.id == opening.wall0).polygon
+        length = math.dist((wall[0].x, wall[0].z), (wall[1].x, wall[1].z))
+        height = max(point.y for point in wall) - min(point.y for point in wall)
+        category = self.own.look_up(opening.asset_id, opening.id).category
+        fitting = [
+            choice for choice in self.thor.of_category(category) if choice[1].x <= length and choice[1].y <= height
+        ]
+        if not fitting:
+            self.export.left_out.append(opening.id)
+            return
+        asset_id, new = min(fitting, key=lambda choice: (_unlike(size, choice[1]), choice[0]))
+        left = float(np.clip((min(xs) + max(xs) - new.x) / 2, 0.0, length - new.x))
+        low = 0.0 if min(ys) <= GAP_M else float(np.clip(max(ys) - new.y, 0.0, height - new.y))
+        data["assetId"] = asset_id
+        data["holePolygon"] = [_point(left, low), _point(left + new.x, low + new.y)]
+        data["assetPosition"] = _point(left + new.x / 2, low + new.y / 2)
+
+
+def _point(x: float, y: float) -> dict[str, float]:
+    return {"x": round(x, 4), "y": round(y, 4), "z": 0.0}
+
+
+def _counter_shape(asset_id: str) -> str:
+    """Returns "I", "L", "C" or "Island"."""
+    found = _COUNTER_SHAPE.search(asset_id)
+    return found[1] if found else "I"
+
+
+def _unlike(size: Vec3, other: Vec3) -> float:
+    """Returns how different two sizes are: 0 where equal."""
+    logs = [math.log(b / a) for a, b in zip(size, other, strict=True)]
+    return sum(log * OVERSIZE if log > 0 else -log for log in logs)
+
+
+def _carried(before: _Box, size: Vec3, below: _Box, holder: _Box) -> _Box:
+    """Returns the box of another size on or in `holder`, which took the place of `below`."""
+    x, z = rotate_floor(before.centre.x - below.centre.x, before.centre.z - below.centre.z, -below.yaw)
+    dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)
+    if before.bottom >= below.top - ON_TOP_M:
+        bottom = holder.top + before.bottom - below.top
+    elif before.top > below.top:
+        bottom = holder.top - (below.top - before.bottom) * size.y / before.size.y
+    else:
+        share = (before.bottom - below.bottom) / below.size.y
+        bottom = min(holder.bottom + share * holder.size.y, max(holder.bottom, holder.top - size.y - GAP_M))
+    return _Box(Vec3(holder.centre.x + dx, bottom + size.y / 2, holder.centre.z + dz), size, before.yaw)
+
+
+def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
+    """Gives floors, walls and the ceiling names that THOR has: their own where it has them, else one alike."""
+    names = sorted({name for kind in materials.values() for name in kind})
+    for room in data["rooms"]:
+        _rename(room["floorMaterial"], names, "wood floor")
+    for wall in data["walls"]:
+        _rename(wall["material"], names, "drywall")
+    ceiling = data["proceduralParameters"].get("ceilingMaterial")
+    if ceiling is not None:
+        _rename(ceiling, names, "drywall")
+
+
+def _rename(reference: dict[str, Any], names: list[str], usual: str) -> None:
+    if reference["name"] not in names:
+        words = _words(reference["name"]) or _words(usual)
+        reference["name"] = max(names, key=lambda name: (_alikeness(words, name, usual), name))
+
+
+def _alikeness(words: set[str], name: str, usual: str) -> tuple[int, int, int]:
+    found = _words(name)
+    return len(words & found), len(_words(usual) & found), -len(found)
+
+
+def _words(text: str) -> set[str]:
+    parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", text)
+    return {part.lower().removesuffix("s") for part in parts}
