@@ -161,4 +161,4 @@ def serve(site: FastAPI, address: Address, open_browser: bool) -> None:
     print(f"Serving {url} (Ctrl-C ends)", flush=True)
     if open_browser:
         threading.Timer(1.0, webbrowser.open, [url]).start()
-    uvicorn.run(site, host=address.host, port=address.port, log_level="warning", server_header=False)
+    uvicorn.run(site, host=address.host, port=address.port, log_level="warning", server_header=False, ws="none")

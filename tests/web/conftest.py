@@ -1,0 +1,93 @@
+"""Two small runs on the engine-free backend, served on loopback; and a browser, where there is one."""
+
+import shutil
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from tiny_pack import tiny_pack
+from web_server import Site, served
+
+from vigil.agents.scripted import scripted_agent
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.prompt import policy_sha256, policy_version
+from vigil.record import RunHeader, RunSpec, dump_line
+from vigil.runner.frames import FrameStore
+from vigil.runner.play import play
+from vigil.runner.run_folder import FRAMES_FOLDER, write_header
+from vigil.sim import make_simulator
+from vigil.web.drawing import Drawer
+from vigil.web.library import Library
+from vigil.web.view import make_view
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+@pytest.fixture(scope="session")
+def pack(tmp_path_factory: pytest.TempPathFactory) -> Pack:
+    return tiny_pack(tmp_path_factory.mktemp("packs") / "tiny", 8)
+
+
+def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
+    """Plays a pack with a scripted agent on the fake backend, without any worker process."""
+    folder.mkdir(parents=True)
+    profile = Profile()
+    spec = RunSpec(
+        agent=agent,
+        agent_kind="scripted",
+        profile=profile,
+        prompt_policy=policy_version(profile),
+        prompt_policy_sha256=policy_sha256(profile),
+        pack=pack.name,
+        pack_sha256=pack.sha256,
+        episode_ids=tuple(episode.id for episode in pack.episodes),
+        simulator="fake",
+    )
+    now = datetime.now(UTC)
+    write_header(folder, RunHeader(run_id=folder.name, spec=spec, package_version="0", started=now, ended=now))
+    store = FrameStore(folder / FRAMES_FOLDER)
+    env = Env(make_simulator("fake", assets=AssetDatabase.default()), pack.house_of, profile)
+    with (folder / "episodes.jsonl").open("wb") as rows:
+        for episode in pack.episodes:
+            watch = (lambda observation: store.keep(observation.rgb)) if frames else (lambda observation: None)
+            play(episode, env, scripted_agent(agent, 3), watch)
+            rows.write(dump_line(env.record(run_id=folder.name)))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def runs(tmp_path_factory: pytest.TempPathFactory, pack: Pack) -> Path:
+    folder = tmp_path_factory.mktemp("runs")
+    make_run(folder / "random", pack, "random", frames=False)
+    make_run(folder / "sweep", pack, "sweep", frames=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def drawer() -> Iterator[Drawer]:
+    drawer = Drawer()
+    yield drawer
+    drawer.close()
+
+
+@pytest.fixture(scope="session")
+def view(runs: Path, pack: Pack, drawer: Drawer) -> Iterator[Site]:
+    with served(make_view(Library([runs], [pack.folder]), drawer)) as site:
+        yield site
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[SimpleNamespace]:
+    """A headless browser; skips where none is installed."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pip install playwright")
+    if CHROMIUM is None:
+        pytest.skip("no Chromium is installed: apt-get install chromium")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()
