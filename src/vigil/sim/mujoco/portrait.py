@@ -1,6 +1,7 @@
 """Portraits: single things as an agent would see them, for judging whether one recognises them and their state."""
 
 import json
+import zlib
 from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
@@ -19,7 +20,7 @@ from vigil.sim.sight import project
 
 SPAN_PX = 120
 NEAREST_M, FARTHEST_M = 0.3, 1.5
-STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 38.0, 30.0
+STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
 SIDEWAYS_DEG = 25.0
 _STEP_M, _REACH_M = 0.01, 9.0
 CELL_PX = (192, 144)
@@ -43,7 +44,7 @@ def portrait(subject: Subject, seed: int, distance_m: float | None = None, quali
 
     It is seen from where it spans `SPAN_PX`, between 0.3 and 1.5 m; or from `distance_m`.
     """
-    rng = np.random.default_rng([seed, subject.variant])
+    rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
     scene = exhibit(subject, rng)
     view = view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
     engine = MujocoEngine(quality)
