@@ -123,7 +123,7 @@ def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | No
     while batch := list(islice(subjects, COLUMNS * COLUMNS)):
         paths.append(folder / f"catalog_{len(paths) + 1:02}.jpg")
         pictures = [portrait(subject, seed, distance_m) for subject in batch]
-        contact_sheet(pictures, [label_of(subject) for subject in batch]).save(paths[-1], quality=85)
+        contact_sheet(pictures, [label_of(subject) for subject in batch]).save(paths[-1], quality=78)
     return paths
 
 
