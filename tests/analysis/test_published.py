@@ -120,5 +120,10 @@ def test_groups_are_those_of_the_papers_panel(panel: Study):
 
 def test_conditional_cells_are_tinted_where_the_paper_tints_them(made: dict[str, Table]):
     tinted = {row.cells["model"]: dict(row.tints) for row in made["conditional_report"].rows if not row.is_published}
-    expected = {"GPT-5.4": {"P_rep_W0": "FR"}, "Claude-Sonnet-4": {"P_rep_W0": "FR"}, "Qwen3-VL-32B": {"P_norep_W1": "NR"}, "InternVL3.5-38B": {"P_norep_W1": "NR"}}  # fmt: skip
+    expected = {
+        "GPT-5.4": {"P_rep_W0": "FR"},
+        "Claude-Sonnet-4": {"P_rep_W0": "FR"},
+        "Qwen3-VL-32B": {"P_norep_W1": "NR"},
+        "InternVL3.5-38B": {"P_norep_W1": "NR"},
+    }
     assert {model: tints for model, tints in tinted.items() if tints} == expected

@@ -2,14 +2,14 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stories import GOALS, HERE, Story, episode, thing
+from stories import Story, episode, thing
 
 from vigil.analysis.paper import paper
 from vigil.episode import FAMILIES, Episode, Family, HouseRef
@@ -19,9 +19,17 @@ from vigil.record import AgentKind, EpisodeRecord, RunHeader, RunSpec
 PER_FAMILY = 125
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 FR = {
-    "Gemini-3.1-Pro": 246, "Doubao-Seed-1.8": 372, "Qwen3.6-27B": 184, "Qwen3.5-27B": 255, "GPT-5.4": 540, "Claude-Sonnet-4": 699,
-    "Qwen3-VL-32B (T)": 394, "MiMo-Embodied-7B": 228, "Qwen3-VL-32B": 258, "InternVL3.5-38B": 100,
-}  # fmt: skip
+    "Gemini-3.1-Pro": 246,
+    "Doubao-Seed-1.8": 372,
+    "Qwen3.6-27B": 184,
+    "Qwen3.5-27B": 255,
+    "GPT-5.4": 540,
+    "Claude-Sonnet-4": 699,
+    "Qwen3-VL-32B (T)": 394,
+    "MiMo-Embodied-7B": 228,
+    "Qwen3-VL-32B": 258,
+    "InternVL3.5-38B": 100,
+}
 """False reports of a thousand: printed in the text, or (the last four) what its tables leave."""
 NR = {"InternVL3.5-38B": 661, "Qwen3-VL-32B": 446, "MiMo-Embodied-7B": 431}
 """Budgets that ended without a report, of a thousand, where the text prints them."""
@@ -180,10 +188,10 @@ def _reports_w0(counts: Counts, mismatched: int) -> dict[Family, list[tuple[str,
 def thousand(per_family: int = PER_FAMILY) -> list[Episode]:
     """Returns episodes of every family, spread over forty houses, in the order of their ids."""
     found = [
-        episode(family, id=f"{family}-{number:03}", house=HouseRef(name=f"house_{number % 40}", sha256="0" * 64), goal=GOALS[family], start=HERE)
+        episode(family, id=f"{family}-{number:03}", house=HouseRef(name=f"house_{number % 40}", sha256="0" * 64))
         for family in FAMILIES
         for number in range(per_family)
-    ]  # fmt: skip
+    ]
     return sorted(found, key=lambda one: one.id)
 
 
@@ -230,8 +238,7 @@ def write_run(
             pack="synthetic",
             pack_sha256=hashlib.sha256((pack / "manifest.json").read_bytes()).hexdigest(),
             episode_ids=tuple(sorted(planned or records)),
-            sampling={"extra_body": {"chat_template_kwargs": {"enable_thinking": True}}} if thinking else {},
-            **spec,
+            **{"sampling": THINKING if thinking else {}, **spec},
         ),
         package_version="0",
         simulator_version="none",
@@ -261,6 +268,23 @@ def records_of(plots: dict[Family, list[Plot]]) -> dict[str, EpisodeRecord]:
     return {f"{family}-{number:03}": played(plot) for family, row in plots.items() for number, plot in enumerate(row)}
 
 
+SMALL = 2
+"""Episodes a family in a small pack."""
+Write = Callable[..., Path]
+"""The fixture `write`: writes a run on the small pack."""
+
+
+def good(family: Family) -> Plot:
+    """Returns the plot of an episode that is reached and closed."""
+    return Plot(family, True, "on" if family == "SV" else "success")
+
+
+def small_records(plot_of: Callable[[Family], Plot] = good) -> dict[str, EpisodeRecord]:
+    """Returns records of the small pack, one plot a family."""
+    return {f"{family}-{number:03}": played(plot_of(family)) for family in FAMILIES for number in range(SMALL)}
+
+
+THINKING = {"extra_body": {"chat_template_kwargs": {"enable_thinking": True}}}
 PROVIDERS = {
     "Gemini-3.1-Pro": "google",
     "Doubao-Seed-1.8": "volcano",

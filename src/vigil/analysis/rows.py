@@ -6,6 +6,7 @@ Every row is what `vigil.scoring.settle` says about one record; nothing is decid
 
 import hashlib
 import json
+import os
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -89,38 +90,52 @@ def read_runs(folders: Sequence[Path], pack: str | None = None, *, use_cache: bo
     `pack` is where their pack is now, when not where they say. Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})
-    large = sum(_size(folder) for folder in unique) > _PARALLEL_FROM_BYTES
-    if large and len(unique) > 1:
+    kept = {folder: _kept_run(folder) if use_cache else None for folder in unique}
+    missing = [folder for folder in unique if kept[folder] is None]
+    if len(missing) > 1 and sum(map(_size, missing)) > _PARALLEL_FROM_BYTES:
         with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-            runs = list(pool.map(read_run, unique, [pack] * len(unique), [use_cache] * len(unique)))
+            settled = list(pool.map(_settled_run, missing, [pack] * len(missing), [use_cache] * len(missing)))
     else:
-        runs = [read_run(folder, pack, use_cache) for folder in unique]
-    return _named(runs)
+        settled = [_settled_run(folder, pack, use_cache) for folder in missing]
+    found = {**kept, **dict(zip(missing, settled, strict=True))}
+    return _named(run for run in found.values() if run is not None)
 
 
-def read_run(folder: Path, pack: str | None = None, use_cache: bool = True) -> Run:
-    """Returns one run, settled. Raises RecordError or PackMismatch."""
+def _kept_run(folder: Path) -> Run | None:
+    """Returns the run from the rows beside it; None when there are none, or they are of other records or code."""
+    header, _, data = _read(folder)
+    kept = _load(folder / ROWS_FILE, _key(header, data))
+    return None if kept is None else _run(folder, header, *kept)
+
+
+def _settled_run(folder: Path, pack: str | None, keep: bool) -> Run:
+    """Returns the run from its records, and keeps its rows beside it."""
+    header, file, data = _read(folder)
+    table, facts = _settle(header, file, data, pack)
+    if keep:
+        facts = _keep(folder / ROWS_FILE, _key(header, data), table, facts)
+    return _run(folder, header, table, facts)
+
+
+def _read(folder: Path) -> tuple[RunHeader, Path, bytes]:
     header = read_header(folder)
     file = folder / EPISODES_FILE
     if not file.is_file():
         raise RecordError(f"Record file {str(file)!r} does not exist. Give the folder of a run.")
-    data = file.read_bytes()
-    key = _key(header, data)
-    kept = _load(folder / ROWS_FILE, key) if use_cache else None
-    if kept is None:
-        kept = _settle(header, file, data, pack)
-        if use_cache:
-            kept = _keep(folder / ROWS_FILE, key, *kept)
-    table, facts = kept
+    return header, file, file.read_bytes()
+
+
+def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> Run:
+    model = model_of(header.spec)
     return Run(
         folder=folder,
         header=header,
-        model=model_of(header.spec),
+        model=model,
         rows=table,
         errors=pd.DataFrame(facts["errors"], columns=["episode_id", "epoch", "family", "boundary", "message"]),
         planned={family: facts["planned"][family] for family in FAMILIES if family in facts["planned"]},
         remarks=tuple(facts["remarks"]),
-        name=model_of(header.spec).name,
+        name=model.name,
     )
 
 
@@ -268,17 +283,17 @@ def _load(file: Path, key: str) -> tuple[pd.DataFrame, dict] | None:
     return _typed(stored.to_pandas().reindex(columns=list(_SCHEMA))), facts
 
 
-def _keep(file: Path, key: str, table: pd.DataFrame, facts: dict) -> tuple[pd.DataFrame, dict]:
-    """Writes the rows beside the run, whole or not at all, and returns them; a folder that refuses is remarked."""
+def _keep(file: Path, key: str, table: pd.DataFrame, facts: dict) -> dict:
+    """Writes the rows beside the run, whole or not at all, and returns their facts; a refusing folder is remarked."""
     stored = pa.Table.from_pandas(table, preserve_index=False)
     stored = stored.replace_schema_metadata({_FACTS: json.dumps({**facts, "key": key}).encode()})
-    partial = file.with_suffix(".partial")
+    partial = file.with_name(f"{file.name}.{os.getpid()}")
     try:
         pq.write_table(stored, partial)
         partial.replace(file)
     except OSError as error:
-        return table, {**facts, "remarks": [*facts["remarks"], f"its rows could not be kept for later ({error})"]}
-    return table, facts
+        return {**facts, "remarks": [*facts["remarks"], f"its rows could not be kept for later ({error})"]}
+    return facts
 
 
 def _size(folder: Path) -> int:

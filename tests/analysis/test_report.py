@@ -1,0 +1,269 @@
+"""Reports, figures and the two verbs: every table in every format, over whole, partial and empty runs."""
+
+import csv
+import html
+import io
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import typer
+from matplotlib.text import Annotation
+from published import Plot, Write, small_records, thousand, write_anchor, write_pack
+from typer.testing import CliRunner
+
+from vigil.analysis.figures import FIGURES
+from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
+from vigil.analysis.rows import read_runs
+from vigil.analysis.study import Study, study
+from vigil.analysis.style import saved
+from vigil.analysis.table import Column, Row, Table, printed
+from vigil.analysis.tables import PAPER_TABLES, TABLES, tables
+from vigil.analysis.text import html_table, latex, markdown
+from vigil.cli import reports
+from vigil.profile import ACTION_FEEDBACK, Profile
+
+PAPERS_OWN = [
+    "global_cross_section",
+    "full_panel",
+    "extended_panel",
+    "proprio_minimal",
+    "counterfactual",
+    "belief_lag",
+    "conditional_report",
+    "prompt_sensitivity",
+    "open_repeat_robustness",
+    "episode_distribution",
+    "family_specs",
+    "action_specs",
+    "intents",
+    "report_statuses",
+    "failure_taxonomy",
+    "benchmark_comparison",
+]
+APP = typer.Typer()
+APP.command("report")(reports.report)
+APP.command("figure")(reports.figure)
+
+
+def lost(family: str) -> Plot:
+    return Plot(family, False, "NR")  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def mixed(write: Write) -> Study:
+    """A full run with and without feedback and with the neutral prompt, one without success, one empty, one partial."""
+    records = small_records()
+    folders = [
+        write("base"),
+        write("fb", small_records(lost), profile=Profile(name=ACTION_FEEDBACK)),
+        write("neutral", small_records(lost), profile=Profile(prompt_variant="neutral_report")),
+        write("lost", small_records(lost), agent="vllm/lost-A3B"),
+        write("empty", {}, agent="vllm/empty"),
+        write("partial", {"PG-000": records["PG-000"]}, agent="solver", kind="privileged"),
+    ]
+    return study(read_runs(folders))
+
+
+def test_the_papers_sixteen_tables_go_by_its_names():
+    assert list(PAPER_TABLES) == PAPERS_OWN
+
+
+@pytest.mark.parametrize("with_paper", [True, False])
+def test_every_table_builds_over_any_runs(mixed: Study, with_paper: bool):
+    for found in (mixed, study(mixed.runs[:1], with_paper=with_paper), study([], with_paper=with_paper)):
+        made = tables(found)
+        assert list(made) == list(TABLES)
+        for name, table in made.items():
+            assert table.name == name
+            for row in table.rows:
+                assert row.cells.keys() & {column.key for column in table.columns}
+                assert all("nan" not in table.cell(row, column).lower().split() for column in table.columns)
+
+
+def test_rows_find_their_panels(mixed: Study):
+    made = tables(mixed)
+    own = {
+        name: [row.cells["model"] for row in made[name].rows if not row.is_published]
+        for name in ("global_cross_section", "extended_panel", "proprio_minimal", "prompt_sensitivity")
+    }
+    assert own["global_cross_section"] == ["model", "solver (privileged)", "empty"]
+    assert own["extended_panel"] == ["lost-A3B"]
+    assert own["proprio_minimal"] == ["model"]
+    assert own["prompt_sensitivity"] == ["model [neutral_report]"]
+    solver = next(row for row in made["global_cross_section"].rows if row.cells["model"] == "solver (privileged)")
+    assert solver.is_privileged
+    assert not solver.bold
+
+
+def test_own_rows_alone_without_the_paper(mixed: Study):
+    made = tables(study(mixed.runs, with_paper=False))
+    for name in ("global_cross_section", "belief_lag", "counterfactual", "conditional_report"):
+        assert not any(row.is_published for row in made[name].rows)
+
+
+def test_faults_and_limits_stand_before_any_number(mixed: Study):
+    page = html_report(make_report(mixed))
+    for text in ("empty: no episode is scored", "INCOMPLETE: 1 of 16", html.escape(LIMITS[0][:40])):
+        assert page.index(text) < page.index("<table")
+
+
+def test_the_page_needs_nothing_beside_it(mixed: Study):
+    page = html_report(make_report(mixed))
+    sources = re.findall(r"""(?:src|href)=["']([^"']*)""", page)
+    assert all(source.startswith(("data:", "#")) for source in sources)
+    assert "<!--" not in page
+    assert all(f'id="{name}"' in page for name in TABLES)
+    assert page.count("data:image/svg+xml") == len(FIGURES)
+
+
+def test_all_formats(mixed: Study, tmp_path: Path):
+    written = write_report(mixed, tmp_path / "out", FORMATS)
+    assert {"report.md", "report.html", "report.tex", "report.json", "rows.csv", "rows.parquet"} <= {
+        path.name for path in written
+    }
+    data = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    assert list(data["tables"]) == list(TABLES)
+    assert data["warnings"]
+    rows = pd.read_parquet(tmp_path / "out" / "rows.parquet")
+    assert len(rows) == 4 * 16 + 1
+    for name in TABLES:
+        lines = list(
+            csv.DictReader(io.StringIO((tmp_path / "out" / "tables" / f"{name}.csv").read_text(encoding="utf-8")))
+        )
+        assert len(lines) == len(data["tables"][name]["rows"]), name
+        text = (tmp_path / "out" / "tables" / f"{name}.tex").read_text(encoding="utf-8")
+        assert text.isascii() or name in ("benchmark_comparison", "comparisons"), name
+        assert balanced(text), name
+
+
+def balanced(text: str) -> bool:
+    bare = re.sub(r"\\[{}]", "", text)
+    return bare.count("{") == bare.count("}") and text.count(r"\begin{") == text.count(r"\end{")
+
+
+def test_the_same_runs_give_the_same_bytes(mixed: Study):
+    first, second = (json_report(make_report(study(runs), ())) for runs in (mixed.runs, mixed.runs))
+    assert first == second
+    assert saved(draw(mixed, "plane"), "svg") == saved(draw(mixed, "plane"), "svg")
+
+
+def draw(found: Study, name: str):
+    figure = FIGURES[name](found)
+    assert figure is not None
+    return figure
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_of_nothing_are_left_out(name: str):
+    assert FIGURES[name](study([])) is None
+
+
+def test_labels_in_the_plane_cover_neither_each_other_nor_the_frame(tmp_path: Path):
+    write_pack(tmp_path / "pack", thousand())
+    models = ("GPT-5.4", "Claude-Sonnet-4", "InternVL3.5-38B", "Qwen3-VL-32B")
+    found = study(read_runs([write_anchor(tmp_path / model, tmp_path / "pack", model) for model in models]))
+    figure = draw(found, "plane")
+    saved(figure, "png")
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    axes = figure.axes[0]
+    boxes = [
+        text.get_window_extent(renderer) for text in axes.texts if isinstance(text, Annotation) and text.get_text()
+    ]
+    assert len(boxes) == 14
+    assert not [1 for index, box in enumerate(boxes) for other in boxes[:index] if box.overlaps(other)]
+    frame = axes.get_window_extent(renderer)
+    assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 for box in boxes)
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "text"),
+    [
+        (None, "number1", "–"),
+        ((None, 1), "pair", "–"),
+        ((57.7, 56.4), "pair", "57.7/56.4"),
+        ((1.26, -0.5, 3.0), "rate", "1.3 [−0.5, 3.0]"),
+        ((1.26, None, None), "rate", "1.3"),
+        ((42.6, 0.6), "spread", "42.6 ± 0.6"),
+        (-0.01, "number1", "0.0"),
+        (-0.01, "signed1", "0.0"),
+        (13.94, "signed1", "+13.9"),
+        (-9.2, "signed1", "−9.2"),
+        (-10.04, "signed1", "−10.0"),
+        (0.0001, "p", "< 0.001"),
+        (1000, "count", "1,000"),
+    ],
+)
+def test_cells_print_as_in_the_paper(value: object, kind: str, text: str):
+    assert printed(value, kind) == text  # type: ignore[arg-type]
+
+
+def test_text_is_escaped_in_every_format():
+    nasty = "a|b_c & <i>50 %</i> $x$ {y} \\z"
+    table = Table("t", "T", (Column("model", "Model", "text"),), (Row({"model": nasty}),))
+    assert "a\\|b\\_c" in markdown(table)
+    assert "&lt;i&gt;" in html_table(table)
+    assert "<i>" not in html_table(table)
+    assert r"\$x\$ \{y\} \textbackslash{}z" in latex(table)
+    assert r"\& $<$i$>$50 \%" in latex(table)
+
+
+def command(*arguments: object):
+    return CliRunner().invoke(APP, [str(argument) for argument in arguments])
+
+
+def test_report_prints_markdown_or_writes_files(write: Write, tmp_path: Path):
+    run = write("run")
+    shown = command("report", run)
+    assert shown.exit_code == 0
+    assert "# VIGIL report" in shown.output
+    assert "16 scored episodes" in shown.output
+    out = tmp_path / "report"
+    assert command("report", run, "--out", out, "--format", "csv,json").exit_code == 0
+    assert (out / "report.json").is_file()
+    assert not (out / "report.html").exists()
+
+
+def test_check_asserts_the_identities_on_records(write: Write):
+    found = command("report", write("a"), write("b", small_records(lost)), "--check")
+    assert found.exit_code == 0
+    assert "2 runs, 32 scored episodes: 0 identities broken" in found.output
+
+
+def test_check_fails_on_a_broken_identity(write: Write, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(reports, "run_faults", lambda run: [f"{run.name}, all: Stop + NR + IL = all"])
+    found = command("report", write("a"), "--check")
+    assert found.exit_code == 1
+    assert "Stop + NR + IL = all" in found.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["report", "RUN", "--format", "htlm"], "Did you mean 'html'"),
+        (["report", "RUN", "--format", "csv"], "--out FOLDER"),
+        (["report", "nowhere"], "has no run.json"),
+        (["figure", "planet", "RUN"], "Did you mean 'plane'"),
+        (["figure", "plane"], "give their folders"),
+        (["figure", "plane", "RUN", "--out", "x.gif"], ".png, .pdf, .svg"),
+        (["figure", "plane", "RUN", "--out", "nowhere/x.png"], "does not exist"),
+        (["figure", "feedback_shift", "RUN", "--out", "x.png"], "nothing to show"),
+    ],
+)
+def test_bad_input_is_named(write: Write, arguments: Sequence[str], says: str):
+    run = str(write("run"))
+    found = command(*[run if argument == "RUN" else argument for argument in arguments])
+    assert found.exit_code != 0
+    assert says in str(found.exception)
+
+
+def test_a_figure_is_written_in_its_files_format(write: Write, tmp_path: Path):
+    run = write("run")
+    for suffix, start in (("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")):
+        out = tmp_path / f"plane.{suffix}"
+        assert command("figure", "plane", "--runs", run, "--out", out).exit_code == 0
+        assert out.read_bytes().startswith(start)
