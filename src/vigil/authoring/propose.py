@@ -202,12 +202,12 @@ def acting(shop: Workshop, act: Act) -> Drafts:
             )
 
 
-def seeking(shop: Workshop, act: Act) -> Drafts:
-    """Yields SI drafts: the target is out of view."""
+def seeking(shop: Workshop, act: Act, *, by_turning: bool | None = None) -> Drafts:
+    """Yields SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
     for thing in shop.things(lambda thing: is_target(thing) and allows(thing, act)):
         setup = setup_for(thing, act)
         shop.begin(setup)
-        start = _start_without(shop, thing, by_turning=None, horizon=LOOKING_DOWN_DEG / 2)
+        start = _start_without(shop, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2)
         phrase = shop.phrase(thing.id)
         shop.begin(Setup())
         if start is not None:

@@ -12,19 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from vigil.actions import Action, Navigate, Report
-from vigil.authoring import constraints, propose, sequences
-from vigil.authoring.propose import Drafts
+from vigil.actions import Action
+from vigil.authoring.grammar import GRAMMAR, Proposals
+from vigil.authoring.luck import is_blind_luck
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Validator
 from vigil.authoring.workshop import Workshop
-from vigil.episode import FAMILIES, Episode, Family, Solution
+from vigil.episode import Episode, Family, Solution
 from vigil.errors import EpisodeError, SettingError
 from vigil.house import House
 from vigil.housegen.generate import GENERATOR_VERSION, generate
 from vigil.housegen.spec import spec_for
 from vigil.pack import Pack, freeze
-from vigil.scoring import settle
 
 NAME = "starter"
 VERSION = "1"
@@ -51,48 +50,48 @@ class Slot:
     family: Family
     kind: str
     count: int
-    proposals: Callable[[Workshop], Drafts]
-    instead: Callable[[Workshop], Drafts] | None = None
-    """What to propose when no house yields the kind itself."""
+    instead: str | None = None
+    """The kind to propose when no house yields the kind itself."""
+
+    @property
+    def proposals(self) -> list[Proposals]:
+        """What is proposed: other categories than before, then any, then another kind."""
+        kinds = GRAMMAR[self.family]
+        return [kinds[self.kind], kinds[self.kind], *([kinds[self.instead]] if self.instead else [])]
 
 
 SLOTS = (
-    Slot("CR", "leaf", 1, constraints.leaf_in_the_way, constraints.in_the_way),
-    Slot("CR", "obstacle", 3, constraints.in_the_way),
-    Slot("CR", "swing", 2, constraints.swing_blocked),
-    Slot("CR", "interlock", 2, constraints.interlocked),
-    Slot("CR", "hand", 2, constraints.full_handed),
-    Slot("SM", "reveal_pick", 3, sequences.revealing),
-    Slot("SM", "put_into", 3, sequences.putting_in),
-    Slot("SM", "open_pick_place", 2, sequences.emptying),
-    Slot("SM", "rearrange", 2, sequences.rearranging),
-    Slot("SV", "on", 3, lambda shop: propose.verifying(shop, "on")),
-    Slot("SV", "off", 3, lambda shop: propose.verifying(shop, "off")),
-    Slot("SV", "open", 2, lambda shop: propose.verifying(shop, "open")),
-    Slot("SV", "closed", 2, lambda shop: propose.verifying(shop, "closed")),
-    Slot("VS", "walk", 7, lambda shop: propose.searching(shop, by_turning=False)),
-    Slot("VS", "turn", 3, lambda shop: propose.searching(shop, by_turning=True)),
-    Slot("SI", "open", 2, lambda shop: propose.seeking(shop, "open")),
-    Slot("SI", "close", 2, lambda shop: propose.seeking(shop, "close")),
-    Slot("SI", "turn_on", 2, lambda shop: propose.seeking(shop, "turn_on")),
-    Slot("SI", "turn_off", 2, lambda shop: propose.seeking(shop, "turn_off")),
-    Slot("SI", "pick", 2, lambda shop: propose.seeking(shop, "pick")),
-    Slot("AI", "open", 2, lambda shop: propose.acting(shop, "open")),
-    Slot("AI", "close", 2, lambda shop: propose.acting(shop, "close")),
-    Slot("AI", "turn_on", 2, lambda shop: propose.acting(shop, "turn_on")),
-    Slot("AI", "turn_off", 2, lambda shop: propose.acting(shop, "turn_off")),
-    Slot("AI", "pick", 2, lambda shop: propose.acting(shop, "pick")),
-    Slot("PG", "large", 3, lambda shop: propose.pointing(shop, "large")),
-    Slot("PG", "medium", 4, lambda shop: propose.pointing(shop, "medium")),
-    Slot("PG", "small", 3, lambda shop: propose.pointing(shop, "small")),
-    Slot("DA", "approach", 10, propose.approaching),
+    Slot("CR", "leaf", 1, "obstacle"),
+    Slot("CR", "obstacle", 3),
+    Slot("CR", "swing", 2),
+    Slot("CR", "interlock", 2),
+    Slot("CR", "hand", 2),
+    Slot("SM", "reveal_pick", 3),
+    Slot("SM", "put_into", 3),
+    Slot("SM", "open_pick_place", 2),
+    Slot("SM", "rearrange", 2),
+    Slot("SV", "on", 3),
+    Slot("SV", "off", 3),
+    Slot("SV", "open", 2),
+    Slot("SV", "closed", 2),
+    Slot("VS", "walk", 7),
+    Slot("VS", "turn", 3),
+    Slot("SI", "open", 2),
+    Slot("SI", "close", 2),
+    Slot("SI", "turn_on", 2),
+    Slot("SI", "turn_off", 2),
+    Slot("SI", "pick", 2),
+    Slot("AI", "open", 2),
+    Slot("AI", "close", 2),
+    Slot("AI", "turn_on", 2),
+    Slot("AI", "turn_off", 2),
+    Slot("AI", "pick", 2),
+    Slot("PG", "large", 3),
+    Slot("PG", "medium", 4),
+    Slot("PG", "small", 3),
+    Slot("DA", "approach", 10),
 )
 """The scarcest kinds first, so that they find the houses that they need."""
-
-TURNING = tuple(Navigate(mode="turn_right", magnitude=90.0) for _ in range(4))
-WALKING = tuple(Navigate(mode="forward", magnitude=3.0) for _ in range(4))
-BLIND: tuple[tuple[Navigate, ...], ...] = (TURNING, WALKING, ())
-"""What agents without sight do before they claim success (see `_is_blind_luck`)."""
 
 
 @dataclass(slots=True)
@@ -182,8 +181,7 @@ def _house(index: int, spec: str) -> House:
 def _fill(slot: Slot, number: int, houses: list[House], chosen: Chosen, simulator: PrivilegedSimulator) -> Episode:
     """Finds the next episode for a slot, adds it to what is chosen and returns it."""
     validator = Validator(simulator)
-    kinds = [slot.proposals, slot.proposals, *([slot.instead] if slot.instead else [])]
-    for is_strict, proposals in zip((True, False, False), kinds, strict=False):
+    for is_strict, proposals in zip((True, False, False), slot.proposals, strict=False):
         for house in _in_order(slot, houses, chosen):
             key = f"{slot.family} {slot.kind} {number} {house.name}"
             shop = Workshop(simulator, house, np.random.default_rng([SEED, zlib.crc32(key.encode())]))
@@ -192,7 +190,7 @@ def _fill(slot: Slot, number: int, houses: list[House], chosen: Chosen, simulato
                 if is_strict and not chosen.takes(slot.family, category):
                     continue
                 verdict = validator.validate(draft, house)
-                if verdict.is_valid and not _is_blind_luck(validator, draft, house):
+                if verdict.is_valid and not is_blind_luck(validator, draft, house):
                     chosen.add(draft, verdict.actions, category)
                     return chosen.episodes[-1]
     raise EpisodeError(f"No house yields episode {number + 1} of kind {slot.family} {slot.kind}; add houses.")
@@ -207,16 +205,3 @@ def _in_order(slot: Slot, houses: list[House], chosen: Chosen) -> list[House]:
 def _first(drafts: Iterator[Episode], count: int) -> Iterator[Episode]:
     for _, draft in zip(range(count), drafts, strict=False):
         yield draft
-
-
-def _is_blind_luck(validator: Validator, episode: Episode, house: House) -> bool:
-    """Whether an agent without sight completes the episode.
-
-    State verification is judged by its label instead, and what is found by turning is found by turning blindly.
-    """
-    if "report_status" in FAMILIES[episode.family].goal_kinds:
-        return False
-    closing = Report(status="success", summary="")
-    tries = [moves for moves in BLIND if not (episode.provenance.template == "turn" and moves is TURNING)]
-    records = [validator.play(episode, house, (*moves, closing)) for moves in tries]
-    return any(settle(episode, record).W for record in records)

@@ -1,0 +1,103 @@
+"""Where houses come from: files of houses, or seeds for the project's own generator."""
+
+import gzip
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from vigil.errors import SettingError
+from vigil.house import House
+from vigil.housegen import generate, spec_for
+
+SEEDS_TRIED = 5
+HUNDRED_THOUSAND = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Seeded:
+    """A house to be generated."""
+
+    seed: int
+    spec: str
+
+    @property
+    def name(self) -> str:
+        """The house's name."""
+        return f"{spec_for(self.spec).name}_{self.seed}"
+
+    def house(self) -> House:
+        """Returns the house. Raises SettingError where the seed yields none."""
+        return generate(self.seed, spec_for(self.spec))
+
+
+@dataclass(frozen=True, slots=True)
+class Filed:
+    """A house in a file: alone, or a line of many."""
+
+    path: Path
+    line: int | None = None
+
+    @property
+    def name(self) -> str:
+        """The house's name."""
+        return self.path.stem if self.line is None else f"{self.path.name.split('.')[0]}_{self.line}"
+
+    def house(self) -> House:
+        """Returns the house. Raises HouseError."""
+        if self.line is None:
+            return House.load(self.path)
+        for number, text in enumerate(_lines(self.path), start=1):
+            if number == self.line:
+                return House(self.name, _document(self.path, number, text))
+        raise SettingError(f"House file {str(self.path)!r} has no line {self.line}.")
+
+
+Source = Seeded | Filed
+
+
+def seeded(seeds: str, specs: Iterable[str]) -> list[Source]:
+    """Returns houses to generate for seeds `A:B` (B excluded), each seed with each spec in turn.
+
+    Raises SettingError.
+    """
+    first, _, last = seeds.partition(":")
+    if not (first.isdigit() and last.isdigit()) or int(first) >= int(last):
+        raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
+    wanted = list(specs)
+    for spec in wanted:
+        spec_for(spec)
+    return [Seeded(seed, wanted[index % len(wanted)]) for index, seed in enumerate(range(int(first), int(last)))]
+
+
+def filed(paths: Iterable[Path], limit: int | None = None) -> list[Source]:
+    """Returns the houses in files (JSON, or one a line in .jsonl and .jsonl.gz), at most `limit` of each file.
+
+    Raises SettingError.
+    """
+    found: list[Source] = []
+    for path in paths:
+        if not path.is_file():
+            raise SettingError(f"House file {str(path)!r} does not exist.")
+        if path.suffix in (".jsonl", ".gz"):
+            most = HUNDRED_THOUSAND if limit is None else limit
+            found += [Filed(path, number) for number, _ in zip(range(1, most + 1), _lines(path), strict=False)]
+        else:
+            found.append(Filed(path))
+    names = [source.name for source in found]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise SettingError(f"Several houses have the name {twice[0]!r}; rename the files.")
+    return found
+
+
+def _lines(path: Path) -> Iterator[str]:
+    with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as lines:
+        yield from lines
+
+
+def _document(path: Path, number: int, text: str) -> dict:
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        raise SettingError(f"Line {number} of {str(path)!r} is not JSON: {error}.") from None
