@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from vigil.analysis.figures import CAPTIONS, FIGURES
 from vigil.analysis.paper import NOTE
@@ -24,6 +25,9 @@ from vigil.analysis.tables import PAPER_TABLES, tables
 from vigil.analysis.text import LEGEND, escaped, html_table, latex, markdown
 from vigil.errors import SettingError
 
+Drawn = tuple[Figure, str]
+"""A figure with its caption."""
+NO_FIGURES: Mapping[str, Drawn] = {}
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 LIMITS = (
@@ -35,7 +39,7 @@ LIMITS = (
     "persistence, a lost goal or not knowing that reporting is asked for.",
     "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the "
     "table `composition`).",
-    "`report` is itself the instrument of measurement: an agent trained to another way of stopping is measured "
+    "The report is itself the instrument of measurement: an agent trained to another way of stopping is measured "
     "through it.",
     "One simulator, first-person RGB, no feedback: results need not carry over to other bodies, sensors or contracts.",
     "A difference between rows counts only where a paired test or an interval in this report supports it.",
@@ -57,22 +61,32 @@ class Report:
     tables: Mapping[str, Table]
     figures: Mapping[str, Mapping[str, bytes]]
     """Figure -> kind of file (png, svg, pdf) -> bytes."""
+    captions: Mapping[str, str]
 
 
-def make_report(study: Study, kinds: tuple[str, ...] = ("svg",)) -> Report:
-    """Returns a report with its figures drawn in the given kinds of file."""
-    drawn = {name: figure for name, draw in FIGURES.items() if (figure := draw(study)) is not None}
-    figures = {name: {kind: saved(figure, kind) for kind in kinds} for name, figure in drawn.items()}
-    return Report(study, tables(study), figures)
+def make_report(study: Study, kinds: tuple[str, ...] = ("svg",), further: Mapping[str, Drawn] = NO_FIGURES) -> Report:
+    """Returns a report with its figures drawn in the given kinds of file.
+
+    `further` are figures that need frames, with their captions: the caller draws them.
+    """
+    drawn = {name: (figure, CAPTIONS[name]) for name, draw in FIGURES.items() if kinds and (figure := draw(study))}
+    drawn |= further
+    figures = {name: {kind: saved(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
+    return Report(study, tables(study), figures, {name: caption for name, (_, caption) in drawn.items()})
 
 
-def write_report(study: Study, folder: Path, formats: tuple[Format, ...] = ("md", "html")) -> list[Path]:
+def write_report(
+    study: Study,
+    folder: Path,
+    formats: tuple[Format, ...] = ("md", "html"),
+    further: Mapping[str, Drawn] = NO_FIGURES,
+) -> list[Path]:
     """Writes a report into `folder` in each format, and returns the files that were written. Raises SettingError."""
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
     wanted = {"md": "png", "html": "svg", "latex": "pdf"}
-    report = make_report(study, tuple(wanted[name] for name in formats if name in wanted))
+    report = make_report(study, tuple(wanted[name] for name in formats if name in wanted), further)
     written: list[Path] = []
 
     def put(name: str, content: str | bytes) -> None:
@@ -95,7 +109,7 @@ def markdown_report(report: Report, figures: bool = True) -> str:
     parts += [_summary(report.study), "", *_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
     if figures:
         for name in report.figures:
-            parts += [f"![{CAPTIONS[name]}](figures/{name}.png)", "", f"*{CAPTIONS[name]}*", ""]
+            parts += [f"![{name}](figures/{name}.png)", "", f"*{report.captions[name]}*", ""]
     for heading, names in zip(_HEADINGS, _GROUPS, strict=True):
         parts += [f"## {heading}", "", *(markdown(report.tables[name]) for name in names)]
     return "\n".join(parts)
@@ -104,7 +118,7 @@ def markdown_report(report: Report, figures: bool = True) -> str:
 def html_report(report: Report) -> str:
     """Returns the whole report as one page that needs nothing beside it."""
     template = (files("vigil.analysis") / "report.html").read_text(encoding="utf-8")
-    figures = "".join(_html_figure(name, drawn["svg"]) for name, drawn in report.figures.items())
+    figures = "".join(_html_figure(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items())
     body, contents = [], ['<li><a href="#figures">Figures</a></li>']
     for heading, names in zip(_HEADINGS, _GROUPS, strict=True):
         anchor = heading.lower().replace(" ", "-").replace("'", "").replace(",", "")
@@ -204,7 +218,7 @@ def _latex_document(report: Report) -> str:
         r"\usepackage[table]{xcolor}",
         r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
         r"\begin{document}",
-        *(_latex_figure(name) for name in report.figures),
+        *(_latex_figure(name, report.captions[name]) for name in report.figures),
         *(
             r"\clearpage" * (index % 4 == 0) + rf"\input{{tables/{name}.tex}}"
             for index, name in enumerate(report.tables)
@@ -214,9 +228,9 @@ def _latex_document(report: Report) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _latex_figure(name: str) -> str:
+def _latex_figure(name: str, caption: str) -> str:
     picture = rf"\includegraphics[width=\linewidth]{{figures/{name}.pdf}}"
-    return rf"\begin{{figure}}[t]\centering{picture}\caption{{{escaped(CAPTIONS[name])}}}\end{{figure}}"
+    return rf"\begin{{figure}}[t]\centering{picture}\caption{{{escaped(caption)}}}\end{{figure}}"
 
 
 def _summary(study: Study) -> str:
@@ -238,9 +252,9 @@ def _html_list(kind: str, heading: str, lines: tuple[str, ...]) -> str:
     return f'<aside class="{kind}"><h2>{html.escape(heading)}</h2><ul>{items}</ul></aside>'
 
 
-def _html_figure(name: str, svg: bytes) -> str:
+def _html_figure(name: str, svg: bytes, text: str) -> str:
     data = base64.b64encode(svg).decode()
-    caption = html.escape(CAPTIONS[name])
+    caption = html.escape(text)
     picture = f'<img alt="{caption}" src="data:image/svg+xml;base64,{data}">'
     return f'<figure id="figure-{name}">{picture}<figcaption>{caption}</figcaption></figure>'
 

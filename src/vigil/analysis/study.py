@@ -3,15 +3,15 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from vigil.analysis.metrics import Measures, by_family, is_excluded, measure
+from vigil.analysis.metrics import COMPARABLE_W_PP, Measures, by_family, is_excluded, measure
 from vigil.analysis.models import GROUPS
-from vigil.analysis.pairs import Comparison, Pairing, compare, recognise
+from vigil.analysis.pairs import Comparison, Pairing, compare, recognise, shared
 from vigil.analysis.paper import Paper, paper
 from vigil.analysis.rows import Run
 from vigil.profile import BASELINE
 
 COMPARE_ALL_UP_TO = 6
-"""More runs than this are tested against their neighbours in B only."""
+"""More runs than this are tested against their neighbours in B, and where W is comparable."""
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,16 @@ def _comparisons(entries: Sequence[Entry]) -> Iterable[Comparison]:
     for alike in packs.values():
         ranked = by_b(alike)
         for index, first in enumerate(ranked):
-            rest = ranked[index + 1 :] if len(ranked) <= COMPARE_ALL_UP_TO else ranked[index + 1 : index + 2]
-            for second in rest:
-                if len(first.run.rows.merge(second.run.rows[["episode_id", "epoch"]])):
+            for place, second in enumerate(ranked[index + 1 :]):
+                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or _are_alike(first, second)
+                if is_wanted and len(shared(first.run.rows, second.run.rows)[0]):
                     yield compare(first.run, second.run)
+
+
+def _are_alike(first: Entry, second: Entry) -> bool:
+    """Whether two runs have comparable W, so that their difference in B is worth a test."""
+    apart = abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
+    return 100 * apart <= COMPARABLE_W_PP + 1e-9
 
 
 def _mixtures(runs: Sequence[Run]) -> list[str]:

@@ -41,6 +41,9 @@ def report(
     pack: PackPlace = None,
     with_paper: Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")] = True,
     use_cache: Annotated[bool, typer.Option("--cache/--no-cache", help="Take rows settled before.")] = True,
+    episode: Annotated[list[str] | None, typer.Option(help="Show its trajectories too; may be repeated.")] = None,
+    diagram: Annotated[bool, typer.Option("--diagram", help="Show the diagram of the protocol too.")] = False,
+    assets: Assets = None,
     check: Annotated[bool, typer.Option("--check", help="Settle anew, assert the identities, and stop there.")] = False,
 ) -> None:  # fmt: skip
     """Writes tables and figures of one or more runs, every number with its interval.
@@ -60,7 +63,7 @@ def report(
     if out is None:
         print(markdown_report(make_report(found, ()), figures=False))
         return
-    written = write_report(found, out, formats)
+    written = write_report(found, out, formats, _further(found, pack, episode or [], diagram, assets))
     _warn(found)
     for path in written if len(written) <= 3 else [*written[:2], out]:
         print(path)
@@ -87,6 +90,25 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
     if "all" in wanted:
         return FORMATS
     return tuple(name for name in FORMATS if name in wanted) or ("md", "html")
+
+
+def _further(
+    found: Study, pack: str | None, episodes: list[str], diagram: bool, assets: Path | None
+) -> dict[str, tuple[Figure, str]]:
+    """Returns the figures that need frames, with their captions."""
+    drawn: dict[str, tuple[Figure, str]] = {}
+    for number, episode_id in enumerate(episodes, start=1):
+        having = [run for run in found.runs if episode_id in set(run.rows["episode_id"])]
+        if not having:
+            raise SettingError(f"No run has a scored record of episode {episode_id!r}.")
+        episode, tracks = _tracks(having, pack, episode_id, 1, assets)
+        drawn[f"trajectory_{number}"] = (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}.")
+        best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
+        drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
+    if diagram:
+        place = str(pack_of(found.runs[0].header, pack).folder)
+        drawn["protocol"] = (_protocol(place, assets), "The eight families in two tiers, each with a first frame.")
+    return drawn
 
 
 def _warn(found: Study) -> None:
@@ -152,18 +174,25 @@ def _trajectory(
     name: str, runs: list[Run], pack: str | None, what: tuple[str | None, int, int], assets: Path | None, kind: str
 ) -> bytes:
     episode_id, epoch, columns = what
-    loaded = [(run, pack_of(run.header, pack)) for run in runs]
     if episode_id is None:
-        raise SettingError(f"Say which episode to draw: --episode ID, e.g. {loaded[0][1].episodes[0].id}.")
-    episode = loaded[0][1].episode(episode_id)
-    if any(other.episode(episode_id) != episode for _, other in loaded):
-        raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
-    tracks = [_track(run, found, episode, epoch, assets) for run, found in loaded]
+        example = runs[0].header.spec.episode_ids[0]
+        raise SettingError(f"Say which episode to draw: --episode ID, e.g. {example}.")
+    episode, tracks = _tracks(runs, pack, episode_id, epoch, assets)
     if name == "pipeline":
         return saved(pipeline_figure(episode, tracks[0], min(columns, 6)), kind)
     if f".{kind}" in MOVING:
         return trajectory_animation(episode, tracks, kind)
     return saved(trajectory_figure(episode, tracks, columns), kind)
+
+
+def _tracks(
+    runs: list[Run], pack: str | None, episode_id: str, epoch: int, assets: Path | None
+) -> tuple[Episode, list[Track]]:
+    loaded = [(run, pack_of(run.header, pack)) for run in runs]
+    episode = loaded[0][1].episode(episode_id)
+    if any(other.episode(episode_id) != episode for _, other in loaded):
+        raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
+    return episode, [_track(run, found, episode, epoch, assets) for run, found in loaded]
 
 
 def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> Track:
