@@ -83,6 +83,9 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
 }
 """More furniture of a room: category and how likely it is there."""
 
+PLENTY = (0.35, 1.25)
+"""Rooms have between so little and so much of these: a factor to how likely each is."""
+
 CORNER_LOVERS = frozenset(
     {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
     | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
@@ -106,9 +109,10 @@ class Furnisher:
         {"Kitchen": self._kitchen, "LivingRoom": self._living, "Bedroom": self._bedroom, "Bathroom": self._bathroom}[
             kind
         ]()
+        plenty = float(self.rng.uniform(*PLENTY))
         for category, probability in EXTRAS[kind]:
             is_full = self._covered() > FULL_SHARE[kind]
-            if not is_full and chance(self.rng, probability):
+            if not is_full and chance(self.rng, probability * plenty):
                 self._put_single(category)
         return self.pieces
 

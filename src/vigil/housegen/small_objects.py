@@ -20,27 +20,30 @@ BASIN_SHARE = 0.75
 """The same for a counter with a basin, which takes much of it."""
 LEAST_LOOSE, ROUNDS = 6, 3
 """Fewer small things than this in a room, and more are looked for, so many times."""
+MESS = {"Kitchen": 0.8, "LivingRoom": 0.68, "Bedroom": 0.55, "Bathroom": 0.9}
+"""How much lies about in a room of the kind, in the middle; rooms differ."""
+MESS_SPREAD, MESS_RANGE = 0.5, (0.25, 2.0)
 HIGHEST_M = 1.75
 """Surfaces above it are out of sight."""
 SURFACE_TOLERANCE = 0.03
 
 ON_TOP: dict[str, float] = {
-    "CounterTop": 5.0,
-    "DiningTable": 3.5,
+    "CounterTop": 8.0,
+    "DiningTable": 5.0,
     "CoffeeTable": 1.6,
-    "Desk": 2.4,
+    "Desk": 6.5,
     "SideTable": 1.4,
-    "Dresser": 2.8,
-    "TVStand": 1.6,
-    "ShelvingUnit": 3.0,
+    "Dresser": 4.0,
+    "TVStand": 5.0,
+    "ShelvingUnit": 1.4,
     "Shelf": 1.8,
     "Sofa": 1.2,
     "ArmChair": 0.35,
-    "Bed": 1.2,
+    "Bed": 1.5,
     "Toilet": 0.8,
     "Bathtub": 0.3,
     "Sink": 0.3,
-    "Cart": 2.0,
+    "Cart": 1.0,
     "Stove": 0.8,
     "Cabinet": 1.0,
     "WashingMachine": 0.5,
@@ -50,12 +53,12 @@ ON_TOP: dict[str, float] = {
 """How many small things lie on a category, on average."""
 
 INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
-    "Fridge": (3.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
+    "Fridge": (2.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
     "Cabinet": (2.0, ("Bowl", "Plate", "Mug", "Cup", "Pot", "Pan", "Kettle", "SprayBottle", "PaperTowelRoll")),
     "Dresser": (1.8, ("Watch", "Book", "CellPhone", "KeyChain", "CD", "CreditCard", "Pen", "Cloth", "RemoteControl")),
     "SideTable": (1.1, ("Watch", "Pen", "Book", "CellPhone", "KeyChain", "CreditCard", "RemoteControl", "Pencil")),
     "Desk": (1.3, ("Pen", "Pencil", "CD", "Watch", "CreditCard", "KeyChain", "CellPhone", "Book")),
-    "TVStand": (1.1, ("RemoteControl", "CD", "Book", "KeyChain", "Newspaper")),
+    "TVStand": (3.0, ("RemoteControl", "CD", "Book", "KeyChain", "Newspaper", "Statue", "Candle", "Box", "Vase")),
     "Microwave": (0.6, ("Mug", "Bowl", "Potato", "Plate", "Cup", "Bread")),
     "Box": (1.0, ("Book", "CD", "KeyChain", "Candle", "Watch", "CellPhone", "TeddyBear", "Statue")),
     "Safe": (1.2, ("Watch", "CreditCard", "KeyChain", "CellPhone")),
@@ -149,8 +152,10 @@ class Tidier:
 
     def fill(self, clutter: float) -> None:
         """Puts the room's staples in their places, then more here and there, as children of the furniture."""
+        mess = float(np.clip(MESS[self.kind] * np.exp(MESS_SPREAD * self.rng.standard_normal()), *MESS_RANGE))
+        clutter *= mess
         for category, supports, probability in STAPLES[self.kind]:
-            if chance(self.rng, probability):
+            if chance(self.rng, probability * min(1.0, mess**0.5)):
                 self._put_on_one_of(category, supports)
         for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
             self._fill_inside(piece, clutter)

@@ -19,7 +19,7 @@ AREA_M2: dict[str, tuple[float, float, float]] = {
 }
 """Smallest, median and largest area of a room by its kind."""
 
-ALONE_SCALE: dict[str, float] = {"Kitchen": 1.45, "LivingRoom": 1.25, "Bedroom": 1.4, "Bathroom": 1.25}
+ALONE_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
 """How much larger a room is that is the whole house (as in ProcTHOR)."""
 
 

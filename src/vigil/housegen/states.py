@@ -26,7 +26,7 @@ OPEN_CHANCE = {
 """How likely a thing stands open; 0 where nothing is said (drawers stay shut over what is in them)."""
 
 ON_CHANCE = {
-    "FloorLamp": 0.55,
+    "FloorLamp": 0.4,
     "DeskLamp": 0.5,
     "CeilingLamp": 0.8,
     "LightSwitch": 0.75,
@@ -46,7 +46,8 @@ ON_CHANCE = {
 }
 """How likely a thing is on."""
 
-MAY_BE_DIRTY = frozenset({"Bed", "Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"})
+DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"), 0.35)
+"""How likely a thing is dirty (a bed: unmade)."""
 
 
 def set_states(pieces: list[Piece], rng: np.random.Generator) -> None:
@@ -64,8 +65,8 @@ def _set_state(piece: Piece, rng: np.random.Generator) -> None:
         is_shut_off = kind.runs_only_when_closed and (piece.openness or 0.0) > 0.0
         is_dark = piece.category == "Laptop" and not piece.openness
         piece.is_on = chance(rng, ON_CHANCE.get(piece.category, 0.0)) and not is_shut_off and not is_dark
-    if piece.category in MAY_BE_DIRTY:
-        piece.is_dirty = chance(rng, 0.35)
+    if piece.category in DIRTY_CHANCE:
+        piece.is_dirty = chance(rng, DIRTY_CHANCE[piece.category])
 
 
 def _openness(piece: Piece, rng: np.random.Generator) -> float:
