@@ -72,8 +72,10 @@ def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
     return builder.build((kind.word,))
 
 
-def _bin(outline: np.ndarray, y: tuple[float, float], foot: float, wall: float) -> shapes.Mesh:
-    """Returns a tapering vessel over an outline (n, 2): `foot` is how much smaller it is at its bottom."""
+def _bin(
+    outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True
+) -> shapes.Mesh:
+    """Returns a tapering vessel, or its rim, over an outline (n, 2): `foot` is how much smaller it is at its bottom."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - wall) / reach
@@ -83,13 +85,28 @@ def _bin(outline: np.ndarray, y: tuple[float, float], foot: float, wall: float) 
         return np.stack([flat[:, 0], np.full(len(flat), height), flat[:, 1]], 1)
 
     low, high = y
+    bottom = low + wall if has_floor else low
     parts = [
-        shapes.loft(np.stack([at(low + wall, foot, True), at(high, 1.0, True)]), cap=False),
+        shapes.loft(np.stack([at(bottom, foot, True), at(high, 1.0, True)]), cap=False),
         shapes.loft(np.stack([at(high, 1.0, True), at(high, 1.0)]), cap=False),
         shapes.loft(np.stack([at(high, 1.0), at(low, foot)]), cap=False),
-        shapes.extrude(foot * outline * 0.99, low, low + wall),
+        shapes.extrude(foot * outline * 0.99, low, low + wall)
+        if has_floor
+        else shapes.loft(np.stack([at(low, foot), at(low, foot, True)]), cap=False),
     ]
     return shapes.merge(parts)
+
+
+def _lining(outline: np.ndarray, height: float, foot: float) -> shapes.Mesh:
+    """Returns the inside of a bin, a little within its walls."""
+    ring = np.concatenate([outline, outline[:1]])
+    reach = np.abs(outline).max(0)
+    inner = (reach - 0.0135) / reach
+    low, high = (
+        np.insert(ring * inner * scale, 1, level, axis=1) for scale, level in ((foot, 0.013), (1.0, height - 0.01))
+    )
+    floor = shapes.extrude(outline * inner * foot * 0.99, 0.013, 0.015)
+    return shapes.merge([shapes.loft(np.stack([low, high]), cap=False), floor])
 
 
 def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -112,9 +129,12 @@ def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
     builder.add(kind.material, _bin(outline, (0.0, height - 0.004), foot, 0.012))
     if rng.random() < 0.45:
         bag = "plastic/#2b2d30" if kind.word in ("white", "metal") else "plastic/#e4e4e2"
-        builder.add(bag, _bin(1.0 * outline, (height - 0.09, height), 0.985, 0.016))
+        builder.add(bag, _bin(1.0 * outline, (height - 0.09, height), 0.985, 0.016, has_floor=False))
+        inside = "plastic/#1b1c1e" if bag.endswith("d30") else "plastic/#8b8c8a"
     else:
-        builder.add(kind.material, _bin(outline, (height - 0.03, height), 0.99, 0.014))
+        inside = "plastic/#1b1c1e"
+        builder.add(kind.material, _bin(outline, (height - 0.03, height), 0.99, 0.014, has_floor=False))
+    builder.add(inside, _lining(outline, height, foot))
     builder.surface("bottom", (0, 0.016, 0), (0.62 * foot * width, 0.62 * foot * depth))
     corners = shapes.rounded_rectangle(width, depth, radius, 2)
     builder.prism(corners, 0, height)
