@@ -33,20 +33,22 @@ def texture(name: str) -> np.ndarray:
 def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) -> np.ndarray:
     """Returns smooth seamless noise in 0..1 with so many cells across and down, (size, size)."""
     lattice = rng.random((down, across))
-    return _weights(size, down) @ lattice @ _weights(size, across).T
+    (top, bottom, v), (left, right, u) = _cells(size, down), _cells(size, across)
+    tall = lattice[top] + (lattice[bottom] - lattice[top]) * v[:, None]
+    first = np.take(tall, left, axis=1)
+    return first + (np.take(tall, right, axis=1) - first) * u
 
 
 @lru_cache(maxsize=64)
-def _weights(size: int, cells: int) -> np.ndarray:
+def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns for each pixel the lattice points on either side of it, and how far it is from the first to the second.
+
+    Gathered, not multiplied as matrices: many-threaded algebra is slower here and differs between processors.
+    """
     place = np.arange(size) * cells / size
     low = place.astype(int)
     part = place - low
-    part = part * part * (3 - 2 * part)
-    matrix = np.zeros((size, cells))
-    rows = np.arange(size)
-    np.add.at(matrix, (rows, low % cells), 1 - part)
-    np.add.at(matrix, (rows, (low + 1) % cells), part)
-    return matrix
+    return low, (low + 1) % cells, part * part * (3 - 2 * part)
 
 
 def _grain(rng: np.random.Generator, size: int = SIZE) -> np.ndarray:
