@@ -21,7 +21,7 @@ from vigil.runner.frames import FrameStore
 from vigil.runner.play import play
 from vigil.runner.run_folder import FRAMES_FOLDER, write_header
 from vigil.sim import make_simulator
-from vigil.web.drawing import Drawer
+from vigil.web.drawing import Drawer, Look
 from vigil.web.library import Library
 from vigil.web.view import make_view
 
@@ -77,11 +77,11 @@ def drawer() -> Iterator[Drawer]:
 
 @pytest.fixture(scope="session")
 def view(runs: Path, pack: Pack, drawer: Drawer) -> Iterator[Site]:
-    with served(make_view(Library([runs], [pack.folder]), drawer)) as site:
+    with served(make_view(Library([runs], [pack.folder]), drawer, look=Look("fake"))) as site:
         yield site
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[SimpleNamespace]:
     """A headless browser; skips where none is installed."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pip install playwright")

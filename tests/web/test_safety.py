@@ -103,7 +103,13 @@ def test_a_models_text_is_never_html(hostile: Path, pack: Pack, drawer: Drawer) 
     (run,) = library.runs()
     with served(make_view(library, drawer)) as site:
         episode = f"/runs/{run.slug}/episodes/{pack.episodes[0].id}/1"
-        for path in ("/", f"/runs/{run.slug}", episode, f"{episode}/export.html", f"/compare?a={run.slug}&b={run.slug}"):
+        for path in (
+            "/",
+            f"/runs/{run.slug}",
+            episode,
+            f"{episode}/export.html",
+            f"/compare?a={run.slug}&b={run.slug}",
+        ):
             answer = site.get(path)
             assert answer.status == 200, path
             assert "<script>window.evil" not in answer.text, path

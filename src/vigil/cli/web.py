@@ -25,7 +25,7 @@ from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
 
 Host = Annotated[str, typer.Option(help="Address to serve on; another than loopback needs --token.")]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Port to serve on.")]
+Port = Annotated[int, typer.Option(min=1, max=65535, help="Port to serve on.")]
 Token = Annotated[str, typer.Option(envvar="VIGIL_TOKEN", help="Ask visitors for this token.", show_default=False)]
 Open = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 RUNS = Path("runs")

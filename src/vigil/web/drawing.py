@@ -5,6 +5,7 @@ it can, and begins anew when it cannot. Drawn pictures are kept for a while.
 """
 
 import multiprocessing
+import signal
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
@@ -105,7 +106,7 @@ class Drawer:
         with self._lock:
             if self._executor is None:
                 context = multiprocessing.get_context("spawn")
-                self._executor = ProcessPoolExecutor(max_workers=1, mp_context=context)
+                self._executor = ProcessPoolExecutor(1, context, initializer=_ignore_interrupts)
             executor = self._executor
             future = executor.submit(task, *arguments)
         try:
@@ -129,6 +130,11 @@ class Drawer:
 
 
 # --- in the drawing process -------------------------------------------------------------------------------------------
+
+
+def _ignore_interrupts() -> None:
+    """Leaves Ctrl-C to the main process, which ends this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 class _Easel:

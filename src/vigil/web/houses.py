@@ -1,6 +1,7 @@
 """Pages of houses: plan, rooms, objects, and a walk through them."""
 
 import base64
+from pathlib import Path
 from typing import Annotated, Any
 
 from fastapi import Body, FastAPI
@@ -9,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.actions import PhysicalAction
 from vigil.assets.sizes import AssetDatabase
-from vigil.pose import Pose, Vec3
+from vigil.pose import Pose
 from vigil.web.drawing import Drawer, Look, Scene
 from vigil.web.library import Library, ShownPack
 from vigil.web.plan import plan_of
@@ -36,7 +37,7 @@ class Point(BaseModel):
     y: int = Field(ge=0, lt=480)
 
 
-def add_house_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
+def add_house_pages(site: FastAPI, library: Library, drawer: Drawer, look: Look) -> None:
     """Adds the pages of the houses of all packs."""
 
     @site.get("/houses", response_class=HTMLResponse)
@@ -58,7 +59,7 @@ def add_house_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
 
     @site.post("/houses/{slug}/{name}/walk")
     def walk(slug: str, name: str, request: Annotated[Walk, Body()]) -> dict[str, Any]:
-        walked = drawer.walk(_scene(library, slug, name, request.pose), request.action)
+        walked = drawer.walk(_scene(_house(library, slug, name), request.pose, look), request.action)
         return {
             "pose": walked.pose.model_dump(mode="json"),
             "blocked": walked.effect.path_blocked,
@@ -68,7 +69,7 @@ def add_house_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
 
     @site.post("/houses/{slug}/{name}/name")
     def name_at(slug: str, name: str, request: Annotated[Point, Body()]) -> dict[str, Any]:
-        return {"id": drawer.name_at(_scene(library, slug, name, request.pose), request.x, request.y)}
+        return {"id": drawer.name_at(_scene(_house(library, slug, name), request.pose, look), request.x, request.y)}
 
 
 def _pack(library: Library, slug: str) -> ShownPack:
@@ -77,10 +78,14 @@ def _pack(library: Library, slug: str) -> ShownPack:
     return library.packs[slug]
 
 
-def _scene(library: Library, slug: str, name: str, pose: Pose) -> Scene:
+def _house(library: Library, slug: str, name: str) -> Path:
+    """Returns the file of a house, made sure of."""
     pack = _pack(library, slug)
     if name not in pack.houses():
         raise KeyError(name)
     pack.house(name)
-    start = pose.model_copy(update={"position": Vec3(*pose.position)})
-    return Scene(Look(), pack.house_path(name), start, Setup())
+    return pack.house_path(name)
+
+
+def _scene(house: Path, pose: Pose, look: Look) -> Scene:
+    return Scene(look, house, pose, Setup())

@@ -5,6 +5,7 @@ folders (and the packaged packs) is read, also not through links.
 """
 
 import re
+import threading
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -85,7 +86,7 @@ class ShownRun:
 
 
 class Library:
-    """All that may be shown."""
+    """All that may be shown; safe to ask from several threads."""
 
     def __init__(self, roots: Iterable[Path] = (), packs: Iterable[str | Path] = ()) -> None:
         """`roots` are runs, or folders with runs in them. Raises InputError for a root or pack that is not there."""
@@ -97,23 +98,26 @@ class Library:
         for pack in packs:
             self._open_pack(find(pack))
         self._runs: dict[Path, ShownRun] = {}
+        self._lock = threading.RLock()
 
     def runs(self) -> list[ShownRun]:
         """Returns all runs, new ones included, in order of their names."""
-        for root in self._roots:
-            for folder in _run_folders(root, root, DEPTH):
-                run = self._runs.get(folder)
-                if run is None:
-                    run = self._runs[folder] = ShownRun(self._free_slug(folder), folder)
-                self._refresh(run)
-        return sorted(self._runs.values(), key=lambda run: run.slug)
+        with self._lock:
+            for root in self._roots:
+                for folder in _run_folders(root, root, DEPTH):
+                    run = self._runs.get(folder)
+                    if run is None:
+                        run = self._runs[folder] = ShownRun(self._free_slug(folder), folder)
+                    self._refresh(run)
+            return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def run(self, slug: str) -> ShownRun:
         """Returns a run by its short name, as it now is. Raises KeyError."""
-        for run in self._runs.values() or self.runs():
-            if run.slug == slug:
-                self._refresh(run)
-                return run
+        with self._lock:
+            for run in self._runs.values() or self.runs():
+                if run.slug == slug:
+                    self._refresh(run)
+                    return run
         raise KeyError(slug)
 
     def _refresh(self, run: ShownRun) -> None:

@@ -47,11 +47,12 @@ class Said(BaseModel):
 class Desk:
     """One reviewer's desk: the queue, and the file of verdicts."""
 
-    def __init__(self, pack: Pack, path: Path, reviewer: str, seed: int = 0) -> None:
+    def __init__(self, pack: Pack, path: Path, reviewer: str, seed: int = 0, look: Look | None = None) -> None:
         """Raises RecordError when the review file cannot be read, SettingError for a name that makes no sense."""
         self.pack = pack
         self.path = path
         self.reviewer = reviewer
+        self.look = look or Look()
         self.queue = queue(pack.episodes, seed)
         self.by_id = {episode.id: episode for episode in self.queue}
         if not path.parent.is_dir():
@@ -162,7 +163,7 @@ def _add_pictures(site: FastAPI, desk: Desk, drawer: Drawer) -> None:
 
 def _scene(desk: Desk, episode: Episode, actions: tuple = ()) -> Scene:
     house = desk.pack.folder / "houses" / f"{episode.house.name}.json"
-    return Scene(Look(), house, episode.start, episode.setup, actions)
+    return Scene(desk.look, house, episode.start, episode.setup, actions)
 
 
 def _png(data: bytes) -> Response:

@@ -88,6 +88,7 @@ def _hidden(
 def _verdict(outcome: Outcome) -> dict[str, Any]:
     return {
         "label": outcome.label,
+        "subtype": outcome.subtype,
         "category": CATEGORIES[outcome.category],
         "W": outcome.W,
         "W_strict": outcome.W_strict,

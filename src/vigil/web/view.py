@@ -9,7 +9,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
 from vigil.summary import summarise
-from vigil.web.drawing import Drawer
+from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_gif, episode_of, episode_page, frame_of, tell
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library
@@ -21,12 +21,12 @@ from vigil.web.words import LABELS as LABEL_WORDS
 EPISODE_COLUMNS = ("episode", "label", "W", "B", "steps")
 
 
-def make_view(library: Library, drawer: Drawer, address: Address | None = None) -> FastAPI:
-    """Returns the application. Raises SettingError when the address needs a token."""
+def make_view(library: Library, drawer: Drawer, address: Address | None = None, look: Look | None = None) -> FastAPI:
+    """Returns the application; houses are drawn with `look`. Raises SettingError when the address needs a token."""
     site = make_site(address or Address())
     _add_run_pages(site, library)
     _add_episode_pages(site, library, drawer)
-    add_house_pages(site, library, drawer)
+    add_house_pages(site, library, drawer, look or Look())
     return site
 
 

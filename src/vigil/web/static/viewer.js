@@ -88,7 +88,8 @@
     const verdict = hidden.verdict;
     const head = document.createElement("p");
     head.className = "head";
-    head.textContent = verdict ? `${verdict.label} · ${verdict.category} · W ${verdict.W ? 1 : 0} · W strict ${verdict.W_strict ? 1 : 0} · B ${verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
+    const rule = verdict && verdict.subtype ? ` (${verdict.subtype.replaceAll("_", " ")})` : "";
+    head.textContent = verdict ? `${verdict.label}${rule} · ${verdict.category} · W ${verdict.W ? 1 : 0} · W strict ${verdict.W_strict ? 1 : 0} · B ${verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
     box.append(head);
     if (verdict) box.classList.add(verdict.label);
     for (const text of verdict ? verdict.why : []) {

@@ -1,0 +1,299 @@
+"""The pages in a real browser, driven by keys and clicks as a person would."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tiny_pack import loose_pack, tiny_episode, tiny_house
+from web_server import Site, served
+
+from vigil.authoring.review import read_reviews
+from vigil.pack import Pack
+from vigil.record import read_records
+from vigil.web.drawing import Drawer, Look
+from vigil.web.export import export_site
+from vigil.web.library import Library
+from vigil.web.play import make_play
+from vigil.web.review import Desk, make_review
+from vigil.web.sitting import SittingSettings, open_sitting
+from vigil.web.view import make_view
+
+DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+CONTRAST = """() => {
+  const parse = (text) => {
+    const found = text.match(/[\\d.]+/g).map(Number);
+    const scaled = text.startsWith("color(") ? [...found.slice(0, 3).map((v) => v * 255), ...found.slice(3)] : found;
+    return scaled.length < 4 ? [...scaled, 1] : scaled;
+  };
+  const light = (rgb) => {
+    const [r, g, b] = rgb.map((v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const hidden = "svg, script, .vh, .skip, :disabled";
+  const faults = [];
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const text = walker.currentNode.textContent.trim();
+    const node = walker.currentNode.parentElement;
+    if (!text || !node.checkVisibility() || node.closest(hidden)) continue;
+    let under = node;
+    while (under && parse(getComputedStyle(under).backgroundColor)[3] < 0.5) under = under.parentElement;
+    const back = light(parse(getComputedStyle(under ?? document.documentElement).backgroundColor));
+    const fore = light(parse(getComputedStyle(node).color));
+    const ratio = (Math.max(back, fore) + 0.05) / (Math.min(back, fore) + 0.05);
+    if (ratio < 4.5) faults.push(`${node.tagName}.${node.className} "${text.slice(0, 30)}" ${ratio.toFixed(2)}`);
+  }
+  return faults;
+}"""
+NAMELESS = """() => [...document.querySelectorAll("button, a[href]")]
+  .filter((node) => !node.textContent.trim() && !node.ariaLabel).length"""
+
+
+class Visitor:
+    """A page with everything that went wrong on it."""
+
+    def __init__(self, page: Any) -> None:
+        self.page = page
+        self.faults: list[str] = []
+        page.on("console", lambda message: self.faults.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: self.faults.append(str(error)))
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.keyboard.press(key)
+
+    def has(self, selector: str) -> None:
+        self.page.wait_for_selector(selector, state="attached", timeout=10_000)
+
+    def text(self, selector: str) -> str:
+        return self.page.text_content(selector).strip()
+
+    def check(self, where: str) -> None:
+        """No errors, nothing wider than the window, readable, named controls, no script of a model's ran."""
+        assert self.faults == [], where
+        width = self.page.viewport_size["width"]
+        assert self.page.evaluate("document.documentElement.scrollWidth") <= width, where
+        assert self.page.evaluate(CONTRAST) == [], where
+        assert self.page.evaluate("typeof window.evil") == "undefined", where
+        assert self.page.evaluate(NAMELESS) == 0, where
+
+
+@pytest.fixture(params=[(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
+def visitor(chromium: Any, request: pytest.FixtureRequest) -> Iterator[Visitor]:
+    size, scheme = request.param
+    context = chromium.new_context(viewport=size, color_scheme=scheme)
+    yield Visitor(context.new_page())
+    context.close()
+
+
+def test_from_the_table_of_runs_to_an_episode(visitor: Visitor, view: Site) -> None:
+    page = visitor.page
+    page.goto(view.url)
+    visitor.check("runs")
+    page.click("text=sweep >> nth=0")
+    visitor.check("run")
+    page.locator("svg a rect.FR").first.click()
+    page.wait_for_url("**label=FR**")
+    page.locator(".episodes tbody a").first.focus()
+    visitor.press("Enter")
+    visitor.has("html[data-step='1']")
+    visitor.check("episode")
+
+
+def test_an_episode_is_stepped_by_keys(visitor: Visitor, view: Site, pack: Pack) -> None:
+    page = visitor.page
+    page.goto(f"{view.url}/runs/sweep/episodes/{pack.episodes[0].id}/1")
+    visitor.has("html[data-step='1']")
+    assert not page.is_visible("#hidden")
+    visitor.press("ArrowRight", "ArrowRight")
+    visitor.has("html[data-step='3']")
+    assert visitor.text("#place") == "step 3 of 5"
+    assert page.url.endswith("#step=3")
+    visitor.press("End")
+    assert visitor.text("#action") == "report success"
+    visitor.press("h")
+    assert page.is_visible("#hidden .plan")
+    assert "false" in visitor.text("#verdict") or "report" in visitor.text("#verdict")
+    visitor.check("hidden state")
+    visitor.press("Home", " ")
+    visitor.has("html[data-step='2']")
+    visitor.press(" ", "h")
+    assert not page.is_visible("#hidden")
+    visitor.press("]")
+    page.wait_for_url(f"**/{pack.episodes[1].id}/1*")
+
+
+def test_a_link_leads_to_a_step(visitor: Visitor, view: Site, pack: Pack) -> None:
+    visitor.page.goto(f"{view.url}/runs/sweep/episodes/{pack.episodes[0].id}/1#step=4&hidden")
+    visitor.has("html[data-step='4']")
+    assert visitor.page.is_visible("#hidden")
+
+
+def test_a_saved_step_changes_within_100_ms(chromium: Any, view: Site, pack: Pack) -> None:
+    page = chromium.new_page()
+    page.goto(f"{view.url}/runs/sweep/episodes/{pack.episodes[0].id}/1")
+    page.wait_for_load_state("networkidle")
+    script = """async () => {
+      const begun = performance.now();
+      document.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+      await document.getElementById("picture").decode();
+      return performance.now() - begun;
+    }"""
+    page.focus("#next")
+    times = []
+    for _ in range(3):
+        times.append(page.evaluate(script.replace("document.dispatchEvent", "document.body.dispatchEvent")))
+        page.wait_for_timeout(120)
+    page.close()
+    assert min(times) < 100
+
+
+def test_what_a_model_wrote_runs_nowhere(visitor: Visitor, runs: Path, drawer: Drawer, tmp_path: Path) -> None:
+    evil = "</script><script>window.evil=1</script><img src=x onerror=window.evil=1>"
+    pack = loose_pack(tmp_path / "pack", [tiny_episode(0, "DA", instruction=evil)], [tiny_house()])
+    rows = [json.loads(line) for line in (runs / "sweep" / "episodes.jsonl").read_text().splitlines()]
+    row = next(row for row in rows if row["episode_id"] == "tiny-DA-000")
+    reply = {"skill_name": "report", "arguments": {"status": "success", "summary": evil}, "thought": evil}
+    row["steps"][-1]["reply"]["text"] = json.dumps({**reply, "cognitive_state": evil})
+    row["steps"][-1]["action"]["summary"] = evil
+    header = json.loads((runs / "sweep" / "run.json").read_text())
+    header["spec"] |= {"pack_sha256": pack.sha256, "episode_ids": [row["episode_id"]], "agent": evil}
+    run = tmp_path / "runs" / "evil"
+    run.mkdir(parents=True)
+    (run / "run.json").write_text(json.dumps(header))
+    (run / "episodes.jsonl").write_text(json.dumps(row) + "\n")
+    library = Library([run], [pack.folder])
+    (shown,) = library.runs()
+    assert shown.table is not None
+    assert shown.table.broken == []
+    with served(make_view(library, drawer)) as site:
+        visitor.page.goto(f"{site.url}/runs/evil/episodes/{row['episode_id']}/1#step=5&hidden")
+        visitor.has("html[data-step='5']")
+        assert visitor.text("#thought") == evil
+        assert evil in visitor.text(".instruction")
+        visitor.check("hostile episode")
+        visitor.page.goto(f"{site.url}/runs/evil")
+        visitor.check("hostile run")
+
+
+def test_a_house_is_walked_by_keys(visitor: Visitor, view: Site) -> None:
+    page = visitor.page
+    page.goto(f"{view.url}/houses/tiny/tiny")
+    # The pages draw houses with the default backend; what matters here is that each key is answered.
+    visitor.has("html[data-moves='1']")
+    visitor.press("ArrowLeft")
+    visitor.has("html[data-moves='2']")
+    page.fill("#find", "fridge")
+    assert page.locator("#things tbody tr:visible").count() == 1
+    assert visitor.faults == []
+
+
+def test_a_person_plays_by_keys_and_mouse(visitor: Visitor, pack: Pack, tmp_path: Path) -> None:
+    page = visitor.page
+    settings = SittingSettings(
+        player="ada", pack=pack.folder, log_dir=tmp_path / "run", backend="fake", families=("AI",), limit=1
+    )
+    sitting = open_sitting(settings)
+    traffic: list[str] = []
+    try:
+        with served(make_play(sitting)) as site:
+            page.on("response", lambda response: traffic.append(response.url))
+            page.goto(site.url)
+            visitor.has("html[data-answers='1']")
+            visitor.check("lobby")
+            visitor.press("Enter")
+            visitor.has("html[data-answers='2']")
+            visitor.check("game")
+            visitor.press("ArrowRight")
+            visitor.has("html[data-answers='3']")
+            visitor.press("r")
+            visitor.has("html[data-answers='4']")
+            page.click("#picture", position={"x": 120, "y": 90})
+            assert page.is_visible("#menu")
+            visitor.check("menu")
+            visitor.press("ArrowDown", "Enter")
+            visitor.has("html[data-answers='5']")
+            visitor.press("c", "ArrowLeft", "Shift+ArrowUp", "Enter", "6")
+            visitor.has("html[data-answers='6']")
+            visitor.press("q")
+            visitor.has("html[data-answers='7']")
+            page.click("[data-do=backward]")
+            visitor.has("html[data-answers='8']")
+            visitor.press("e", "ArrowDown")
+            visitor.check("report form")
+            page.fill("#summary", "It does not open.")
+            page.click("#report-form button[type=submit]")
+            visitor.has("html[data-answers='9']")
+            assert page.is_visible("#over")
+            visitor.check("the end")
+    finally:
+        sitting.close()
+    (record,) = read_records(tmp_path / "run" / "episodes.jsonl")
+    actions = [step.action.model_dump(exclude_none=True) for step in record.steps if step.action]
+    clicked = 640 * 120 // page.viewport_size["width"] if page.viewport_size["width"] < 600 else 120
+    assert [action["skill_name"] for action in actions] == [
+        "navigate",
+        "look",
+        "interact_pixel",
+        "interact_pixel",
+        "interact_pixel",
+        "navigate",
+        "report",
+    ]
+    assert actions[2]["intent"] == "open_access"
+    assert abs(actions[2]["x"] - clicked) < 40
+    assert actions[3] == {"skill_name": "interact_pixel", "intent": "pick", "x": 304, "y": 238}
+    assert actions[4]["intent"] == "drop"
+    assert actions[6] == {"skill_name": "report", "status": "fail", "summary": "It does not open."}
+    assert {re.sub(r"^http://[^/]+", "", url) for url in traffic} <= {
+        *("/", "/state", "/next", "/reply", "/static/play.js", "/static/vigil.css", "/static/icon.svg")
+    }
+
+
+def test_an_auditor_reviews_by_keys(visitor: Visitor, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+    page = visitor.page
+    desk = Desk(pack, tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
+    with served(make_review(desk, drawer)) as site:
+        page.goto(site.url)
+        visitor.check("queue")
+        page.click("#go")
+        visitor.has("html[data-step='0']")
+        visitor.press("ArrowRight")
+        visitor.has("html[data-step='1']")
+        visitor.press("2")
+        visitor.has("html[data-saved='1']")
+        visitor.press("e")
+        page.fill("#words", "Walk to the <b>table</b>.")
+        visitor.press("Enter")
+        visitor.has("html[data-saved='2']")
+        assert visitor.text("#instruction") == "Walk to the <b>table</b>."
+        visitor.check("review")
+        first = page.url
+        visitor.press("a")
+        page.wait_for_url(lambda url: url != first)
+        visitor.press("x")
+        page.fill("#words", "Too dark.")
+        visitor.press("Enter")
+        visitor.has("html[data-saved='1']")
+    verdicts = [(review.episode_id, review.verdict) for review in read_reviews(desk.path)]
+    one, two = desk.queue[0].id, desk.queue[1].id
+    assert verdicts == [(one, "difficulty"), (one, "edit"), (one, "approve"), (two, "reject")]
+
+
+def test_an_exported_run_works_from_files(
+    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+) -> None:
+    library = Library([runs], [pack.folder])
+    library.runs()
+    index = export_site(library.run("sweep"), tmp_path / "site", drawer)
+    visitor.page.goto(f"{index.as_uri()}#family=PG")
+    assert visitor.page.locator(".episodes tbody tr:visible").count() == 2
+    visitor.check("exported run")
+    visitor.page.click(".episodes tbody tr:visible a")
+    visitor.has("html[data-step='1']")
+    visitor.press("ArrowRight", "h")
+    visitor.has("html[data-step='2']")
+    visitor.check("exported episode")

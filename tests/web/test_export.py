@@ -1,0 +1,46 @@
+"""Exports stand on their own."""
+
+import io
+import re
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from web_server import Site
+
+from vigil.errors import SettingError
+from vigil.pack import Pack
+from vigil.record import read_records
+from vigil.web.drawing import Drawer
+from vigil.web.export import export_site
+from vigil.web.library import Library
+
+
+def test_an_episode_is_one_page_with_everything_in_it(view: Site, pack: Pack) -> None:
+    answer = view.get(f"/runs/sweep/episodes/{pack.episodes[0].id}/1/export.html")
+    assert answer.status == 200
+    assert "attachment" in answer.headers["content-disposition"]
+    assert answer.text.count("data:image/jpeg;base64,") == 5
+    assert not re.search(r'(src|href)="(?!#|data:)', answer.text)
+
+
+def test_a_gif_has_a_slide_for_each_step(view: Site, runs: Path, pack: Pack) -> None:
+    for run in ("sweep", "random"):
+        steps = len(read_records(runs / run / "episodes.jsonl")[0].steps)
+        answer = view.get(f"/runs/{run}/episodes/{pack.episodes[0].id}/1/export.gif")
+        image = Image.open(io.BytesIO(answer.body))
+        assert image.format == "GIF"
+        assert 1 <= getattr(image, "n_frames", 1) <= steps  # equal neighbours are merged
+        assert image.size == (480, 404)
+
+
+def test_a_run_becomes_a_site_with_relative_links(runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+    library = Library([runs], [pack.folder])
+    library.runs()
+    index = export_site(library.run("sweep"), tmp_path / "site", drawer)
+    text = index.read_text()
+    links = re.findall(r'href="([^"#]+)"', text)
+    assert len(links) == len(pack.episodes)
+    assert all((index.parent / link).is_file() for link in links)
+    with pytest.raises(SettingError, match="not empty"):
+        export_site(library.run("sweep"), tmp_path / "site", drawer)

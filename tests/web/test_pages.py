@@ -1,0 +1,134 @@
+"""The pages of runs, episodes and houses, as the server sends them."""
+
+import json
+import re
+import time
+from pathlib import Path
+
+from web_server import Site
+
+from vigil.agents.picture import decode
+from vigil.pack import Pack
+from vigil.record import read_records
+from vigil.runner.frames import frame_sha256
+from vigil.web.library import Library
+from vigil.web.records import RecordTable
+
+
+def test_the_table_of_runs_is_sorted_and_filtered(view: Site) -> None:
+    def order(path: str) -> list[str]:
+        return re.findall(r'<th scope="row"><a href="/runs/(\w+)"', view.get(path).text)
+
+    assert sorted(order("/")) == ["random", "sweep"]
+    assert order("/?sort=FR&dir=desc") == order("/?sort=FR&dir=asc")[::-1]
+    assert order("/?sort=name&dir=asc") == ["random", "sweep"]
+    assert view.get("/?family=SV").status == 200
+    assert view.get("/?family=XX").status == 400
+
+
+def test_a_run_shows_rates_partition_and_episodes(view: Site, pack: Pack) -> None:
+    text = view.get("/runs/sweep").text
+    assert text.count('href="/runs/sweep/episodes/') == len(pack.episodes)
+    widths = [float(width) for width in re.findall(r'<rect class="\w+" x="[\d.]+" y="0" width="([\d.]+)"', text)]
+    assert abs(sum(widths) - 5 * 1000) < 0.2  # all, and four families
+    only = view.get("/runs/sweep?family=PG&label=FR").text
+    assert 0 < only.count('href="/runs/sweep/episodes/') < len(pack.episodes)
+    assert "tiny-PG" in only
+    assert "tiny-DA-000</a>" not in only
+
+
+def test_segments_lead_to_their_episodes(view: Site) -> None:
+    text = view.get("/runs/sweep").text
+    links = re.findall(r'<a href="(/runs/sweep\?[^"#]*)#episodes" aria-label="\w+: (\d+) ', text)
+    assert links
+    for link, count in links:
+        shown = view.get(link.replace("&amp;", "&")).text
+        assert shown.count('href="/runs/sweep/episodes/') == int(count)
+
+
+def test_two_runs_are_compared_both_ways(view: Site) -> None:
+    text = view.get("/compare?a=random&b=sweep").text
+    assert "8 episodes are scored in both" in text
+    assert view.get("/compare?a=random&b=nothing").status == 404
+    assert view.get("/compare").status == 303
+
+
+def story(view: Site, path: str) -> dict:
+    found = re.search(r'<script type="application/json" id="story">(.*?)</script>', view.get(path).text, re.DOTALL)
+    assert found
+    return json.loads(found.group(1))
+
+
+def test_a_story_tells_the_steps_and_keeps_hidden_facts_apart(view: Site, pack: Pack) -> None:
+    told = story(view, f"/runs/sweep/episodes/{pack.episodes[0].id}/1")
+    assert [step["index"] for step in told["steps"]] == [1, 2, 3, 4, 5]
+    assert told["steps"][0]["action"] == "turn right 90°"
+    assert len(told["hidden"]["rows"]) == len(told["hidden"]["worlds"]) == 6
+    assert told["hidden"]["verdict"]["label"] in ("FR", "Other", "B")
+    open_facts = json.dumps({**told, "hidden": None, "steps": [{**s, "hidden": None} for s in told["steps"]]})
+    assert not any(word in open_facts for word in ("progress", "DiningTable", "distance_m"))
+
+
+def test_frames_are_those_that_were_recorded(view: Site, runs: Path, pack: Pack) -> None:
+    for run in ("sweep", "random"):
+        record = read_records(runs / run / "episodes.jsonl")[0]
+        for step in record.steps:
+            answer = view.get(f"/runs/{run}/episodes/{record.episode_id}/1/frames/{step.index}.png")
+            assert answer.headers["content-type"] == "image/png"
+            rgb = decode(answer.body)
+            assert rgb.shape == (480, 640, 3)
+            if step.frame_sha256 is not None:
+                assert frame_sha256(rgb) == step.frame_sha256
+    assert view.get(f"/runs/sweep/episodes/{pack.episodes[0].id}/1/frames/99.png").status == 404
+    assert view.get("/runs/sweep/episodes/nothing/1").status == 404
+
+
+def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pack: Pack, drawer) -> None:
+    """The saved frames of one run, drawn again for a copy of it without them."""
+    record = read_records(runs / "sweep" / "episodes.jsonl")[0]
+    library = Library([runs], [pack.folder])
+    library.runs()
+    run = library.run("sweep")
+    (runs / "sweep" / "frames").rename(runs / "sweep" / "away")
+    try:
+        for step in record.steps:
+            answer = view.get(f"/runs/sweep/episodes/{record.episode_id}/1/frames/{step.index}.png")
+            assert frame_sha256(decode(answer.body)) == step.frame_sha256
+    finally:
+        (runs / "sweep" / "away").rename(runs / "sweep" / "frames")
+    assert run.saved_frame(record.steps[0].frame_sha256) is not None
+
+
+def test_a_house_is_shown_and_walked(view: Site) -> None:
+    assert "/houses/tiny/tiny" in view.get("/houses").text
+    text = view.get("/houses/tiny/tiny").text
+    assert 'data-id="Fridge|1|2"' in text
+    pose = {"position": [2.5, 0, 1], "rotation": 0, "horizon": 30}
+    seen = json.loads(view.post("/houses/tiny/tiny/walk", json.dumps({"pose": pose})).body)
+    step = {"skill_name": "navigate", "mode": "forward", "magnitude": 1}
+    moved = json.loads(view.post("/houses/tiny/tiny/walk", json.dumps({"pose": seen["pose"], "action": step})).body)
+    assert moved["pose"]["position"] == [2.5, 0, 1.25]
+    assert moved["frame"] != seen["frame"]
+    named = view.post("/houses/tiny/tiny/name", json.dumps({"pose": pose, "x": 320, "y": 200}))
+    assert json.loads(named.body)["id"] in ("DiningTable|1|0", "Mug|1|1")
+    inside = {"pose": {**pose, "position": [2.5, 0, 3.0]}}
+    assert view.post("/houses/tiny/tiny/walk", json.dumps(inside)).status in (200, 400)
+    assert view.post("/houses/tiny/tiny/walk", "{}").status == 422
+    assert view.post("/houses/tiny/nothing/walk", json.dumps({"pose": pose})).status == 404
+
+
+def test_a_thousand_episodes_open_in_time(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    lines = (runs / "random" / "episodes.jsonl").read_text().splitlines()
+    rows = tmp_path / "episodes.jsonl"
+    by_id = {}
+    with rows.open("w") as file:
+        for number in range(1000):
+            episode = pack.episodes[number % len(lines)]
+            name = f"many-{number:04d}"
+            by_id[name] = episode.model_copy(update={"id": name})
+            file.write(lines[number % len(lines)].replace(episode.id, name) + "\n")
+    begun = time.process_time()
+    table = RecordTable(rows, by_id)
+    table.refresh()
+    assert len(table.settlement().outcomes) == 1000
+    assert time.process_time() - begun < 2.0  # 1 s on an idle machine

@@ -1,0 +1,170 @@
+"""A person's play: the contract, the record, the order, going on after a crash; and that nothing hidden crosses."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from web_server import Site, served
+
+from vigil.errors import RecordError, SettingError
+from vigil.pack import Pack
+from vigil.record import read_header, read_records
+from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.scoring import settle
+from vigil.web.play import make_play
+from vigil.web.sitting import JOURNAL, SittingSettings, open_sitting, random_order
+
+TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 90}}'
+POINT = '{"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": 320, "y": 300}}'
+REPORT = '{"skill_name": "report", "arguments": {"status": "closed", "summary": "I looked."}}'
+
+
+def settings(pack: Pack, folder: Path, **changes: Any) -> SittingSettings:
+    return SittingSettings(**{"player": "ada", "pack": pack.folder, "log_dir": folder, "backend": "fake", **changes})
+
+
+def ask(site: Site, path: str, body: Any = None) -> dict[str, Any]:
+    answer = site.get(path) if body is None else site.post(path, json.dumps(body))
+    assert answer.status == 200, answer.text
+    return json.loads(answer.body)
+
+
+def finish(site: Site) -> dict[str, Any]:
+    state = ask(site, "/next", {})
+    while state["is_on"]:
+        state = ask(site, "/reply", {"moment": state["moment"], "text": REPORT})
+    return state
+
+
+def test_a_sitting_is_a_normal_run_and_nothing_hidden_crosses(pack: Pack, tmp_path: Path) -> None:
+    sitting = open_sitting(settings(pack, tmp_path / "run"))
+    traffic: list[bytes] = []
+    try:
+        with served(make_play(sitting)) as site:
+
+            def heard(path: str, body: Any = None) -> dict[str, Any]:
+                answer = site.get(path) if body is None else site.post(path, json.dumps(body))
+                traffic.extend([answer.body, json.dumps(answer.headers).encode()])
+                return json.loads(answer.body)
+
+            traffic.append(site.get("/").body)
+            assert heard("/state")["is_on"] is False
+            for _ in pack.episodes:
+                state = heard("/next", {})
+                for text in (TURN, "this is no action", POINT):
+                    if state["is_on"]:
+                        state = heard("/reply", {"moment": state["moment"], "text": text})
+                while state["is_on"]:
+                    assert state["feedback"] is None
+                    state = heard("/reply", {"moment": state["moment"], "text": REPORT})
+            assert (state["done"], state["of"]) == (len(pack.episodes), len(pack.episodes))
+            for path in ("/runs", "/houses", "/houses/tiny/tiny", "/episodes.jsonl", "/compare", f"/{JOURNAL}"):
+                assert site.get(path).status == 404
+    finally:
+        sitting.close()
+
+    told = b"\n".join(traffic).decode("utf-8", "replace")
+    for word in hidden_words(pack):
+        assert word not in told, word
+    header = read_header(tmp_path / "run")
+    assert (header.spec.agent, header.spec.agent_kind) == ("human:ada", "human")
+    assert header.ended is not None
+    records = read_records(tmp_path / "run" / "episodes.jsonl")
+    assert [record.episode_id for record in records] == random_order(header.spec.episode_ids, header.spec.seed)
+    assert {settle(pack.episode(record.episode_id), record).end for record in records} <= {"report", "fail_no_report"}
+    assert any(step.invalid for record in records for step in record.steps)
+    assert all(step.frame_sha256 for record in records for step in record.steps)
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
+
+
+def hidden_words(pack: Pack) -> list[str]:
+    """What a person who plays must not get to know: ids, goals, houses, budgets' names, verdicts, solutions."""
+    words = ["box_distance", "max_steps", "max_invalid", "solution", "bindings", "W_strict", "path_blocked", "too_far"]
+    for episode in pack.episodes:
+        words += [episode.id, episode.house.sha256, *episode.bound_ids()]
+        words += [episode.goal.kind] if episode.family != "SV" else []  # the prompt has a table "report_statuses"
+    return words
+
+
+def test_a_person_gets_the_frames_of_the_record(pack: Pack, tmp_path: Path) -> None:
+    sitting = open_sitting(settings(pack, tmp_path / "run", limit=1, families=("SV",)))
+    try:
+        with served(make_play(sitting)) as site:
+            first = ask(site, "/next", {})
+            assert first["instruction"] in first["prompt"]
+            assert first["frame"].startswith("data:image/png;base64,")
+            second = ask(site, "/reply", {"moment": 0, "text": TURN})
+            assert second["frame"] != first["frame"]
+            again = ask(site, "/reply", {"moment": 0, "text": TURN})  # sent twice, carried out once
+            assert again["moment"] == second["moment"] == 1
+            assert finish(site)["done"] == 1
+    finally:
+        sitting.close()
+    (record,) = read_records(tmp_path / "run" / "episodes.jsonl")
+    assert [step.reply.text for step in record.steps] == [TURN, REPORT]
+
+
+def test_a_sitting_goes_on_in_the_middle_of_an_episode(pack: Pack, tmp_path: Path) -> None:
+    first = open_sitting(settings(pack, tmp_path / "run", limit=2))
+    with served(make_play(first)) as site:
+        ask(site, "/next", {})
+        before = ask(site, "/reply", {"moment": 0, "text": TURN})
+    first.close()
+    with (tmp_path / "run" / JOURNAL).open("ab") as file:
+        file.write(b'{"reply": {"te')  # what a crash leaves
+    second = open_sitting(settings(pack, tmp_path / "run", limit=2))
+    try:
+        with served(make_play(second)) as site:
+            after = ask(site, "/state")
+            assert {**after, "practice": None} == {**before, "practice": None}
+            finish(site)
+            assert finish(site)["done"] == 2
+    finally:
+        second.close()
+    records = read_records(tmp_path / "run" / "episodes.jsonl")
+    assert [len(record.steps) for record in records] == [2, 1]
+
+
+def test_practice_shows_feedback_and_the_verdict_under_a_profile_of_its_own(pack: Pack, tmp_path: Path) -> None:
+    sitting = open_sitting(settings(pack, tmp_path / "run", limit=1, practice=True))
+    try:
+        with served(make_play(sitting)) as site:
+            ask(site, "/next", {})
+            walk = '{"skill_name": "navigate", "arguments": {"mode": "backward", "magnitude": 40}}'
+            assert ask(site, "/reply", {"moment": 0, "text": walk})["feedback"] == {
+                "too_far": False,
+                "path_blocked": True,
+            }
+            assert any("goal" in line for line in finish(site)["told"])
+    finally:
+        sitting.close()
+    header = read_header(tmp_path / "run")
+    assert header.spec.agent == "human-practice:ada"
+    assert header.spec.profile.has_feedback
+
+
+def test_orders_differ_by_person_and_stay(pack: Pack) -> None:
+    ids = [f"e{number}" for number in range(50)]
+    assert random_order(ids, 1) == random_order(ids[::-1], 1)
+    assert random_order(ids, 1) != random_order(ids, 2)
+    assert sorted(random_order(ids, 1)) == sorted(ids)
+
+
+def test_bad_names_and_other_runs_are_refused(pack: Pack, tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match="--player"):
+        open_sitting(settings(pack, tmp_path / "run", player="../x"))
+    open_sitting(settings(pack, tmp_path / "run", limit=1)).close()
+    with pytest.raises(RecordError, match="another run"):
+        open_sitting(settings(pack, tmp_path / "run", limit=2))
+
+
+def test_replies_of_no_shape_are_refused(pack: Pack, tmp_path: Path) -> None:
+    sitting = open_sitting(settings(pack, tmp_path / "run", limit=1))
+    try:
+        with served(make_play(sitting)) as site:
+            for body in ("[]", "{", '{"moment": -1, "text": ""}', '{"moment": 0, "text": "", "more": 1}'):
+                assert site.post("/reply", body).status == 422
+            assert site.get("/reply").status == 405
+    finally:
+        sitting.close()
