@@ -20,7 +20,7 @@ def clustered(study: Study) -> Table:
     columns = (
         MODEL,
         *counts(n="n", houses="Houses"),
-        *(Column(name, f"{shown_name(name)} [95 %]", "rate") for name in names),
+        *(Column(name, f"{shown_name(name)} [95\u00a0%]", "rate") for name in names),
     )
     rows = []
     for entry in by_b(study.entries):

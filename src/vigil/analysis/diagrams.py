@@ -19,6 +19,7 @@ _TIER_TEXTS = {
 }
 _HEIGHT = 49.0
 """Of the pipeline's drawing, in tenths of an inch."""
+_BOXES_TOP = 19.0
 _TESTS: dict[Family, str] = {
     "PG": "point at the named object",
     "DA": "walk up to it",
@@ -110,7 +111,11 @@ def _step(figure: Figure, axes: Axes, track: Track, index: int, *, left: float, 
     axes.text(left + width, top + 0.5, hidden, fontsize=7, ha="right", color=LABEL_COLOURS["B"] if held else FAINT)
     step = track.record.steps[index]
     axes.text(left + width / 2, top - height - 0.9, said(step), fontsize=8, ha="center", va="top", fontweight="bold")
-    reply = _wrapped(step.reply.text.replace(",", ", ").replace(":", ": "), int(1.9 * width), lines=5)
+    reply = _wrapped(
+        step.reply.text.replace(",", ", ").replace(":", ": "),
+        int(1.9 * width),
+        lines=max(1, int((top - height - 3.4 - _BOXES_TOP) / 1.1)),
+    )
     axes.text(left, top - height - 3.4, reply, fontsize=6, va="top", family="DejaVu Sans Mono", color=FAINT)
 
 
@@ -118,7 +123,7 @@ def _interface(axes: Axes, episode: Episode, track: Track) -> None:
     boxes = (
         (2.0, "Agent sees", "system prompt, the current frame,\n20 turns of its own text replies", "#0072b2"),
         (29.5, "Agent answers", "one JSON object: navigate, look,\ninteract_pixel or report", "#e69f00"),
-        (57.0, "Simulator acts", "no success signal, no feedback,\nno state goes back; next frame", "#555b66"),
+        (57.0, "Simulator acts", "no success signal, no state\ngoes back; only the next frame", "#555b66"),
         (84.5, "Settlement, offline", "hidden state gives W; the report\nagainst it gives B and the label", "#009e73"),
     )
     for left, head, text, colour in boxes:

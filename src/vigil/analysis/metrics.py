@@ -127,6 +127,9 @@ def broken_identities(rows: pd.DataFrame) -> list[str]:
         "B = label B": counts["B"] == counts["label_B"],
         "W - B = no report given W=1 + mismatched reports given W=1": counts["W"] - counts["B"]
         == counts["NoRep_W1"] + counts["FR_W1"],
+        "Actual = B": values(rows, "credit.actual").sum() == counts["B"],
+        "Random = W/2": values(rows, "credit.random").sum() == counts["W"] / 2,
+        "Oracle = W": values(rows, "credit.oracle").sum() == counts["W"],
         "Always = W minus SV's share": counts["Always"] == counts["W"] - counts["W_sv"],
         "the four categories = all": sum(counts[name] for name in _CATEGORIES) == n,
         "P(report | W=0) and P(no report | W=1) make Stop": counts["rep_W0"] + counts["W"] - counts["NoRep_W1"]
@@ -175,8 +178,8 @@ def _counts(rows: pd.DataFrame) -> dict[str, int]:
         "NR_W1": (label == "NR") & w,
         "IL_W1": (label == "IL") & w,
         "W_sv": w & is_sv,
-        "Always": w & ~is_sv,
-        "Always_reported": w & ~is_sv & stop,
+        "Always": values(rows, "credit.always_success"),
+        "Always_reported": values(rows, "credit.always_success_if_reported"),
         "StopOnly": w & stop,
         "FS": is_success,
         "FS_zero": is_success & values(rows, "zero_progress", bool),
@@ -194,6 +197,7 @@ def _counts(rows: pd.DataFrame) -> dict[str, int]:
 def _means(rows: pd.DataFrame) -> dict[str, float | None]:
     names = ("steps", "too_far", "path_blocked", "retry", "lag", "lag_from_reset")
     columns = {name: values(rows, name) for name in (*names, "input_tokens", "output_tokens", "seconds")}
+    columns["random"] = values(rows, "credit.random")
     columns["invalid"] = values(rows, "protocol_failures") + values(rows, "malformed_actions")
     columns["lag_without_sv"] = columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - as above
     known = {name: column[np.isfinite(column)] for name, column in columns.items()}

@@ -36,7 +36,7 @@ def overview(study: Study) -> Table:
         MODEL,
         *texts(complete="Scored"),
         *counts(errors="Errors"),
-        *(Column(name, f"{name} % [95 %]", "rate") for name in _RATES),
+        *(Column(name, f"{name} % [95\u00a0%]", "rate") for name in _RATES),
         *intervals(Delta="Δ (pp)"),
         *numbers(W_macro="W, mean of families", B_macro="B, mean of families", steps="Steps"),
     )

@@ -38,7 +38,7 @@ LIMITS = (
     "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from "
     "persistence, a lost goal or not knowing that reporting is asked for.",
     "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the "
-    "table `composition`).",
+    "table 'composition').",
     "The report is itself the instrument of measurement: an agent trained to another way of stopping is measured "
     "through it.",
     "One simulator, first-person RGB, no feedback: results need not carry over to other bodies, sensors or contracts.",

@@ -118,7 +118,7 @@ def counterfactual(study: Study) -> Table:
         cells = {
             "B": b,
             "Always": always,
-            "Rand": None if not m.n else 50 * m.counts["W"] / m.n,
+            "Rand": percent(m.means["random"]),
             "Oracle": percent(m.share("W")),
             "AlwaysReported": percent(m.share("Always_reported")),
         }

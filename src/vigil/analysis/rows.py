@@ -27,11 +27,11 @@ from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError
 from vigil.pack import find, frozen_episodes
 from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header, scan_records
-from vigil.scoring import ActionKind, Outcome, settle
+from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit, settle
 from vigil.summary import MAX_ERROR_SHARE
 
 ROWS_FILE = "rows.parquet"
-ROWS_VERSION = 1
+ROWS_VERSION = 2
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
@@ -158,7 +158,7 @@ def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
 
 
 def flat(outcome: Outcome) -> _Row:
-    """Returns an outcome as one flat row; counts by kind of action become a column each."""
+    """Returns an outcome as one flat row: counts by kind of action, and B under each report policy, a column each."""
     row: _Row = {}
     for field in fields(outcome):
         value = getattr(outcome, field.name)
@@ -166,7 +166,8 @@ def flat(outcome: Outcome) -> _Row:
             row.update({f"{field.name}.{kind}": value[kind] for kind in KINDS})
         else:
             row[field.name] = value
-    return {**row, "is_reported": outcome.is_reported, "zero_progress": outcome.is_at_zero_progress}
+    credits = {f"credit.{policy}": credit(outcome, policy) for policy in REPORT_POLICIES}
+    return {**row, **credits, "is_reported": outcome.is_reported, "zero_progress": outcome.is_at_zero_progress}
 
 
 def table_of(outcomes: Iterable[Outcome]) -> pd.DataFrame:
@@ -196,7 +197,8 @@ def _schema() -> dict[str, str]:
             kinds[field.name] = plain[field.type.__name__]
         else:
             kinds[field.name] = "object"
-    return {**kinds, "is_reported": "bool", "zero_progress": "bool"}
+    credits = {f"credit.{policy}": "float64" for policy in REPORT_POLICIES}
+    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool"}
 
 
 _SCHEMA = _schema()

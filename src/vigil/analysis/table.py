@@ -93,7 +93,7 @@ def numbers(**headings: str) -> tuple[Column, ...]:
 
 def intervals(**headings: str) -> tuple[Column, ...]:
     """Returns columns of numbers with their 95 % interval: key -> heading, which says what and its unit."""
-    return tuple(Column(key, f"{heading} [95 %]", "rate") for key, heading in headings.items())
+    return tuple(Column(key, f"{heading} [95\u00a0%]", "rate") for key, heading in headings.items())
 
 
 def printed(value: Any, kind: Kind) -> str:

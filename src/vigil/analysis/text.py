@@ -23,6 +23,7 @@ _LATEX = {
     "<": "$<$",
     ">": "$>$",
     "·": r"$\cdot$",
+    "\u00a0": "~",
 }
 NO_ROWS = "No rows: nothing among these runs belongs here."
 
@@ -110,7 +111,7 @@ def _rule(column: Column) -> str:
 
 def escaped(text: str) -> str:
     """Returns a text as LaTeX."""
-    return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>·]", lambda found: _LATEX[found[0]], text)
+    return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>·\u00a0]", lambda found: _LATEX[found[0]], text)
 
 
 def _tex_cell(table: Table, row: Row, column: Column) -> str:
