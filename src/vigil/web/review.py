@@ -102,31 +102,7 @@ def _add_pages(site: FastAPI, desk: Desk) -> None:
     @site.get("/episodes/{episode_id}", response_class=HTMLResponse)
     def review(episode_id: str) -> Response:
         episode = desk.by_id[episode_id]
-        reviews = read_reviews(desk.path)
-        found = decisions(episode, reviews)
-        place = desk.queue.index(episode)
-        ids = [each.id for each in desk.queue]
-        solution = desk.pack.solutions[episode_id].actions
-        data = {
-            "url": f"/episodes/{episode_id}",
-            "steps": ["start", *(action_words(action, None) for action in solution)],
-            "around": AROUND,
-            "ids": sorted(set(episode.bindings.values()) | episode.goal.ids()),
-            "before": ids[place - 1] if place else None,
-            "after": ids[place + 1] if place + 1 < len(ids) else None,
-        }
-        return page(
-            "review.html",
-            title=episode_id,
-            desk=desk,
-            episode=episode,
-            mine=found.get(desk.reviewer, Decision()),
-            data=data,
-            goal=goal_words(episode.goal),
-            family=FAMILIES[episode.family],
-            place=place + 1,
-            plan=plan_of(desk.pack.house_of(episode), AssetDatabase.default()),
-        )
+        return page("review.html", title=episode_id, desk=desk, episode=episode, **_values(desk, episode))
 
     @site.post("/episodes/{episode_id}/verdict")
     def verdict(episode_id: str, said: Annotated[Said, Body()]) -> dict[str, Any]:
@@ -139,6 +115,28 @@ def _add_pages(site: FastAPI, desk: Desk) -> None:
             "difficulty": mine.difficulty,
             "notes": list(mine.notes),
         }
+
+
+def _values(desk: Desk, episode: Episode) -> dict[str, Any]:
+    """Returns what the page of an episode shows."""
+    ids = [each.id for each in desk.queue]
+    place = ids.index(episode.id)
+    solution = desk.pack.solutions[episode.id].actions
+    return {
+        "mine": decisions(episode, read_reviews(desk.path)).get(desk.reviewer, Decision()),
+        "goal": goal_words(episode.goal),
+        "family": FAMILIES[episode.family],
+        "place": place + 1,
+        "plan": plan_of(desk.pack.house_of(episode), AssetDatabase.default()),
+        "data": {
+            "url": f"/episodes/{episode.id}",
+            "steps": ["start", *(action_words(action, None) for action in solution)],
+            "around": AROUND,
+            "ids": sorted(set(episode.bindings.values()) | episode.goal.ids()),
+            "before": ids[place - 1] if place else None,
+            "after": ids[place + 1] if place + 1 < len(ids) else None,
+        },
+    }
 
 
 def _add_pictures(site: FastAPI, desk: Desk, drawer: Drawer) -> None:

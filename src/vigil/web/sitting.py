@@ -229,11 +229,33 @@ def open_sitting(settings: SittingSettings) -> Sitting:
             f"Player {settings.player!r}: a name has letters, digits, '_', '.' and '-', 40 at most, e.g. --player ada."
         )
     pack = Pack.load(settings.pack)
+    spec = _spec(settings, pack)
+    name = f"{pack.name}-{spec.agent.replace(':', '-')}"
+    path = settings.log_dir or RUNS_FOLDER / name
+    folder = RunFolder.create_or_resume(path, spec, {"pack_folder": str(pack.folder.resolve())})
+    plan = Plan(
+        pack=pack.folder,
+        run_id=folder.header.run_id,
+        profile=spec.profile,
+        backend=settings.backend,
+        quality=settings.quality,
+    )
+    pool = SimulatorPool(plan, 1, logs=folder.logs)
+    try:
+        folder.note_facts(pool.facts())
+        return Sitting(settings, pool, folder, pack)
+    except BaseException:
+        pool.close()
+        folder.close()
+        raise
+
+
+def _spec(settings: SittingSettings, pack: Pack) -> RunSpec:
     seed = zlib.crc32(settings.player.encode()) if settings.seed is None else settings.seed
     ids = [episode.id for episode in pack.select(Selection(settings.families))]
     chosen = sorted(random_order(ids, seed)[: settings.limit])
     profile = Profile(name=ACTION_FEEDBACK if settings.practice else BASELINE)
-    spec = RunSpec(
+    return RunSpec(
         agent=f"human{'-practice' if settings.practice else ''}:{settings.player}",
         agent_kind="human",
         profile=profile,
@@ -246,24 +268,6 @@ def open_sitting(settings: SittingSettings) -> Sitting:
         simulator=settings.backend,
         render_quality=settings.quality,
     )
-    name = f"{pack.name}-{spec.agent.replace(':', '-')}"
-    path = settings.log_dir or RUNS_FOLDER / name
-    folder = RunFolder.create_or_resume(path, spec, {"pack_folder": str(pack.folder.resolve())})
-    plan = Plan(
-        pack=pack.folder,
-        run_id=folder.header.run_id,
-        profile=profile,
-        backend=settings.backend,
-        quality=settings.quality,
-    )
-    pool = SimulatorPool(plan, 1, logs=folder.logs)
-    try:
-        folder.note_facts(pool.facts())
-        return Sitting(settings, pool, folder, pack)
-    except BaseException:
-        pool.close()
-        folder.close()
-        raise
 
 
 def random_order(episode_ids: Sequence[str], seed: int) -> list[str]:

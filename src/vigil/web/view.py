@@ -8,12 +8,14 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
+from vigil.scoring import Outcome
 from vigil.summary import summarise
 from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_gif, episode_of, episode_page, frame_of, tell
 from vigil.web.houses import add_house_pages
-from vigil.web.library import Library
+from vigil.web.library import Library, ShownRun
 from vigil.web.plan import try_plan
+from vigil.web.records import RecordTable
 from vigil.web.site import Address, make_site, page
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows
 from vigil.web.words import LABELS as LABEL_WORDS
@@ -44,31 +46,9 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         shown = library.run(slug)
         if shown.table is None:
             return page("broken_run.html", title=shown.name, run=shown)
-        settlement = shown.table.settlement()
         wanted = {"family": family, "label": label, "W": W}
-        outcomes = [o for o in settlement.outcomes if _is_wanted(o, wanted)]
-        key = {"episode": "episode_id"}.get(sort, sort) if sort in EPISODE_COLUMNS else "episode_id"
-        outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=dir == "desc")
-        return page(
-            "run.html",
-            title=shown.name,
-            run=shown,
-            settlement=settlement,
-            summary=summarise(settlement),
-            bars=bars_of(settlement),
-            outcomes=outcomes,
-            wanted=wanted,
-            labels=LABELS,
-            label_words=LABEL_WORDS,
-            columns=RATE_COLUMNS,
-            episode_columns=EPISODE_COLUMNS,
-            sort=sort,
-            dir=dir,
-            families=FAMILIES,
-            link=lambda family="", label="": f"/runs/{slug}?{urlencode({'family': family, 'label': label})}#episodes",
-            episode_link=lambda episode_id, epoch: f"/runs/{slug}/episodes/{episode_id}/{epoch}",
-            others=[other for other in library.runs() if other.slug != slug and other.table is not None],
-        )
+        others = [other for other in library.runs() if other.slug != slug and other.table is not None]
+        return page("run.html", title=shown.name, others=others, **_run_values(shown, shown.table, wanted, sort, dir))
 
     @site.get("/compare", response_class=HTMLResponse)
     def compare_runs(a: str = "", b: str = "", family: str = "") -> Response:
@@ -129,12 +109,38 @@ def _to_save(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
+def _run_values(run: ShownRun, table: RecordTable, wanted: dict[str, str], sort: str, direction: str) -> dict[str, Any]:
+    """Returns what the page of a run shows: all rates, and the episodes that are wanted."""
+    settlement = table.settlement()
+    outcomes = [outcome for outcome in settlement.outcomes if _is_wanted(outcome, wanted)]
+    key = sort if sort in EPISODE_COLUMNS and sort != "episode" else "episode_id"
+    outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=direction == "desc")
+    here = f"/runs/{run.slug}"
+    return {
+        "run": run,
+        "settlement": settlement,
+        "summary": summarise(settlement),
+        "bars": bars_of(settlement),
+        "outcomes": outcomes,
+        "wanted": wanted,
+        "labels": LABELS,
+        "label_words": LABEL_WORDS,
+        "columns": RATE_COLUMNS,
+        "episode_columns": EPISODE_COLUMNS,
+        "sort": sort,
+        "dir": direction,
+        "families": FAMILIES,
+        "link": lambda family="", label="": f"{here}?{urlencode({'family': family, 'label': label})}#episodes",
+        "episode_link": lambda episode_id, epoch: f"{here}/episodes/{episode_id}/{epoch}",
+    }
+
+
 def _check_family(family: str) -> None:
     if family and family not in FAMILIES:
         raise SettingError(f"There is no family {family!r}. The families are {', '.join(FAMILIES)}.")
 
 
-def _is_wanted(outcome: Any, wanted: dict[str, str]) -> bool:
+def _is_wanted(outcome: Outcome, wanted: dict[str, str]) -> bool:
     return (
         (not wanted["family"] or outcome.family == wanted["family"])
         and (not wanted["label"] or outcome.label == wanted["label"])
