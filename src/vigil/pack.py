@@ -168,10 +168,18 @@ def find(path: str | Path) -> Path:
     names = sorted(entry.parent.name for entry in packaged.glob(f"*/{MANIFEST}"))
     if str(path) in names:
         return packaged / str(path)
+    for name in names:
+        if str(path) in _aliases(packaged / name):
+            return packaged / name
     raise PackMismatch(
         f"There is no pack {str(path)!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
         f"{_did_you_mean(str(path), names)}"
     )
+
+
+def _aliases(folder: Path) -> list[str]:
+    """Returns the other names that a pack goes by."""
+    return list(_manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES)).meta.get("aliases", ()))
 
 
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
@@ -201,10 +209,12 @@ def freeze(
     version: str = "1",
     description: str = "",
     meta: Mapping[str, Any] | None = None,
+    extra: Mapping[str, bytes] | None = None,
 ) -> Pack:
     """Writes a pack into `folder`, new or empty, and returns it loaded; the same input gives the same bytes.
 
-    Raises EpisodeError when an episode contradicts its family, its house or the other episodes.
+    `extra` are further files, hashed like all others. Raises EpisodeError when an episode contradicts its family, its
+    house or the other episodes.
     """
     ordered = sorted(episodes, key=lambda episode: episode.id)
     solved = sorted(solutions, key=lambda solution: solution.episode_id)
@@ -219,6 +229,7 @@ def freeze(
         EPISODES: b"".join(_line(episode) for episode in ordered),
         SOLUTIONS: b"".join(_line(solution) for solution in solved),
         **{f"{HOUSES}/{house}.json": canonical_json(by_name[house].data) + b"\n" for house in sorted(used)},
+        **(extra or {}),
     }
     manifest = Manifest(
         name=name,

@@ -101,7 +101,7 @@ def run_campaign(
     done = file.open(terms.header(terms.backend, author))
     units: list[Unit] = []
     for source in wanted:
-        missing = tuple(family for family in terms.families if (source.name, family) not in done)
+        missing: tuple[Family, ...] = tuple(family for family in terms.families if (source.name, family) not in done)
         units += [(source, missing)] if missing else []
     begun, kept, rejected = time.monotonic(), 0, 0
     for number, (house, lines) in enumerate(_worked(units, terms, workers, proposer), start=1):

@@ -190,7 +190,7 @@ class DraftsFile:
 
 def draft_id(episode: Episode, category: str) -> str:
     """Returns an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id."""
-    dumped = episode.model_dump(mode="json", exclude={"id", "instruction", "provenance"})
+    dumped = episode.model_dump(mode="json", exclude={"id", "provenance"})
     digest = hashlib.sha256(canonical_json(dumped)).hexdigest()
     seed = episode.provenance.seed or 0
     return f"procthor_{category.lower()}_seed{seed:03d}_{episode.family.lower()}_{digest[:DIGITS]}"

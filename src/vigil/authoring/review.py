@@ -33,6 +33,7 @@ class Review(BaseModel):
     schema_version: Literal[1] = REVIEW_SCHEMA
     at: datetime
     reviewer: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
+    reviewer_kind: Literal["person", "model"] = "person"
     episode_id: str = Field(min_length=1, max_length=200)
     episode_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     verdict: Verdict

@@ -54,6 +54,8 @@ class Workshop:
         self.simulator = simulator
         self.house = house
         self.rng = rng
+        self.only: frozenset[str] | None = None
+        """Ids of the things that may be chosen; None for all."""
         simulator.load(house)
         self._homes = _homes(simulator, house)
         self.begin(Setup())
@@ -97,6 +99,8 @@ class Workshop:
     def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
         """Returns the wanted things that a phrase can name, in a random order."""
         wanted = [thing for thing in self.stage.scene.things.values() if thing.is_present and is_wanted(thing)]
+        if self.only is not None:
+            wanted = [thing for thing in wanted if thing.id in self.only]
         items = self.items
         return [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
 

@@ -1,22 +1,29 @@
-"""`vigil pack`: what is in a pack, and whether every episode holds what it promises."""
+"""`vigil pack`: what is in a pack, whether every episode holds what it promises, and how two packs differ."""
 
 import json
+import sys
 from collections import Counter
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
+from vigil.authoring.compare import compare
 from vigil.authoring.starter import build_starter
 from vigil.authoring.validate import validate_pack
+from vigil.authoring.verify import Means, Standing, verify_pack
+from vigil.cli import pack_making
 from vigil.cli.options import Assets, database
-from vigil.cli.text import console
+from vigil.cli.text import console, duration
 from vigil.episode import FAMILIES
 from vigil.pack import Pack
 from vigil.sim import make_simulator
 
 app = typer.Typer(help="Look into and validate packs of episodes.", no_args_is_help=True)
+app.command("propose")(pack_making.propose)
+app.command("build")(pack_making.build)
 PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 
 
@@ -33,19 +40,41 @@ def info(pack: PackArgument, as_json: Annotated[bool, typer.Option("--json", hel
     manifest = loaded.manifest
     print(f"{manifest.name} (version {manifest.version}): {manifest.episodes} episodes in {manifest.houses} houses")
     print(f"sha256 {loaded.sha256}; all {len(manifest.files)} files as frozen")
-    table = Table("family", "name", "episodes", "houses", "steps", "invalid", "templates")
+    _print_families(loaded)
+    strata = manifest.meta.get("strata")
+    if strata is not None:
+        _print_strata(strata)
+        print(f"reviewed: {manifest.meta['reviews']}")
+        print(f"state verification guessed from words alone: {manifest.meta['text_guess_sv']}")
+
+
+def _print_families(pack: Pack) -> None:
+    """Prints the paper's tables of families: how many episodes, which budgets, which skills."""
+    table = Table("family", "name", "layer", "visible", "episodes", "houses", "steps", "invalid", "skills", "templates")
     for family, spec in FAMILIES.items():
-        episodes = [episode for episode in loaded.episodes if episode.family == family]
+        episodes = [episode for episode in pack.episodes if episode.family == family]
         templates = Counter(episode.provenance.template for episode in episodes)
         table.add_row(
             family,
             spec.name,
+            spec.tier,
+            "yes" if spec.visible_at_start else "no",
             str(len(episodes)),
             str(len({episode.house.name for episode in episodes})),
             str(spec.max_steps),
             str(spec.max_invalid),
-            ", ".join(f"{name} {count}" for name, count in sorted(templates.items())),
+            ", ".join(spec.skills),
+            ", ".join(f"{name} {count}" for name, count in sorted(templates.items()) if name),
         )
+    console().print(table)
+
+
+def _print_strata(strata: dict) -> None:
+    table = Table("of", "counts")
+    named = {**strata["families"], **{name: strata[name] for name in ("rooms", "house_sizes", "categories")}}
+    named["not found by turning"] = strata["not_found_by_turning"]
+    for name, counts in named.items():
+        table.add_row(name, ", ".join(f"{key} {count}" for key, count in counts.items()))
     console().print(table)
 
 
@@ -66,6 +95,58 @@ def validate(
     print(f"{len(loaded.episodes)} episodes of pack {loaded.name!r}: {len(findings)} findings")
     if findings:
         raise typer.Exit(2)
+
+
+@app.command("verify")
+def verify(
+    pack: PackArgument,
+    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    log: Annotated[Path | None, typer.Option(help="Keeps what was verified; the same command continues.")] = None,
+    assets: Assets = None,
+    backend: Annotated[str, typer.Option(help="Simulator to replay in.")] = "mujoco",
+) -> None:
+    """Checks every rule and replays every solution, in worker processes; exits with 2 when one fails.
+
+    Example: vigil pack verify starter --workers 2
+    """
+    loaded = Pack.load(pack)
+    findings = verify_pack(loaded, Means(backend, database(assets), workers), log, _print_standing)
+    for finding in findings:
+        print(finding)
+    faulty = len({finding.episode_id for finding in findings})
+    print(f"{len(loaded.episodes) - faulty} of {len(loaded.episodes)} episodes of pack {loaded.name!r} hold")
+    if findings:
+        raise typer.Exit(2)
+
+
+def _print_standing(standing: Standing) -> None:
+    left_s = standing.seconds / max(standing.done, 1) * (standing.of - standing.done)
+    told = f"{standing.done}/{standing.of} episodes  {standing.faulty} faulty  ETA {duration(left_s)}"
+    print(told, file=sys.stderr, flush=True)
+
+
+@app.command("diff")
+def diff(
+    a: PackArgument,
+    b: Annotated[str, typer.Argument(help="Another pack.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Says which episodes came, went or changed from one pack to another; exits with 1 when they differ.
+
+    Example: vigil pack diff starter my_starter
+    """
+    found = compare(Pack.load(a), Pack.load(b))
+    if as_json:
+        print(json.dumps(asdict(found)))
+    else:
+        for mark, ids in (("-", found.only_a), ("+", found.only_b)):
+            for name in ids:
+                print(f"{mark} {name}")
+        for name, fields in found.changed.items():
+            print(f"~ {name}: {', '.join(fields)}")
+        print(f"{found.same} the same, {len(found.changed)} changed, {len(found.only_a)} gone, {len(found.only_b)} new")
+    if not found.is_none:
+        raise typer.Exit(1)
 
 
 @app.command("build-starter")

@@ -1,0 +1,99 @@
+"""The card of a pack: a README that says what it holds, and that HF `datasets` reads its files by."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vigil.episode import FAMILIES, Episode
+
+_HEAD = """---
+license: apache-2.0
+language: en
+pretty_name: {name}
+tags: [embodied, egocentric, vision-language, evaluation]
+configs:
+- config_name: episodes
+  data_files: episodes.jsonl
+  default: true
+- config_name: solutions
+  data_files: solutions.jsonl
+- config_name: facts
+  data_files: facts.jsonl
+---
+# {name}
+
+{description}
+
+Frozen episodes for VIGIL, which scores apart whether an embodied agent brought the world to the goal (W) and whether it
+closed the episode with a report that is true (B). The agent sees one egocentric RGB frame a step, and `instruction`;
+everything else here is hidden from it.
+"""
+
+_FIELDS = """## Files
+| file | one line is |
+|---|---|
+| `episodes.jsonl` | an episode: `id`, `family`, `house` (name, SHA-256), `start` pose, `setup` (what is changed \
+before it starts), `instruction`, `goal`, `bindings` (role to object), \
+`max_steps`, `max_invalid`, `difficulty`, `provenance` |
+| `solutions.jsonl` | the actions that solve an episode: W = W_strict = B = 1 when replayed |
+| `facts.jsonl` | what the pack is balanced over: category, rooms, area, distance, label |
+| `houses/<name>.json` | a house in ProcTHOR's format |
+| `manifest.json` | counts, strata, how it was made, and the SHA-256 of every other file |
+
+Lengths are in metres, angles in degrees; poses are in AI2-THOR's frame (y up, left-handed).
+"""
+
+_LIMITS = """## Known limits
+- Solutions hold for the version of VIGIL and the simulator named in the manifest; `vigil pack verify` replays them all.
+- Instructions are in English; those of the grammar have few sentence forms for each family.
+- Ids name the target and are therefore never shown to an agent.
+"""
+
+
+def card_of(name: str, description: str, episodes: Sequence[Episode], meta: Mapping[str, Any]) -> str:
+    """Returns the text of a pack's README."""
+    head = _HEAD.format(name=name, description=description or f"{len(episodes)} episodes of eight families.")
+    parts = [head, _distribution(episodes, meta), _strata(meta), _making(meta), _FIELDS, _LIMITS]
+    return "\n".join(parts)
+
+
+def _distribution(episodes: Sequence[Episode], meta: Mapping[str, Any]) -> str:
+    rows = ["## Episodes", "| family | name | episodes | steps | invalid | solution: mean | max |"]
+    rows.append("|---|---|---|---|---|---|---|")
+    for family, spec in FAMILIES.items():
+        count = sum(episode.family == family for episode in episodes)
+        if count:
+            steps = meta["solution_steps"][family]
+            cells = (family, spec.name, count, spec.max_steps, spec.max_invalid, steps["mean"], steps["max"])
+            rows.append(f"| {' | '.join(str(cell) for cell in cells)} |")
+    return "\n".join(rows) + "\n"
+
+
+def _strata(meta: Mapping[str, Any]) -> str:
+    strata = meta["strata"]
+    rows = ["## Strata", "| of | counts |", "|---|---|"]
+    rows += [f"| {family} | {_counts(found)} |" for family, found in strata["families"].items()]
+    rows += [f"| {name.replace('_', ' ')} | {_counts(strata[name])} |" for name in ("rooms", "house_sizes")]
+    rows.append(f"| categories | {_counts(strata['categories'])} |")
+    rows.append(f"| searches that turning does not end | {_counts(strata['not_found_by_turning'])} |")
+    return "\n".join(rows) + "\n"
+
+
+def _making(meta: Mapping[str, Any]) -> str:
+    reviews, guess = meta["reviews"], meta["text_guess_sv"]
+    guessed = [] if guess is None else [f"- State verification guessed from its words: {100 * guess:.0f} % right."]
+    return "\n".join(
+        [
+            "## How it was made",
+            f"- Proposed by {', '.join(meta['authors'])} in {meta['strata']['houses']} houses; at most "
+            f"{meta['strata']['most_of_a_family_in_a_house']} episodes of a family in a house.",
+            "- Each episode passed every rule of VIGIL's validation, and its recorded solution was replayed.",
+            f"- Reviewed by a person: {reviews['person']}; by a model alone: {reviews['model']}; by nobody: "
+            f"{reviews['none']}.",
+            *guessed,
+            "",
+        ]
+    )
+
+
+def _counts(found: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {count}" for name, count in found.items())

@@ -1,0 +1,156 @@
+"""`vigil pack propose` and `vigil pack build`: from houses to drafts, from drafts and reviews to a pack."""
+
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vigil.authoring.assemble import HOUSE_USES, Candidate, Wish, assemble
+from vigil.authoring.campaign import PER_HOUSE, TRIED, Standing, Terms, run_campaign
+from vigil.authoring.drafts import DraftsFile
+from vigil.authoring.model_proposals import model_proposer
+from vigil.authoring.review import read_reviews
+from vigil.authoring.sources import Source, filed, seeded
+from vigil.authoring.validate import Finding
+from vigil.authoring.verify import Means, bundles, verified
+from vigil.cli.options import Assets, database
+from vigil.cli.text import duration
+from vigil.episode import FAMILIES, Episode, Family
+from vigil.errors import SettingError
+from vigil.house import House
+from vigil.runner.complete import completing
+
+PLAIN_SECONDS = 5.0
+Workers = Annotated[int, typer.Option(min=1, help="Worker processes.")]
+
+
+def propose(
+    out: Annotated[Path, typer.Option(help="Drafts file (JSONL); the same command continues it.")],
+    houses: Annotated[list[Path] | None, typer.Option(help="House file (.json, .jsonl, .jsonl.gz); repeat.")] = None,
+    seeds: Annotated[str | None, typer.Option(help="FIRST:END of houses to generate instead.")] = None,
+    rooms: Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, for --seeds.")] = "1,2,3,4",
+    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
+    grammar: Annotated[bool, typer.Option("--grammar", help="Propose by the built-in grammar (the default).")] = False,
+    model: Annotated[str | None, typer.Option(help="provider/model that proposes instead.")] = None,
+    base_url: Annotated[str | None, typer.Option(help="Address of an OpenAI-style server.")] = None,
+    seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
+    per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
+    tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each file.")] = None,
+    workers: Workers = 1,
+    backend: Annotated[str, typer.Option(help="Simulator to validate in.")] = "mujoco",
+    assets: Assets = None,
+) -> None:  # fmt: skip
+    """Proposes episodes, validates and solves each, and keeps what holds; the rest is counted by rule.
+
+    Examples:
+    vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --workers 4 --out drafts.jsonl
+    vigil pack propose --houses house.json --family SM --model openai/gpt-4o --out drafts.jsonl
+    """
+    if grammar and model is not None:
+        raise SettingError("--grammar and --model exclude each other.")
+    terms = Terms(_families(family or []), seed, per_house, tried, backend, database(assets))
+    sources = _sources(houses or [], seeds, rooms, limit)
+    file, said = DraftsFile(out), _Lines()
+    if model is None:
+        run_campaign(file, sources, terms, workers=workers, on_progress=said.standing)
+    else:
+        with completing(model, base_url) as complete:
+            proposer = model, model_proposer(complete, per_house, model)
+            run_campaign(file, sources, terms, proposer=proposer, on_progress=said.standing)
+    _summary(file)
+
+
+def build(
+    drafts: Annotated[list[Path], typer.Option(help="Drafts file; may be repeated.")],
+    name: Annotated[str, typer.Option(help="The pack's name.")],
+    out: Annotated[Path, typer.Option(help="New or empty folder.")],
+    reviews: Annotated[list[Path] | None, typer.Option(help="Review file; may be repeated.")] = None,
+    per_family: Annotated[int, typer.Option(min=1, help="Episodes of each family.")] = 125,
+    alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
+    description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
+    seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
+    house_uses: Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")] = HOUSE_USES,
+    workers: Workers = 1,
+    backend: Annotated[str, typer.Option(help="Simulator to replay in.")] = "mujoco",
+    assets: Assets = None,
+) -> None:  # fmt: skip
+    """Selects evenly many of every kind, approved drafts first, replays each, and freezes a pack with its card.
+
+    Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine
+    """
+    files = [DraftsFile(path) for path in drafts]
+    given = [review for path in reviews or [] for review in _reviews(path)]
+    wish = Wish(name, per_family, seed, house_uses, description=description, aliases=tuple(alias or []))
+    check = checker(files, Means(backend, database(assets), workers))
+    pack, bad = assemble(out, files, given, wish, check)
+    for findings in bad.values():
+        print(f"left out: {findings[0]}")
+    print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
+    print(f"reviewed: {pack.manifest.meta['reviews']}")
+
+
+def checker(files: Sequence[DraftsFile], means: Means) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
+    """Returns the function that replays candidates, and gives back what does not hold."""
+
+    def house_of(episode: Episode) -> House:
+        name = episode.house.name
+        return next((file for file in files if (file.houses / f"{name}.json").is_file()), files[0]).house(name)
+
+    def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
+        solved = {candidate.episode.id: candidate.draft.actions for candidate in chosen}
+        work = bundles([candidate.episode for candidate in chosen], solved, house_of)
+        results = [result for found in verified(work, means) for result in found]
+        return {result.episode_id: result.faults for result in results if result.findings}
+
+    return check
+
+
+class _Lines:
+    """Says where a campaign stands, a line every few seconds."""
+
+    def __init__(self) -> None:
+        self._last_s = -PLAIN_SECONDS
+
+    def standing(self, standing: Standing) -> None:
+        now = time.monotonic()
+        if standing.houses < standing.of and now - self._last_s < PLAIN_SECONDS:
+            return
+        self._last_s = now
+        left_s = standing.seconds / standing.houses * (standing.of - standing.houses)
+        told = f"{standing.houses}/{standing.of} houses  {standing.kept} drafts  {standing.rejected} rejected"
+        print(f"{told}  ETA {duration(left_s)}", file=sys.stderr, flush=True)
+
+
+def _summary(file: DraftsFile) -> None:
+    proposed = file.read()
+    for family in FAMILIES:
+        done = [row for row in proposed.done if row.family == family]
+        if done:
+            kept, seconds = sum(row.kept for row in done), sum(row.seconds for row in done)
+            reasons = ", ".join(f"{rule} {count}" for rule, count in proposed.reasons.get(family, {}).items())
+            rate = f"{60 * kept / seconds:.0f} a minute" if seconds else "-"
+            print(f"{family}: {kept} drafts in {len(done)} houses ({rate}); rejected: {reasons or 'none'}")
+    print(f"{file.path}: {len(proposed.drafts)} drafts, {len(proposed.rejections)} rejected")
+
+
+def _families(names: list[str]) -> tuple[Family, ...]:
+    for name in names:
+        if name not in FAMILIES:
+            raise SettingError(f"There is no family {name!r}. The families are {', '.join(FAMILIES)}.")
+    return tuple(family for family in FAMILIES if not names or family in names)
+
+
+def _sources(houses: list[Path], seeds: str | None, rooms: str, limit: int | None) -> list[Source]:
+    if bool(houses) == (seeds is not None):
+        raise SettingError("Give either --houses or --seeds.")
+    return filed(houses, limit) if seeds is None else seeded(seeds, [name.strip() for name in rooms.split(",")])
+
+
+def _reviews(path: Path) -> list:
+    if not path.is_file():
+        raise SettingError(f"Review file {str(path)!r} does not exist.")
+    return read_reviews(path)
