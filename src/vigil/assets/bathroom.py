@@ -12,7 +12,7 @@ from vigil.assets.palette import colour, one_of
 from vigil.pose import Vec3
 
 TAPS = ("chrome", "chrome", "metal/brushed", "metal/brass", "metal/black")
-WATER = Look("water", bears_toggle=True, shown="on")
+WATER = Look("water/#66bdf0", bears_toggle=True, shown="on")
 WATER_DROP_M = 0.06
 """How far below its own box a tap's water is drawn (into the basin)."""
 
