@@ -5,6 +5,7 @@ it can, and begins anew when it cannot. Drawn pictures are kept for a while.
 """
 
 import multiprocessing
+import os
 import signal
 import threading
 from collections import OrderedDict
@@ -13,6 +14,7 @@ from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures import TimeoutError as Overdue
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -106,7 +108,7 @@ class Drawer:
         with self._lock:
             if self._executor is None:
                 context = multiprocessing.get_context("spawn")
-                self._executor = ProcessPoolExecutor(1, context, initializer=_ignore_interrupts)
+                self._executor = ProcessPoolExecutor(1, context, initializer=_settle_in)
             executor = self._executor
             future = executor.submit(task, *arguments)
         try:
@@ -132,9 +134,17 @@ class Drawer:
 # --- in the drawing process -------------------------------------------------------------------------------------------
 
 
-def _ignore_interrupts() -> None:
-    """Leaves Ctrl-C to the main process, which ends this one."""
+def _settle_in() -> None:
+    """Leaves Ctrl-C to the main process, and ends when that has gone, however it went."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(0)
 
 
 class _Easel:
