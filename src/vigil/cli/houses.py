@@ -16,11 +16,13 @@ from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
 from vigil.housegen.show import beside, draw_plan
+from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.sim.build import build_scene
 from vigil.sim.fidelity import Flaw, flaws_of, too_many_triangles
-from vigil.sim.mujoco.model import build
+from vigil.sim.mujoco.model import Model, build
 from vigil.sim.mujoco.stage import render_birdseye
+from vigil.sim.scene import Scene
 
 app = typer.Typer(help="Generate, check and show houses (ProcTHOR's JSON).", no_args_is_help=True)
 
@@ -99,6 +101,39 @@ def show(
     print(out)
 
 
+@app.command("sweep")
+def sweep_houses(
+    seeds: Annotated[str, typer.Option(help="FIRST:END, e.g. 0:1000; END is not among them.")] = "0:20",
+    rooms: Annotated[str, typer.Option(help="Numbers of rooms, e.g. 1,2,3,4,6,10.")] = "1,2,3,4,6,10",
+    load: Annotated[bool, typer.Option(help="Also build each scene and compile it in MuJoCo.")] = True,
+    least: Annotated[int, typer.Option(min=0, help="Name categories with fewer things than this.")] = 0,
+) -> None:
+    """Generates houses, checks each, and says how long they took and what is rare in them; exits with 2 on a fault.
+
+    Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10
+    """
+    first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
+    counts = _whole_numbers(rooms, ",", "--rooms", "numbers of rooms, e.g. 1,2,4", None)
+    for count in counts:
+        spec_for(str(count))
+    sizes = AssetDatabase.default()
+    result = sweep(range(first, end), counts, lambda house: _loaded(house, sizes) if load else None, print)
+    print(*result.lines(), sep="\n")
+    rare = [f"{name} {result.found[name]}" for name in result.rare(least)]
+    if rare:
+        print(f"fewer than {least} of: {', '.join(rare)}")
+    print(f"{sum(result.houses.values())} houses, {len(result.problems)} problems")
+    if result.problems or rare:
+        raise typer.Exit(2)
+
+
+def _whole_numbers(text: str, between: str, option: str, form: str, count: int | None) -> list[int]:
+    words = text.split(between)
+    if not all(word.strip().isdecimal() for word in words) or count not in (None, len(words)):
+        raise SettingError(f"{option} {text!r} is not {form}.")
+    return [int(word) for word in words]
+
+
 @app.command("export")
 def export(
     file: Annotated[Path, typer.Argument(help="A house file.")],
@@ -166,15 +201,21 @@ def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) ->
     """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
     flaws: list[Flaw] = []
     if load or shapes:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            scene = build_scene(house, database)
-            model = build(scene)
-        absent = sorted({node.id for node, _ in house.objects()} - scene.things.keys())
-        if absent or caught:
-            what = f"objects {absent} are missing" if absent else f"loading warns: {caught[0].message}"
-            raise HouseError(f"House {house.name!r}: {what}.")
+        scene, model = _loaded(house, database)
         if shapes:
             flaws = flaws_of(scene, house, database)
             flaws += too_many_triangles(house.name, model.triangles, len(scene.rooms))
     return [*check_house(house, database), *flaws]
+
+
+def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, Model]:
+    """Returns the scene and what MuJoCo makes of it. Raises HouseError when something is missing or warned of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = build_scene(house, database)
+        model = build(scene)
+    absent = sorted({node.id for node, _ in house.objects()} - scene.things.keys())
+    if absent or caught:
+        what = f"objects {absent} are missing" if absent else f"loading warns: {caught[0].message}"
+        raise HouseError(f"House {house.name!r}: {what}.")
+    return scene, model

@@ -14,6 +14,8 @@ SEAT_GAP = 0.06
 """Distance between a chair and the table it stands at."""
 PULL_M = 0.2
 """Floor behind a dining chair to pull it back."""
+RUG_SHARE = 0.5
+"""Share of beds with a rug at their foot, where it fits."""
 SEAT_ROOM = 0.3
 """Floor behind a chair to sit down."""
 
@@ -31,6 +33,9 @@ def bed_group(rng: np.random.Generator, tables: int) -> Cluster:
         depth = front_access(table)
         access.append((x - table.size.x / 2, table.size.z, x + table.size.x / 2, table.size.z + depth))
     half = bed.size.x / 2
+    rug = draw_model("Rug", rng)
+    if chance(rng, RUG_SHARE) and rug.size.x / 2 <= half + (table.size.x if tables == 2 else 0.0):
+        members.append(Member(rug, 0.0, bed.size.z - 0.25))
     edge = side * half if tables else half
     access.append((min(edge, edge + side * 0.5), 0.9, max(edge, edge + side * 0.5), bed.size.z - 0.2))
     return Cluster(members, access)

@@ -153,6 +153,7 @@ class Tidier:
     def fill(self, clutter: float) -> None:
         """Puts the room's staples in their places, then more here and there, as children of the furniture."""
         mess = float(np.clip(MESS[self.kind] * np.exp(MESS_SPREAD * self.rng.standard_normal()), *MESS_RANGE))
+        least = LEAST_LOOSE * min(1.0, clutter)
         clutter *= mess
         for category, supports, probability in STAPLES[self.kind]:
             if chance(self.rng, probability * min(1.0, mess**0.5)):
@@ -163,7 +164,7 @@ class Tidier:
             self._fill_top(piece, clutter)
         for _ in range(ROUNDS):
             everything = [found for top in self.furniture for found in top.all()]
-            if sum(CATALOG[found.category].is_pickupable for found in everything) >= LEAST_LOOSE * clutter:
+            if sum(CATALOG[found.category].is_pickupable for found in everything) >= least:
                 break
             for piece in shuffled(self.rng, everything):
                 self._fill_top(piece, clutter)

@@ -107,23 +107,27 @@ def moved_solid(solid: Solid, joint: Joint | None, openness: float) -> tuple[np.
     if joint is None or openness == 0.0:
         return corners, solid.bottom, solid.top
     points = np.array([(x, y, z) for y in (solid.bottom, solid.top) for x, z in corners])
-    axis = np.array(joint.axis)
-    if joint.kind == "slide":
-        points = points + axis * joint.travel * openness
-    else:
-        origin, angle = np.array(joint.origin), np.radians(joint.travel * openness)
-        arm = points - origin
-        points = (
-            origin
-            + arm * np.cos(angle)
-            + np.cross(axis, arm) * np.sin(angle)
-            + np.outer(arm @ axis, axis) * (1 - np.cos(angle))
-        )
+    points = moved_points(points, joint, openness)
     low, high = float(points[:, 1].min()), float(points[:, 1].max())
-    if joint.kind == "slide" or abs(axis[1]) > 0.999:
+    if joint.kind == "slide" or abs(joint.axis[1]) > 0.999:
         return points[: len(corners), [0, 2]], low, high
     (x0, z0), (x1, z1) = points[:, [0, 2]].min(axis=0), points[:, [0, 2]].max(axis=0)
     return np.array([(x0, z0), (x1, z0), (x1, z1), (x0, z1)]), low, high
+
+
+def moved_points(points: np.ndarray, joint: Joint, openness: float) -> np.ndarray:
+    """Returns where points (n, 3) that a joint carries are at an openness."""
+    axis = np.array(joint.axis)
+    if joint.kind == "slide":
+        return points + axis * joint.travel * openness
+    origin, angle = np.array(joint.origin), np.radians(joint.travel * openness)
+    arm = points - origin
+    return (
+        origin
+        + arm * np.cos(angle)
+        + np.cross(axis, arm) * np.sin(angle)
+        + np.outer(arm @ axis, axis) * (1 - np.cos(angle))
+    )
 
 
 def bodies_of(house: House, assets: AssetDatabase) -> tuple[list[Body], list[str]]:

@@ -8,7 +8,7 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, own_asset_id
-from vigil.housegen.solids import moved_solid
+from vigil.housegen.solids import moved_points, moved_solid
 from vigil.pose import Vec3, rotate_floor
 
 SWEEP = tuple(step / 20 for step in range(1, 21))
@@ -115,14 +115,21 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 
 @lru_cache(maxsize=4096)
 def swept(model: Model) -> Rect | None:
-    """Returns the rectangle (in the asset's frame) that its doors and drawers pass over; None when nothing opens."""
+    """Returns the rectangle (in the asset's frame) that its doors and drawers pass over; None when nothing opens.
+
+    Flaps and lids that are drawn only, and stop nobody, count where there are no others.
+    """
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [solid for solid in model.asset.solids if solid.joint in joints]
-    if not moving:
+    drawn = [part for part in model.asset.parts if part.joint in joints]
+    places = [moved_solid(solid, joints[solid.joint or ""], openness)[0] for solid in moving for openness in SWEEP] or [
+        moved_points(part.mesh.vertices, joints[part.joint or ""], openness)[:, [0, 2]]
+        for part in drawn
+        for openness in SWEEP
+    ]
+    if not places:
         return None
-    corners = np.concatenate(
-        [moved_solid(solid, joints[solid.joint or ""], openness)[0] for solid in moving for openness in SWEEP]
-    )
+    corners = np.concatenate(places)
     (x0, z0), (x1, z1) = corners.min(axis=0), corners.max(axis=0)
     return float(x0), float(z0), float(x1), float(z1)
 
