@@ -166,25 +166,24 @@ def _roll(builder: Builder, foot: tuple[float, float, float], size: tuple[float,
 
 
 def toilet_paper_hanger(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a holder on the wall (-z) with a roll of paper on its bar."""
+    """Returns a holder on the wall (-z): a plate and two arms with a bar, on which a roll of paper runs out."""
     builder = Builder("ToiletPaperHanger", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
-    axis_y, axis_z = 0.62 * height, 0.1 * depth
-    plate = shapes.rounded_box(
-        (0.5 * width, 0.5 * height, 0.1 * depth), (0, 0.75 * height, -0.45 * depth), 0.03 * height
-    )
+    axis_y, axis_z = 0.55 * height, 0.16 * depth
+    plate = shapes.rounded_box((width, 0.34 * height, 0.1 * depth), (0, 0.83 * height, -0.45 * depth), 0.04 * height)
     builder.add(metal, plate)
-    for x in (-0.47, 0.47):
-        arm = [(x * 0.4 * width, 0.8 * height, -0.42 * depth), (x * width, axis_y, axis_z)]
-        builder.add(metal, shapes.tube(arm, 0.045 * height, 6))
-    builder.add(metal, shapes.tube([(-0.5 * width, axis_y, axis_z), (0.5 * width, axis_y, axis_z)], 0.06 * height, 8))
-    radius = min(0.4 * depth, 0.38 * height)
-    roll = shapes.cylinder(radius, 0.7 * width, (0, axis_y, axis_z), "x", 18)
-    builder.add("paper/#f6f4ef", roll)
-    for x in (-0.353, 0.353):
-        builder.add("cardboard", shapes.cylinder(0.36 * radius, 0.004, (x * width, axis_y, axis_z), "x", 10))
-    flap = shapes.span((-0.35 * width, 0.0, axis_z + radius - 0.003), (0.35 * width, axis_y, axis_z + radius))
+    for x in (-0.465 * width, 0.465 * width):
+        reach = (axis_z + 0.5 * depth, 0.3 * height)
+        arm = shapes.rounded_box((0.07 * width, reach[1], reach[0]), (x, 0.7 * height, axis_z - reach[0] / 2), 0.01)
+        cheek = shapes.cylinder(0.24 * height, 0.07 * width, (x, axis_y, axis_z), "x", 16)
+        builder.add(metal, arm, cheek)
+    builder.add(metal, shapes.cylinder(0.07 * height, 0.9 * width, (0, axis_y, axis_z), "x", 10))
+    radius = min(0.26 * depth, 0.24 * height)
+    builder.add("paper/#f6f4ef", shapes.cylinder(radius, 0.56 * width, (0, axis_y, axis_z), "x", 18))
+    for x in (-0.283, 0.283):
+        builder.add("cardboard", shapes.cylinder(0.5 * radius, 0.004, (x * width, axis_y, axis_z), "x", 10))
+    flap = shapes.span((-0.28 * width, 0.0, axis_z + radius - 0.003), (0.28 * width, axis_y, axis_z + radius))
     builder.add("paper/#fbfaf7", flap)
     return builder.build([metal.split("/")[-1]], takes_room=False)
 
