@@ -131,4 +131,4 @@ def test_a_thousand_episodes_open_in_time(runs: Path, pack: Pack, tmp_path: Path
     table = RecordTable(rows, by_id)
     table.refresh()
     assert len(table.settlement().outcomes) == 1000
-    assert time.process_time() - begun < 2.0  # 1 s on an idle machine
+    assert time.process_time() - begun < 1.0

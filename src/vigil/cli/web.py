@@ -9,13 +9,13 @@ import typer
 import uvicorn
 from fastapi import FastAPI
 
-from vigil.cli.options import PackName
+from vigil.cli.options import Assets, PackName
 from vigil.episode import Family
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack
 from vigil.record import Key
 from vigil.sim import Quality
-from vigil.web.drawing import Drawer
+from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_gif, episode_page, export_site
 from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play
@@ -34,6 +34,7 @@ RUNS = Path("runs")
 def view(
     runs: Annotated[list[Path] | None, typer.Argument(help="Runs, or folders with runs.", show_default="runs")] = None,
     pack: Annotated[list[str] | None, typer.Option(help="A pack's folder or name; may be repeated.")] = None,
+    assets: Assets = None,
     port: Port = 8377,
     host: Host = "127.0.0.1",
     token: Token = "",
@@ -47,7 +48,8 @@ def view(
     address = Address(host, port, token)
     drawer = Drawer()
     try:
-        serve(make_view(Library(roots, pack or ["starter"]), drawer, address), address, open_browser)
+        library = Library(roots, pack or ["starter"], assets)
+        serve(make_view(library, drawer, address, Look(asset_database=assets)), address, open_browser)
     finally:
         drawer.close()
 
@@ -61,6 +63,7 @@ def play(
     log_dir: Annotated[Path | None, typer.Option(help="The run's folder; the same command continues it.")] = None,
     render_quality: Annotated[Quality, typer.Option(help="Quality of the picture.")] = "default",
     backend: Annotated[str, typer.Option(help="Simulator.")] = "mujoco",
+    assets: Assets = None,
     seed: Annotated[int | None, typer.Option(help="Of the random order.", show_default="by the name")] = None,
     port: Port = 8378,
     host: Host = "127.0.0.1",
@@ -81,6 +84,7 @@ def play(
         practice=practice,
         log_dir=log_dir,
         backend=backend,
+        assets=assets,
         quality=render_quality,
         seed=seed,
     )
@@ -96,6 +100,7 @@ def review(
     pack: PackName = "starter",
     file: Annotated[Path, typer.Option(help="Review file; verdicts are added to it.")] = Path("reviews.jsonl"),
     seed: Annotated[int, typer.Option(help="Of the queue's order.")] = 0,
+    assets: Assets = None,
     port: Port = 8379,
     host: Host = "127.0.0.1",
     token: Token = "",
@@ -106,7 +111,7 @@ def review(
     Example: vigil review --pack starter --reviewer ada --file reviews.jsonl
     """
     address = Address(host, port, token)
-    desk = Desk(Pack.load(pack), file, reviewer, seed)
+    desk = Desk(Pack.load(pack), file, reviewer, seed, Look(asset_database=assets))
     drawer = Drawer()
     try:
         serve(make_review(desk, drawer, address), address, open_browser)
@@ -120,6 +125,7 @@ def export(
     episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
     epoch: Annotated[int, typer.Option(min=1, help="Of the episode.")] = 1,
     pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
+    assets: Assets = None,
 ) -> None:
     """Writes a run as a static site, or one episode as a self-contained page or GIF.
 
@@ -127,7 +133,7 @@ def export(
     vigil export runs/solver --out site
     vigil export runs/solver --episode procthor_fridge_seed101 --out fridge.gif
     """
-    library = Library([run], pack or ["starter"])
+    library = Library([run], pack or ["starter"], assets)
     found = library.runs()
     if len(found) != 1 or found[0].table is None:
         raise RecordError(f"{str(run)!r} is no run that can be exported: {found[0].fault if found else 'no records'}")

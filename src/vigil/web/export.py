@@ -60,12 +60,15 @@ def _scene(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPa
     if run.header is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     spec = run.header.spec
-    if spec.asset_database_sha256 is not None:
-        raise SettingError("Played with an asset database; its frames can only be shown when they were saved.")
+    if spec.asset_database_sha256 is not None and run.assets is None:
+        raise SettingError(
+            f"Run {run.slug!r} was played with an asset database of SHA-256 {spec.asset_database_sha256[:12]}...; its "
+            "frames can be drawn again when that file is given with --assets."
+        )
     pack.house(episode.house.name)
     done = [each.action for each in record.steps[: step - 1]]
     return Scene(
-        look=Look(spec.simulator, spec.render_quality),
+        look=Look(spec.simulator, spec.render_quality, run.assets),
         house=pack.house_path(episode.house.name),
         start=episode.start,
         setup=episode.setup,

@@ -9,7 +9,6 @@ from fastapi.responses import HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.actions import PhysicalAction
-from vigil.assets.sizes import AssetDatabase
 from vigil.pose import Pose
 from vigil.web.drawing import Drawer, Look, Scene
 from vigil.web.library import Library, ShownPack
@@ -51,7 +50,7 @@ def add_house_pages(site: FastAPI, library: Library, drawer: Drawer, look: Look)
         if name not in pack.houses():
             raise KeyError(name)
         found = pack.house(name)
-        plan = plan_of(found, AssetDatabase.default())
+        plan = plan_of(found, pack.assets)
         episodes = pack.houses()[name]
         start = found.start or episodes[0].start
         values = {"pack": pack, "house": found, "plan": plan, "episodes": episodes}

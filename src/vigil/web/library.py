@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.house import House
@@ -17,6 +18,7 @@ from vigil.pack import HOUSES, MANIFEST, Pack, find, frozen_episodes
 from vigil.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
 from vigil.runner.frames import FrameStore
 from vigil.runner.run_folder import FRAMES_FOLDER
+from vigil.runner.settings import file_sha256
 from vigil.web.records import RecordTable, is_inside
 
 DEPTH = 3
@@ -33,6 +35,8 @@ class ShownPack:
     folder: Path
     sha256: str
     episodes: dict[str, Episode]
+    assets: AssetDatabase
+    """For the plans of its houses."""
     _houses: dict[str, House] = field(default_factory=dict)
 
     def houses(self) -> dict[str, list[Episode]]:
@@ -70,6 +74,8 @@ class ShownRun:
     pack: ShownPack | None = None
     table: RecordTable | None = None
     fault: str = ""
+    assets: Path | None = None
+    """The asset database that the run was played with."""
 
     @property
     def name(self) -> str:
@@ -88,8 +94,16 @@ class ShownRun:
 class Library:
     """All that may be shown; safe to ask from several threads."""
 
-    def __init__(self, roots: Iterable[Path] = (), packs: Iterable[str | Path] = ()) -> None:
-        """`roots` are runs, or folders with runs in them. Raises InputError for a root or pack that is not there."""
+    def __init__(
+        self, roots: Iterable[Path] = (), packs: Iterable[str | Path] = (), assets: Path | None = None
+    ) -> None:
+        """`roots` are runs, or folders with runs in them; `assets` is THOR's asset database, for houses that use it.
+
+        Raises InputError for a root, pack or database that is not there.
+        """
+        self._assets = assets
+        self._assets_sha256 = None if assets is None else file_sha256(assets)
+        self._database = AssetDatabase.default() if assets is None else AssetDatabase.load(assets)
         self._roots = [root.resolve() for root in roots]
         for root in self._roots:
             if not root.is_dir():
@@ -133,6 +147,8 @@ class Library:
                 raise RecordError(f"{name} of this run is a link to outside of its folder; it is not followed.")
         run.header = read_header(run.folder)
         spec = run.header.spec
+        if spec.asset_database_sha256 is not None and spec.asset_database_sha256 == self._assets_sha256:
+            run.assets = self._assets
         if run.table is None:
             run.pack = self._pack_of(run.header)
             wanted = set(spec.episode_ids)
@@ -172,7 +188,9 @@ class Library:
                 raise PackMismatch(f"Pack {str(folder)!r} links to outside of its folder.")
             episodes = frozen_episodes(folder, sha256)
         slug = _free_name(folder.name, self.packs)
-        self.packs[slug] = ShownPack(slug, folder, sha256, {episode.id: episode for episode in episodes})
+        self.packs[slug] = ShownPack(
+            slug, folder, sha256, {episode.id: episode for episode in episodes}, self._database
+        )
         return self.packs[slug]
 
     def _free_slug(self, folder: Path) -> str:

@@ -76,14 +76,14 @@ def plan_of(house: House, assets: AssetDatabase) -> Plan:
 def try_plan(pack: ShownPack, episode: Episode) -> Plan | None:
     """Returns the floor plan of an episode's house; None when the house cannot be read."""
     try:
-        return _kept_plan(pack.house(episode.house.name))
+        return _kept_plan(pack.house(episode.house.name), pack.assets)
     except VigilError:
         return None
 
 
 @lru_cache(maxsize=32)
-def _kept_plan(house: House) -> Plan:
-    return plan_of(house, AssetDatabase.default())
+def _kept_plan(house: House, assets: AssetDatabase) -> Plan:
+    return plan_of(house, assets)
 
 
 def _in_order(bodies: list[Body]) -> list[Body]:

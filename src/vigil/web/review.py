@@ -53,6 +53,8 @@ class Desk:
         self.path = path
         self.reviewer = reviewer
         self.look = look or Look()
+        database = self.look.asset_database
+        self.assets = AssetDatabase.load(database) if database else AssetDatabase.default()
         self.queue = queue(pack.episodes, seed)
         self.by_id = {episode.id: episode for episode in self.queue}
         if not path.parent.is_dir():
@@ -127,7 +129,7 @@ def _values(desk: Desk, episode: Episode) -> dict[str, Any]:
         "goal": goal_words(episode.goal),
         "family": FAMILIES[episode.family],
         "place": place + 1,
-        "plan": plan_of(desk.pack.house_of(episode), AssetDatabase.default()),
+        "plan": plan_of(desk.pack.house_of(episode), desk.assets),
         "data": {
             "url": f"/episodes/{episode.id}",
             "steps": ["start", *(action_words(action, None) for action in solution)],

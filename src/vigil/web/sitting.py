@@ -28,6 +28,7 @@ from vigil.record import EpisodeRecord, RunSpec
 from vigil.runner.live import boundary_of, lost_record
 from vigil.runner.pool import LiveEpisode, SimulatorPool
 from vigil.runner.run_folder import RunFolder
+from vigil.runner.settings import file_sha256
 from vigil.runner.wire import Plan, Ticket, View
 from vigil.scoring import settle
 from vigil.web.words import verdict_words
@@ -50,6 +51,8 @@ class SittingSettings:
     """Shows feedback after each action and the verdict after each episode; a run of its own."""
     log_dir: Path | None = None
     backend: str = "mujoco"
+    assets: Path | None = None
+    """THOR's asset database, for houses that use it."""
     quality: Literal["default", "fast"] = "default"
     seed: int | None = None
     """Of the order; None takes one from the player's name."""
@@ -232,13 +235,17 @@ def open_sitting(settings: SittingSettings) -> Sitting:
     spec = _spec(settings, pack)
     name = f"{pack.name}-{spec.agent.replace(':', '-')}"
     path = settings.log_dir or RUNS_FOLDER / name
-    folder = RunFolder.create_or_resume(path, spec, {"pack_folder": str(pack.folder.resolve())})
+    places = {"pack_folder": str(pack.folder.resolve())}
+    if settings.assets is not None:
+        places["asset_database"] = str(settings.assets.resolve())
+    folder = RunFolder.create_or_resume(path, spec, places)
     plan = Plan(
         pack=pack.folder,
         run_id=folder.header.run_id,
         profile=spec.profile,
         backend=settings.backend,
         quality=settings.quality,
+        asset_database=settings.assets,
     )
     pool = SimulatorPool(plan, 1, logs=folder.logs)
     try:
@@ -266,6 +273,7 @@ def _spec(settings: SittingSettings, pack: Pack) -> RunSpec:
         episode_ids=tuple(chosen),
         seed=seed,
         simulator=settings.backend,
+        asset_database_sha256=file_sha256(settings.assets) if settings.assets else None,
         render_quality=settings.quality,
     )
 

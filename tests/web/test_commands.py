@@ -1,0 +1,101 @@
+"""`vigil view`, `play`, `review` and `export` from the command line."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from vigil.cli import app, web
+from vigil.errors import InputError, RecordError, SettingError
+from vigil.pack import Pack
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        (["view", "no_such_folder"], RecordError, "no_such_folder"),
+        (["view", ".", "--host", "0.0.0.0"], SettingError, "--token"),
+        (["view", ".", "--pack", "startr"], InputError, "Did you mean 'starter'"),
+        (["play", "--player", "a b"], SettingError, "--player"),
+        (["play", "--player", "ada", "--host", "0.0.0.0"], SettingError, "--token"),
+        (["play", "--player", "ada", "--family", "XY"], InputError, "XY"),
+        (["review", "--reviewer", "../x"], SettingError, "reviewer"),
+        (["review", "--reviewer", "ada", "--file", "no/such/reviews.jsonl"], SettingError, "does not exist"),
+        (["export", ".", "--out", "site"], RecordError, "no run"),
+    ],
+    ids=lambda value: "-".join(value[:2]) if isinstance(value, list) else None,
+)
+def test_bad_input_is_named(
+    arguments: list[str], error: type[Exception], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, arguments)
+    assert isinstance(result.exception, error), result.output
+    assert words in str(result.exception)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_episode_is_exported_to_a_file(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    episode = pack.episodes[0].id
+    web.export(runs / "sweep", tmp_path / "one.gif", episode, 1, [str(pack.folder)])
+    assert (tmp_path / "one.gif").read_bytes().startswith(b"GIF89a")
+    with pytest.raises(SettingError, match="Did you mean"):
+        web.export(runs / "sweep", tmp_path / "two.gif", episode[:-1], 1, [str(pack.folder)])
+    with pytest.raises(SettingError, match=r"\.html or \.gif"):
+        web.export(runs / "sweep", tmp_path / "two.mp3", episode, 1, [str(pack.folder)])
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked up in /proc")
+def test_a_server_ends_with_its_drawing_process(runs: Path, pack: Pack) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-c", "from vigil.cli import main; main()", "view", str(runs), "--no-open"]
+    server = subprocess.Popen([*command, "--pack", str(pack.folder), "--port", str(port)], stdout=subprocess.DEVNULL)
+    try:
+        base = f"http://127.0.0.1:{port}"
+        deadline = time.monotonic() + 60
+        while not _answers(f"{base}/"):
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        assert _answers(f"{base}/runs/random/episodes/{pack.episodes[0].id}/1/frames/1.png")
+        children = _children(server.pid)
+        assert children
+        server.send_signal(signal.SIGTERM)
+        server.wait(20)
+        deadline = time.monotonic() + 10
+        while any(Path(f"/proc/{child}").exists() for child in children):
+            assert time.monotonic() < deadline, children
+            time.sleep(0.05)
+    finally:
+        if server.poll() is None:
+            server.kill()
+            server.wait()
+
+
+def _answers(url: str) -> bool:
+    try:
+        with urllib.request.urlopen(url, timeout=30) as answer:
+            return answer.status == 200
+    except OSError:
+        return False
+
+
+def _children(pid: int) -> list[int]:
+    """Returns the ids of a process's children."""
+    found = []
+    for entry in os.listdir("/proc"):
+        try:
+            fields = Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split() if entry.isdigit() else []
+        except OSError:
+            continue
+        if len(fields) > 1 and int(fields[1]) == pid:
+            found.append(int(entry))
+    return found
