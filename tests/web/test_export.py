@@ -22,6 +22,7 @@ def test_an_episode_is_one_page_with_everything_in_it(view: Site, pack: Pack) ->
     assert "attachment" in answer.headers["content-disposition"]
     assert answer.text.count("data:image/jpeg;base64,") == 5
     assert not re.search(r'(src|href)="(?!#|data:)', answer.text)
+    assert "script-src &#39;sha256-" in answer.text
 
 
 def test_a_gif_has_a_slide_for_each_step(view: Site, runs: Path, pack: Pack) -> None:

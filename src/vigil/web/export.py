@@ -1,6 +1,7 @@
 """Exports: an episode as one self-contained page or a GIF, a run as a folder of pages that can be hosted anywhere."""
 
 import base64
+import hashlib
 import io
 from collections.abc import Callable
 from pathlib import Path
@@ -88,8 +89,7 @@ def episode_page(run: ShownRun, key: Key, drawer: Drawer) -> str:
         story=story,
         plan=try_plan(pack, episode),
         is_alone=True,
-        style=_own("vigil.css"),
-        scripts=[_own("viewer.js")],
+        **_carried("viewer.js"),
     )
 
 
@@ -131,8 +131,7 @@ def export_site(run: ShownRun, out: Path, drawer: Drawer, report: Callable[[str]
         families=FAMILIES,
         link=lambda family="", label="": f"#family={family}&label={label}",
         episode_link=lambda episode_id, epoch: f"{EPISODES_FOLDER}/{_file_name(episode_id, epoch)}",
-        style=_own("vigil.css"),
-        scripts=[_own("filter.js")],
+        **_carried("filter.js"),
     )
     for key in sorted(run.table.rows):
         (out / EPISODES_FOLDER / _file_name(*key)).write_text(episode_page(run, key, drawer), encoding="utf-8")
@@ -179,6 +178,12 @@ def _slide(png: bytes, step: dict[str, Any]) -> Image.Image:
     return slide.quantize(128)
 
 
-def _own(name: str) -> Markup:
-    """Returns one of our own style sheets or scripts, to be put into a page as it is."""
-    return Markup((STATIC / name).read_text(encoding="utf-8"))
+def _carried(script: str) -> dict[str, Any]:
+    """Returns what a page that stands alone carries: our style and script, and the policy that runs no other."""
+    text = (STATIC / script).read_text(encoding="utf-8")
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+    return {
+        "style": Markup((STATIC / "vigil.css").read_text(encoding="utf-8")),
+        "script": Markup(text),
+        "policy": f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{digest}'",
+    }
