@@ -70,6 +70,7 @@ def build(
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
     reviews: Annotated[list[Path] | None, typer.Option(help="Review file; may be repeated.")] = None,
     per_family: Annotated[int, typer.Option(min=1, help="Episodes of each family.")] = 125,
+    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
     alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
@@ -84,7 +85,15 @@ def build(
     """
     files = [DraftsFile(path) for path in drafts]
     given = [review for path in reviews or [] for review in _reviews(path)]
-    wish = Wish(name, per_family, seed, house_uses, description=description, aliases=tuple(alias or []))
+    wish = Wish(
+        name,
+        per_family,
+        seed,
+        house_uses,
+        description=description,
+        aliases=tuple(alias or []),
+        families=_families(family or []),
+    )
     check = checker(files, Means(backend, database(assets), workers))
     pack, bad = assemble(out, files, given, wish, check)
     for findings in bad.values():
