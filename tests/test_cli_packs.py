@@ -1,18 +1,18 @@
 """`vigil pack`: from houses to drafts to a pack, verified and compared, as one would type it."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner, Result
 
+from vigil.cli import app
+from vigil.errors import InputError
 from vigil.pack import Pack, find
 
 
-def vigil(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from vigil.cli import main; main()", "pack", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+def vigil(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["pack", *map(str, arguments)])
 
 
 def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
@@ -20,25 +20,24 @@ def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
     drafts, out = tmp_path / "drafts.jsonl", tmp_path / "mine"
     families = [f"--family={family}" for family in ("PG", "SV")]
     proposed = vigil("propose", "--houses", houses[0], *families, "--out", drafts, "--tried", "6", "--seed", "11")
-    assert proposed.returncode == 0, proposed.stderr
+    assert proposed.exit_code == 0, proposed.output
     assert "drafts in 1 houses" in proposed.stdout
     short = vigil("build", "--drafts", drafts, "--name", "mine", "--out", out, "--per-family", "2")
-    assert short.returncode == 2
-    assert "DA 0 (of 0 drafts)" in short.stderr
+    assert "DA 0 (of 0 drafts)" in str(short.exception)
     arguments = [f"--family={family}" for family in ("PG", "SV")] + ["--per-family", "2", "--alias", "ours"]
     built = vigil("build", "--drafts", drafts, "--name", "mine", "--out", out, *arguments)
-    assert built.returncode == 0, built.stderr
+    assert built.exit_code == 0, built.output
     pack = Pack.load(out)
     assert pack.manifest.families == {"PG": 2, "SV": 2}
     assert pack.manifest.meta["aliases"] == ["ours"]
     verified = vigil("verify", out)
-    assert verified.returncode == 0, verified.stdout
+    assert verified.exit_code == 0, verified.output
     assert "4 of 4 episodes" in verified.stdout
     told = json.loads(vigil("info", out, "--json").stdout)
     assert told["episodes"] == 4
     assert told["families"] == {"PG": 2, "SV": 2}
     different = vigil("diff", out, "starter")
-    assert different.returncode == 1
+    assert different.exit_code == 1
     assert "4 gone, 80 new" in different.stdout
 
 
@@ -54,7 +53,6 @@ def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
 )
 def test_bad_input_is_named(arguments: list[str], words: list[str]) -> None:
     done = vigil(*arguments)
-    assert done.returncode == 2, done.stdout
-    assert "Traceback" not in done.stderr
+    assert isinstance(done.exception, InputError)
     for word in words:
-        assert word in done.stderr
+        assert word in str(done.exception)

@@ -128,8 +128,11 @@ class _Tally:
         episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
         opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
         lead = self.of_family[family, "label", facts.category, facts.label or ""]
+        turned, walked = (self.of_family[family, "turn", told] for told in ("True", "False"))
+        is_ahead = family in ("VS", "SI") and turned >= FOUND_BY_TURNING * (turned + walked + 1)
         return (
             not candidate.is_approved,
+            is_ahead and facts.is_seen_by_turning,
             self.of_family[family, "stratum", candidate.stratum],
             candidate.stratum,
             lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
