@@ -20,6 +20,8 @@ from vigil.sim.scene import Scene, Thing, WallPanel
 from vigil.sim.supports import level_surfaces, offset_from
 from vigil.sim.walls import panels_of, place_of_opening, rooms_of
 
+ON_UNLESS_SAID = frozenset({"LightSwitch"})
+"""What is on when a house does not say: rooms are lit."""
 HOVER_M = 0.07
 """Heights of children nearer than this are one level: in ProcTHOR's houses children hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
@@ -72,7 +74,7 @@ def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:
         is_toggleable=kind.is_toggleable,
         is_receptacle=kind.is_receptacle and bool(asset.surfaces),
         openness=min(1.0, max(0.0, node.openness or 0.0)) if openable else 0.0,
-        is_toggled=bool(node.is_on) and kind.is_toggleable,
+        is_toggled=kind.is_toggleable and (category in ON_UNLESS_SAID if node.is_on is None else node.is_on),
     )
 
 

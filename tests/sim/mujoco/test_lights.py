@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 import shapely
 
+from vigil.assets import make
 from vigil.assets.asset import Glow
+from vigil.assets.catalog import CATALOG
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
 from vigil.sim.mujoco.model import build
-from vigil.sim.scene import RoomShape, Scene
+from vigil.sim.scene import RoomShape, Scene, Thing
 
 ELL = [(0.0, 0.0), (4.0, 0.0), (4.0, 1.5), (1.5, 1.5), (1.5, 5.0), (0.0, 5.0)]
 ZED = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (6.0, 2.0), (6.0, 3.0), (2.0, 3.0), (2.0, 1.0), (0.0, 1.0)]
@@ -67,3 +69,22 @@ def test_the_nearest_things_that_are_on_shine_from_where_they_are(scene: Scene) 
     assert native.light_diffuse[first][0] > native.light_diffuse[first][2] > 0
     lamps.select(native, Vec3(0.0, 1.6, 0.0), [])
     assert not native.light_active[lamps.glow_lights].any()
+
+
+def test_a_room_is_dim_while_its_switches_are_off() -> None:
+    size = CATALOG["LightSwitch"].typical_size
+    switch = Thing("s", "LightSwitch", make("LightSwitch", size, 0), Vec3(2.0, 1.1, 0.01), Vec3(0.0, 0.0, 0.0))
+    rooms = [room([(x, z - 3.0) for x, z in BOX], (2.0, -1.5), "behind"), room(BOX, (2.0, 1.5), "before")]
+    scene = Scene(rooms=rooms, panels=[], things={"s": switch})
+    model = build(scene)
+    lamps, native = model.lamps, model.native
+
+    def brightness(index: int) -> float:
+        lamps.heed(scene)
+        lamps.select(native, Vec3(2.0, 1.6, 1.5), [])
+        return float(native.light_diffuse[lamps.room_lights[index]].mean())
+
+    behind, dim = brightness(0), brightness(1)
+    switch.is_toggled = True
+    assert brightness(1) == pytest.approx(4 * dim)
+    assert brightness(0) == pytest.approx(behind)

@@ -39,6 +39,8 @@ class MujocoEngine:
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+        if self._scene is not None:
+            self._loaded.lamps.heed(self._scene)
         return self.camera.draw(agent, self._glowing(), self._in_hand(held))
 
     def renderer(self) -> str:

@@ -2,7 +2,7 @@
 
 One lamp hangs in every room. The agent's room's casts shadows; the nearest others shine without, so that the next
 room seen through a door is neither black nor changes abruptly on entering. Lamps of the house that are on add a
-little light of their own.
+little light of their own. A room whose light switches are all off is dim, not dark: there is daylight.
 """
 
 import itertools
@@ -11,11 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from vigil.pose import Vec3
+from vigil.pose import Vec3, heading
 from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.binding import NativeModel, NativeSpec, mujoco
 from vigil.sim.scene import RoomShape, Scene, Thing
 
+SWITCH = "LightSwitch"
+ARM_M = 0.3
+"""A switch belongs to the room this far in front of it."""
 MAX_ROOM_LAMPS = 3
 MAX_GLOWS = 2
 """OpenGL's fixed pipeline has eight lights: the headlight, the fills, these."""
@@ -27,6 +30,8 @@ FILLS = (((0.33, 0.2, 0.92), 0.32), ((-0.33, -0.40, -0.86), 0.22))
 LAMP, OTHER_LAMP = 0.48, 0.32
 FALLOFF, OTHER_FALLOFF = (1.0, 0.0, 0.02), (1.0, 0.0, 0.16)
 """The lamp of the agent's room, and those of other rooms: weaker, since no wall stops their light."""
+UNLIT = 0.25
+"""What is left of a lamp whose switches are off."""
 USUAL_HEIGHT_M = 2.6
 RISE_M = 0.02
 """Lamps hang this far over the ceiling, which stops no light: behind a lamp the shadow map would be read backwards."""
@@ -58,6 +63,18 @@ class Lamps:
     room_lights: list[int]
     glow_lights: list[int]
     sun: int
+    switches: dict[str, int]
+    """Light switch -> its room."""
+    unlit: frozenset[int] = frozenset()
+    """Rooms whose switches are all off."""
+
+    def heed(self, scene: Scene) -> None:
+        """Takes over how the light switches stand."""
+        off, on = set[int](), set[int]()
+        for thing_id, room in self.switches.items():
+            thing = scene.things[thing_id]
+            (on if thing.is_toggled or not thing.is_present else off).add(room)
+        self.unlit = frozenset(off - on)
 
     def select(self, native: NativeModel, eye: Vec3, glowing: list[Thing]) -> float:
         """Switches the lights for an agent at `eye`; `glowing` are the things that give light.
@@ -72,7 +89,8 @@ class Lamps:
             light, is_here = self.room_lights[room], room == here
             native.light_active[light] = 1
             native.light_castshadow[light] = is_here
-            native.light_diffuse[light] = self.colors[room] * (LAMP if is_here else OTHER_LAMP)
+            strength = (LAMP if is_here else OTHER_LAMP) * (UNLIT if room in self.unlit else 1.0)
+            native.light_diffuse[light] = self.colors[room] * strength
             native.light_attenuation[light] = FALLOFF if is_here else OTHER_FALLOFF
         nearest = sorted(glowing, key=lambda thing: (thing.position.x - eye.x) ** 2 + (thing.position.z - eye.z) ** 2)
         for light, thing in zip(self.glow_lights, nearest, strict=False):
@@ -137,15 +155,24 @@ def add_lamps(spec: NativeSpec, scene: Scene) -> Lamps:
             castshadow=False,
         )
     count = len(scene.rooms)
+    rooms = [shapely.Polygon(room.polygon) for room in scene.rooms]
     return Lamps(
-        [shapely.Polygon(room.polygon) for room in scene.rooms],
+        rooms,
         np.array(places),
         np.array([_color(room) for room in scene.rooms]),
         [_shadow_scale(room, place) for room, place in zip(scene.rooms, places, strict=True)],
         list(range(count)),
         list(range(count, count + MAX_GLOWS)),
         count + MAX_GLOWS,
+        {thing.id: _room_of(thing, rooms) for thing in scene.things.values() if thing.category == SWITCH},
     )
+
+
+def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:
+    """Returns the room that a thing on the wall looks into."""
+    x, z = heading(thing.rotation.y)
+    front = shapely.Point(thing.position.x + ARM_M * x, thing.position.z + ARM_M * z)
+    return int(np.argmin(shapely.distance(rooms, front)))
 
 
 def _color(room: RoomShape) -> np.ndarray:
