@@ -158,13 +158,22 @@ class House:
 
     @property
     def start(self) -> Pose | None:
-        """The start pose that the document proposes (`metadata.agent`), on the floor; None without one."""
+        """The start pose that the document proposes (`metadata.agent`), on the floor; None without one.
+
+        Raises HouseError when what is there is no pose.
+        """
         agent = self.document.metadata.get("agent")
         if not isinstance(agent, dict):
             return None
-        position, rotation = agent["position"], agent["rotation"]
-        yaw = rotation["y"] if isinstance(rotation, dict) else rotation
-        return Pose(position=Vec3(position["x"], 0.0, position["z"]), rotation=yaw, horizon=agent.get("horizon", 30))
+        try:
+            position, rotation = agent["position"], agent["rotation"]
+            yaw = rotation["y"] if isinstance(rotation, dict) else rotation
+            place = Vec3(position["x"], 0.0, position["z"])
+            return Pose(position=place, rotation=yaw, horizon=agent.get("horizon", 30))
+        except (KeyError, TypeError, ValueError):
+            raise HouseError(
+                f"House {self.name!r}: metadata.agent is no start pose; it needs position (x, z) and rotation (y)."
+            ) from None
 
     def objects(self) -> list[tuple[HouseObject, str | None]]:
         """Returns every object with its parent's id, parents before children, in document order."""

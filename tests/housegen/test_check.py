@@ -129,3 +129,44 @@ def test_real_one_room_houses_are_checked_without_failing(procthor):
     with gzip.open(procthor / "one_room_train.jsonl.gz", "rt") as lines:
         for number, line in zip(range(5), lines, strict=False):
             check_house(House(f"train_{number}", json.loads(line)), assets)
+
+
+def test_a_room_without_shape_is_looked_at_no_further(data):
+    polygon = data["rooms"][0]["floorPolygon"]
+    polygon[0], polygon[1] = polygon[1], polygon[0]
+    assert rules(data) == ["room-shape"]
+
+
+def test_walls_without_length(data):
+    wall = data["walls"][0]
+    wall["polygon"] = [wall["polygon"][0]] * 4
+    found = [(fault.rule, fault.subject) for fault in faults(data)]
+    assert ("wall-shape", wall["id"]) in found
+
+
+def test_things_far_away(data):
+    find(data, "Bed")["position"]["x"] = 1e300
+    assert rules(data) == ["extent"]
+
+
+def test_states_of_doors_out_of_range(data):
+    data["doors"][0]["openness"] = float("nan")
+    assert ("extent", data["doors"][0]["id"]) in [(fault.rule, fault.subject) for fault in faults(data)]
+
+
+def test_holes_without_width(data):
+    corner = data["doors"][0]["holePolygon"][0]
+    data["doors"][0]["holePolygon"] = [corner, corner]
+    assert "hole" in rules(data)
+
+
+def test_rooms_of_one_name(data):
+    data["rooms"].append(copy.deepcopy(data["rooms"][0]))
+    assert ("reference", data["rooms"][0]["id"]) in [(fault.rule, fault.subject) for fault in faults(data)]
+
+
+@pytest.mark.parametrize("agent", [{"position": None}, {"position": {"x": 1}, "rotation": 0}, {}])
+def test_starts_that_are_no_pose(data, agent):
+    data["metadata"]["agent"] = agent
+    found = next(fault for fault in faults(data) if fault.rule == "start")
+    assert "no start pose" in found.message

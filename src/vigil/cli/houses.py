@@ -1,8 +1,10 @@
 """`vigil houses`: generate, check and show houses."""
 
 import gzip
+import io
 import json
 import warnings
+import zlib
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +17,7 @@ from vigil.cli.options import Assets, database
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
+from vigil.housegen.check import SHAPELESS
 from vigil.housegen.show import beside, draw_plan
 from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
@@ -186,7 +189,12 @@ def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
     if not file.is_file():
         yield str(file), HouseError(f"House file {str(file)!r} does not exist.")
         return
-    with gzip.open(file, "rt") if file.suffix == ".gz" else file.open() as lines:
+    try:
+        content = gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes()
+    except (OSError, EOFError, zlib.error) as error:
+        yield str(file), HouseError(f"House file {str(file)!r} cannot be read: {error}.")
+        return
+    with io.BytesIO(content) as lines:
         for number, line in enumerate(lines, start=1):
             name = f"{file}:{number}"
             try:
@@ -199,13 +207,16 @@ def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
 
 def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Flaw]:
     """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
-    flaws: list[Flaw] = []
+    faults, flaws = check_house(house, database), []
+    shapeless = next((fault for fault in faults if fault.rule in SHAPELESS), None)
+    if shapeless is not None:
+        raise HouseError(f"House {house.name!r}: {shapeless}.")
     if load or shapes:
         scene, model = _loaded(house, database)
         if shapes:
             flaws = flaws_of(scene, house, database)
             flaws += too_many_triangles(house.name, model.triangles, len(scene.rooms))
-    return [*check_house(house, database), *flaws]
+    return [*faults, *flaws]
 
 
 def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, Model]:

@@ -8,6 +8,7 @@ from shapely import MultiPoint, Polygon, STRtree
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
+from vigil.errors import HouseError
 from vigil.house import House, Room
 from vigil.housegen.solids import Body, Prism, bodies_of
 from vigil.housegen.walkable import LEAST_SHARE, Walkable, walkable_of
@@ -24,6 +25,9 @@ REACH_M = 1.5
 POLYGON = shapely.GeometryType.POLYGON.value
 BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
+SHAPELESS = frozenset({"room-shape", "extent", "wall-shape"})
+"""Faults of a house that has no shape to look at further, or to load."""
+FARTHEST_M = 200.0
 NEEDS = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
 
 
@@ -43,16 +47,16 @@ class Fault:
 
 def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     """Returns the house's faults, in a fixed order."""
-    faults = [*_schema(house), *_references(house), *_rooms(house), *_holes(house)]
+    faults = [*_schema(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
+    if any(fault.rule in SHAPELESS for fault in faults):
+        return faults
     bodies, unknown = bodies_of(house, assets)
     faults += [Fault("asset", house.name, message) for message in unknown]
     faults += [*_hovering(house, bodies), *_outside(house, bodies), *_belonging(house, bodies)]
     pairs = _Pairs(bodies)
     faults += pairs.overlaps()
-    if not any(fault.rule == "room-shape" for fault in faults):
-        ground = walkable_of(house, bodies)
-        faults += [*_walking(house, ground), *_start(house, ground), *_access(house, bodies, ground, pairs)]
-    return faults
+    ground = walkable_of(house, bodies)
+    return [*faults, *_walking(house, ground), *_start(house, ground), *_access(house, bodies, ground, pairs)]
 
 
 def _schema(house: House) -> list[Fault]:
@@ -73,7 +77,9 @@ def _references(house: House) -> list[Fault]:
     for opening in [*document.doors, *document.windows]:
         if opening.wall1 is not None and opening.wall1 not in walls:
             faults.append(Fault("reference", opening.id, f"names wall {opening.wall1!r}, which is not in the house"))
-    return faults
+    ids = [node.id for node in [*document.rooms, *document.walls, *document.doors, *document.windows]]
+    twice = sorted({name for name in ids if ids.count(name) > 1})
+    return [*faults, *(Fault("reference", name, "two rooms, walls or openings have this id") for name in twice)]
 
 
 def floor_of(room: Room) -> Polygon:
@@ -100,6 +106,24 @@ def _rooms(house: House) -> list[Fault]:
     return faults
 
 
+def _extent(house: House) -> list[Fault]:
+    """Returns a fault for each thing far away, each wall without length or height, and each state out of 0..1."""
+    document = house.document
+    named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
+    named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
+    named += [(node.id, node.position) for node, _ in house.objects()]
+    far = sorted({name for name, point in named if max(abs(point.x), abs(point.y), abs(point.z)) > FARTHEST_M})
+    faults = [Fault("extent", name, f"reaches over {FARTHEST_M:g} m from the origin") for name in far]
+    for wall in document.walls:
+        ends = {(point.x, point.z) for point in wall.polygon}
+        if len(ends) < 2 or len({point.y for point in wall.polygon}) < 2:
+            faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
+    for door in document.doors:
+        if door.openness is not None and not 0.0 <= door.openness <= 1.0:
+            faults.append(Fault("extent", door.id, f"openness {door.openness} is not within 0 and 1"))
+    return faults
+
+
 def _holes(house: House) -> list[Fault]:
     faults: list[Fault] = []
     walls = {wall.id: wall for wall in house.document.walls}
@@ -116,6 +140,8 @@ def _holes(house: House) -> list[Fault]:
             faults.append(
                 Fault("hole", opening.id, f"hole {size} is outside its wall of {length:.2f} x {height:.2f} m")
             )
+        if max(xs) - min(xs) < 0.01 or max(ys) - min(ys) < 0.01:
+            faults.append(Fault("hole", opening.id, "hole has no width or no height"))
         for left, right, low, high, other in spans.get(opening.wall0, []):
             if min(right, max(xs)) - max(left, min(xs)) > 1e-3 and min(high, max(ys)) - max(low, min(ys)) > 1e-3:
                 faults.append(Fault("hole", opening.id, f"hole overlaps that of {other!r}"))
@@ -267,7 +293,10 @@ def _walking(house: House, ground: Walkable) -> list[Fault]:
 
 
 def _start(house: House, ground: Walkable) -> list[Fault]:
-    start = house.start
+    try:
+        start = house.start
+    except HouseError as error:
+        return [Fault("start", house.name, str(error))]
     if start is None:
         return [Fault("start", house.name, "metadata.agent proposes no start")]
     if ground.is_start(start.position.x, start.position.z):

@@ -38,8 +38,8 @@ class RoomMeasures:
     """Things that can be picked up."""
     on_support: list[tuple[str, int]] = field(default_factory=list)
     """Each piece of furniture that holds things, with how many loose things are on and in it."""
-    is_on: list[bool] = field(default_factory=list)
-    is_dirty: list[bool] = field(default_factory=list)
+    is_on: list[tuple[str, bool]] = field(default_factory=list)
+    is_dirty: list[tuple[str, bool]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,9 +112,9 @@ def _count_alone(
         room.types.add(category)
         room.loose += CATALOG[category].is_pickupable
         if node.is_on is not None:
-            room.is_on.append(node.is_on)
+            room.is_on.append((category, node.is_on))
         if node.is_dirty is not None:
-            room.is_dirty.append(node.is_dirty)
+            room.is_dirty.append((category, node.is_dirty))
         if CATALOG[category].is_receptacle and not CATALOG[category].is_pickupable:
             counted = [found for _, found in children if only is None or found in only]
             room.on_support.append((category, sum(CATALOG[found].is_pickupable for found in counted)))
@@ -145,7 +145,7 @@ def compare(real: Iterable[RoomMeasures], own: Iterable[RoomMeasures], supports:
             for side in (real, own)
         ]
         if all(len(side) for side in sides):
-            found.append(Comparison(f"things on a {CATALOG[support].spoken}", *sides))
+            found.append(Comparison(f"things on: {CATALOG[support].spoken}", *sides))
     return found
 
 

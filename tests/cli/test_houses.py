@@ -1,0 +1,105 @@
+import gzip
+import json
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from vigil.cli.houses import app
+from vigil.errors import SettingError
+from vigil.house import House
+from vigil.housegen import generate, spec_for
+
+
+@pytest.fixture(scope="module")
+def bedroom() -> House:
+    return generate(0, spec_for("bedroom"))
+
+
+def check(*arguments: str | Path) -> tuple[int, str]:
+    done = CliRunner().invoke(app, ["check", "--no-load", *map(str, arguments)])
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    return done.exit_code, done.output
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1]", "nothing", "[" * 5000, '{"rooms": 3}'])
+def test_what_is_no_house_is_named(tmp_path, text):
+    (tmp_path / "bad.json").write_text(text)
+    code, said = check(tmp_path / "bad.json")
+    assert code == 2
+    assert "bad.json" in said
+    assert "cannot be loaded" in said
+
+
+def test_a_self_intersecting_room_is_named(tmp_path, bedroom):
+    data = json.loads(json.dumps(bedroom.data))
+    polygon = data["rooms"][0]["floorPolygon"]
+    polygon[0], polygon[1] = polygon[1], polygon[0]
+    (tmp_path / "bow.json").write_text(json.dumps(data))
+    code, said = check(tmp_path / "bow.json")
+    assert code == 2
+    assert f"{data['rooms'][0]['id']}: floor is no simple polygon" in said
+
+
+def test_schemas_holes_and_assets_are_named_without_failing(tmp_path, bedroom):
+    data = json.loads(json.dumps(bedroom.data))
+    data["metadata"]["schema"] = "0.0.1"
+    data["doors"][0]["holePolygon"][1]["x"] += 50
+    data["objects"][0]["assetId"] = "vigil_Spaceship_1"
+    (tmp_path / "odd.json").write_text(json.dumps(data))
+    code, said = check(tmp_path / "odd.json")
+    assert code == 0
+    for words in ("'0.0.1', expected '1.0.0'", "is outside its wall", "'vigil_Spaceship_1'"):
+        assert words in said
+
+
+@pytest.mark.parametrize("content", [b"not gzip", gzip.compress(b"{}" * 999)[:20]])
+def test_broken_archives_are_named(tmp_path, content):
+    (tmp_path / "many.jsonl.gz").write_bytes(content)
+    code, said = check(tmp_path / "many.jsonl.gz")
+    assert code == 2
+    assert "cannot be read" in said
+
+
+def test_lines_that_are_no_house_are_named_by_number(tmp_path, bedroom):
+    (tmp_path / "many.jsonl").write_bytes(b"nope\n\xff\xfe\n" + json.dumps(bedroom.data).encode() + b"\n")
+    code, said = check(tmp_path / "many.jsonl")
+    assert code == 2
+    assert "line 1 of" in said
+    assert "line 2 of" in said
+    assert "3 houses: 1 load, 2 do not" in said
+
+
+def test_a_sweep_says_what_is_rare():
+    runner = CliRunner()
+    done = runner.invoke(app, ["sweep", "--seeds", "0:2", "--rooms", "1", "--no-load", "--least", "1"])
+    assert done.exit_code == 2
+    assert "1 rooms: 2 houses" in done.output
+    assert "fewer than 1 of:" in done.output
+    assert "2 houses, 0 problems" in done.output
+
+
+@pytest.mark.parametrize("option", [("--seeds", "6"), ("--seeds", "a:b"), ("--rooms", "1;2")])
+def test_sweeps_of_another_form_are_refused(option):
+    done = CliRunner().invoke(app, ["sweep", *option])
+    assert isinstance(done.exception, SettingError)
+    assert option[0] in str(done.exception)
+
+
+def test_show_draws_plan_and_view_side_by_side(tmp_path, bedroom):
+    bedroom.save(tmp_path / "house.json")
+    done = CliRunner().invoke(app, ["show", str(tmp_path / "house.json"), "--out", str(tmp_path / "plan.png")])
+    assert done.exit_code == 0, done.output
+    with Image.open(tmp_path / "plan.png") as picture:
+        assert picture.width > 1.5 * picture.height
+
+
+def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, procthor):
+    bedroom.save(tmp_path / "house.json")
+    database = str(procthor / "asset-database.json")
+    arguments = ["export", str(tmp_path / "house.json"), str(tmp_path / "thor.json"), "--asset-database", database]
+    assert isinstance(CliRunner().invoke(app, arguments).exception, SettingError)
+    done = CliRunner().invoke(app, [*arguments, "--thor"])
+    assert done.exit_code == 0, done.output
+    assert not any(node.asset_id.startswith("vigil_") for node, _ in House.load(tmp_path / "thor.json").objects())
