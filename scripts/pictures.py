@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 from vigil.actions import Action, InteractPixel
@@ -16,6 +17,7 @@ from vigil.sim import make_simulator
 OUT = Path(__file__).parents[1] / "docs"
 FOLDER = OUT / "pictures"
 QUALITY = 88
+TRIED = 8
 CHANGES = ("open_access", "close_access", "activate", "deactivate", "pick", "place")
 
 
@@ -45,8 +47,7 @@ def main() -> None:
         ]
     lines += ["## What interactions change", "", "Before and after one action of a recorded solution.", ""]
     for intent in CHANGES:
-        episode, actions = _example(pack, intent)
-        before, after = _around(env, episode, actions, intent)
+        episode, before, after = _clearest(pack, env, intent)
         pair = Image.new("RGB", (1290, 480), "white")
         pair.paste(Image.fromarray(before), (0, 0))
         pair.paste(Image.fromarray(after), (650, 0))
@@ -55,25 +56,36 @@ def main() -> None:
     (OUT / "pictures.md").write_text("\n".join(lines).rstrip() + "\n")
 
 
-def _example(pack: Pack, intent: str) -> tuple[Episode, tuple[Action, ...]]:
-    """Returns the first episode whose solution has an action of that intent."""
+def _clearest(pack: Pack, env: Env, intent: str) -> tuple[Episode, np.ndarray, np.ndarray]:
+    """Returns the episode, among the first with that intent, in which the frame changes most, with its two frames."""
+    found = []
     for episode in pack.episodes:
         actions = pack.solutions[episode.id].actions
-        if any(isinstance(action, InteractPixel) and action.intent == intent for action in actions):
-            return episode, actions
-    raise SystemExit(f"No solution of pack {pack.name!r} has an action of intent {intent!r}.")
+        if any(_has(action, intent) for action in actions):
+            before, after = _around(env, episode, actions, intent)
+            found.append((int((np.abs(before.astype(int) - after).max(axis=2) > 30).sum()), episode, before, after))
+        if len(found) == TRIED:
+            break
+    if not found:
+        raise SystemExit(f"No solution of pack {pack.name!r} has an action of intent {intent!r}.")
+    return max(found, key=lambda example: example[0])[1:]
 
 
-def _around(env: Env, episode: Episode, actions: tuple[Action, ...], intent: str):
+def _around(env: Env, episode: Episode, actions: tuple[Action, ...], intent: str) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the frames before and after the first action of that intent."""
     observation = env.reset(episode)
     for action in actions:
         assert observation is not None
-        before = observation.rgb
+        before = observation.rgb if _has(action, intent) else None
         observation = env.step(reply_of(action))
-        if isinstance(action, InteractPixel) and action.intent == intent:
+        if before is not None:
             assert observation is not None
             return before, observation.rgb
     raise SystemExit(f"Episode {episode.id!r}: its solution has no action of intent {intent!r}.")
+
+
+def _has(action: Action, intent: str) -> bool:
+    return isinstance(action, InteractPixel) and action.intent == intent
 
 
 if __name__ == "__main__":
