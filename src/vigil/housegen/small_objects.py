@@ -136,6 +136,8 @@ STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
 AT_THE_BACK = frozenset(
     {"Microwave", "CoffeeMachine", "Toaster", "Television", "DeskLamp", "HousePlant", "Vase", "Desktop"}
 )
+SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
+"""What stands high does not stand on soft things (a bat on a bed)."""
 STRAIGHT = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
 """Things that face the same way as what they stand on."""
 
@@ -200,6 +202,7 @@ class Tidier:
         for name, kind in CATALOG.items():
             if (
                 name in also
+                or (support in SOFT and kind.typical_size.y > TALLEST_ON_SOFT_M)
                 or support not in kind.rests_on
                 or self.kind not in kind.rooms
                 or not self.household.may_have(name)
