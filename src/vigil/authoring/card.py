@@ -80,7 +80,11 @@ def _strata(meta: Mapping[str, Any]) -> str:
 
 def _making(meta: Mapping[str, Any]) -> str:
     reviews, guess = meta["reviews"], meta["text_guess_sv"]
-    guessed = [] if guess is None else [f"- State verification guessed from its words: {100 * guess:.0f} % right."]
+    guessed = (
+        []
+        if guess is None
+        else [f"- A guess of states by category alone, knowing the pack, is right in {100 * guess:.0f} %."]
+    )
     return "\n".join(
         [
             "## How it was made",

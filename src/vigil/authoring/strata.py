@@ -71,22 +71,18 @@ def count_strata(members: Sequence[Member]) -> dict[str, Any]:
 
 
 def text_guess(members: Sequence[Member]) -> float | None:
-    """Returns how often a guess from the instruction alone names the right state (SV); None without any.
+    """Returns how often a guess from words alone can name the right state (SV) at best; None without any.
 
-    Each label is guessed from the other episodes that ask the same of the same category: the label that is more common
-    there; where none is, a coin decides (0.5).
+    The guesser knows, of this very pack, which label is the more common one for each question about each category;
+    0.5 is chance, and the fewer episodes there are, the further above it the best guess lies.
     """
-    rows = [
-        ((facts.category, getattr(episode.goal, "state", "")), facts.label)
-        for episode, facts in members
-        if episode.family == "SV"
-    ]
-    scores: list[float] = []
-    for index, (asked, label) in enumerate(rows):
-        same = Counter(other for at, (key, other) in enumerate(rows) if at != index and key == asked)
-        best = [name for name, count in same.items() if count == max(same.values())]
-        scores.append(1.0 if best == [label] else 0.0 if len(best) == 1 else 0.5 * (label in best or not best))
-    return round(sum(scores) / len(scores), 4) if scores else None
+    asked: dict[tuple[str, str], Counter[str | None]] = {}
+    for episode, facts in members:
+        if episode.family == "SV":
+            key = facts.category, getattr(episode.goal, "state", "")
+            asked.setdefault(key, Counter())[facts.label] += 1
+    total = sum(labels.total() for labels in asked.values())
+    return round(sum(max(labels.values()) for labels in asked.values()) / total, 4) if total else None
 
 
 def _counted(names: Iterable[str]) -> dict[str, int]:

@@ -45,7 +45,7 @@ def info(pack: PackArgument, as_json: Annotated[bool, typer.Option("--json", hel
     if strata is not None:
         _print_strata(strata)
         print(f"reviewed: {manifest.meta['reviews']}")
-        print(f"state verification guessed from words alone: {manifest.meta['text_guess_sv']}")
+        print(f"best guess of states by category alone: {manifest.meta['text_guess_sv']}")
 
 
 def _print_families(pack: Pack) -> None:
