@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from itertools import product
 from pathlib import Path
@@ -88,7 +89,7 @@ def test_what_does_not_hold_is_replaced(search: Episode) -> None:
     wish = Wish("p", 6, families=("VS",))
     spoiled = select(pool, wish)[0].episode.id
 
-    def check(chosen: list[Candidate]) -> dict[str, list[Finding]]:
+    def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
         ids = {candidate.episode.id for candidate in chosen}
         return {spoiled: [Finding(spoiled, "solvable", "no")]} if spoiled in ids else {}
 
