@@ -14,7 +14,6 @@ VigilError
 What an agent does wrong is never an exception: it is data (`vigil.actions.InvalidAction`).
 """
 
-
 from collections.abc import Iterable
 from difflib import get_close_matches
 
