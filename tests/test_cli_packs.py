@@ -47,12 +47,40 @@ def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
         (["propose", "--out", "d.jsonl"], ["either --houses or --seeds"]),
         (["propose", "--seeds", "3", "--out", "d.jsonl"], ["'3'", "FIRST:END"]),
         (["propose", "--seeds", "1:2", "--rooms", "castle", "--out", "d.jsonl"], ["'castle'"]),
+        (["make", "--name", "n", "--out", "o"], ["either --seed", "--houses"]),
+        (["make", "--name", "n", "--out", "o", "--seed", "1", "--rooms", "12"], ["'12", "1 to 10"]),
+        (["make", "--name", "n", "--out", "o", "--houses", "no.json"], ["'no.json'", "does not exist"]),
+        (["make", "--name", "n", "--out", "o", "--seed", "1", "--family", "XX"], ["'XX'", "PG"]),
         (["build", "--drafts", "no.jsonl", "--name", "n", "--out", "o"], ["'no.jsonl'", "vigil pack propose"]),
     ],
-    ids=["no_houses", "no_range", "no_spec", "no_drafts"],
+    ids=["no_houses", "no_range", "no_spec", "no_seed", "no_rooms", "no_file", "no_family", "no_drafts"],
 )
 def test_bad_input_is_named(arguments: list[str], words: list[str]) -> None:
     done = vigil(*arguments)
     assert isinstance(done.exception, InputError)
     for word in words:
         assert word in str(done.exception)
+
+
+SMALL = ("--family", "PG", "--family", "SV", "--per-family", "1")
+
+
+def test_a_secret_seed_makes_a_pack_in_one_command_that_continues(tmp_path: Path) -> None:
+    made = ("make", "--name", "held_out", "--seed", "77", "--rooms", "bathroom", "--count", "1", *SMALL)
+    first = vigil(*made, "--out", tmp_path / "a")
+    assert first.exit_code == 0, first.output
+    pack = Pack.load(tmp_path / "a")
+    assert pack.manifest.families == {"PG": 1, "SV": 1}
+    drafts = (tmp_path / "a.drafts.jsonl").read_bytes()
+    (tmp_path / "b.drafts.jsonl").write_bytes(drafts[: drafts.index(b'"line":"done"')])
+    assert vigil(*made, "--out", tmp_path / "b").exit_code == 0
+    assert Pack.load(tmp_path / "b").episodes == pack.episodes
+    again = vigil(*made, "--out", tmp_path / "a")
+    assert "holds a pack already" in str(again.exception)
+
+
+def test_a_pack_is_made_from_house_files(tmp_path: Path) -> None:
+    house = sorted((find("starter") / "houses").glob("bathroom*.json"))[0]
+    made = vigil("make", "--name", "real", "--houses", house, *SMALL, "--out", tmp_path / "real")
+    assert made.exit_code == 0, made.output
+    assert {episode.house.name for episode in Pack.load(tmp_path / "real").episodes} == {house.stem}

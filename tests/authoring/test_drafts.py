@@ -1,17 +1,19 @@
 """Drafts files: what holds and what does not, kept and continued."""
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vigil.authoring.campaign import Bench, Standing, Terms, grammar_proposer, run_campaign
-from vigil.authoring.drafts import Done, Draft, DraftsFile, Header, Rejection, draft_id
-from vigil.authoring.sources import Filed, Seeded, filed, seeded
+from vigil.authoring.drafts import Draft, DraftsFile, Header, draft_id
+from vigil.authoring.sources import MIXED, SECRET_SEEDS, Filed, Seeded, drawn, filed, seeded
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, SettingError
+from vigil.housegen import spec_for
 from vigil.pack import Pack
 
 FAMILIES: tuple[Family, ...] = ("PG", "SV")
@@ -90,14 +92,6 @@ def test_a_house_that_cannot_be_had_is_a_rejection(tmp_path: Path, monkeypatch: 
     assert not list(file.houses.iterdir())
 
 
-def test_what_blind_agents_complete_is_rejected(source: Filed, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vigil.authoring.campaign.is_blind_luck", lambda *_: True)
-    _, lines = Bench(TERMS, grammar_proposer(TERMS)).work(source, ("PG",))
-    assert {line.rule for line in lines if isinstance(line, Rejection)} >= {"not_blind_luck"}
-    assert not any(isinstance(line, Draft) for line in lines)
-    assert isinstance(lines[-1], Done)
-
-
 def test_ids_have_the_papers_form_and_follow_the_content(starter: Pack) -> None:
     episode = starter.episodes[0]
     moved = episode.model_copy(update={"instruction": "Something else."})
@@ -113,6 +107,20 @@ def test_seeds_take_their_specs_in_turn() -> None:
     for bad in ("7", "7:7", "a:b", "9:7"):
         with pytest.raises(SettingError, match="FIRST:END"):
             seeded(bad, ["kitchen"])
+
+
+def test_mixed_houses_are_mostly_of_several_rooms() -> None:
+    rooms = [len(spec_for(source.name.rpartition("_")[0]).choices[0]) for source in seeded("1:21", ["mixed"])]
+    assert len(rooms) == len(MIXED)
+    assert Counter(min(count, 5) for count in rooms) == {1: 4, 2: 6, 3: 4, 4: 4, 5: 2}
+
+
+def test_a_secret_seed_draws_houses_that_more_of_them_begin_with() -> None:
+    few, many = drawn(7, 5, ["mixed"]), drawn(7, 9, ["mixed"])
+    assert many[:5] == few
+    assert len({source.name for source in many}) == 9
+    assert all(isinstance(source, Seeded) and source.seed in SECRET_SEEDS for source in many)
+    assert not {source.name for source in drawn(8, 9, ["mixed"])} & {source.name for source in many}
 
 
 def test_houses_come_from_files_and_lines(starter: Pack, tmp_path: Path) -> None:

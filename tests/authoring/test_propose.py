@@ -9,7 +9,6 @@ import pytest
 from vigil.authoring import constraints, propose, sequences
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Validator
-from vigil.authoring.wording import ORDERS, SEARCH_ORDERS, SHORT_ORDERS, say
 from vigil.authoring.workshop import Workshop
 from vigil.episode import Episode
 from vigil.house import House
@@ -39,7 +38,7 @@ def house(starter: Pack) -> House:
 
 def drafts(simulator: PrivilegedSimulator, house: House, family: str, seed: int) -> list[Episode]:
     shop = Workshop(simulator, house, np.random.default_rng(seed))
-    return list(islice(GRAMMAR[family](shop), 3))
+    return list(islice(GRAMMAR[family](shop), 8))
 
 
 @pytest.mark.parametrize("family", GRAMMAR)
@@ -54,15 +53,3 @@ def test_drafts_are_mostly_valid_and_reproducible(family: str, simulator: Privil
 
 def test_another_seed_proposes_something_else(simulator: PrivilegedSimulator, house: House) -> None:
     assert drafts(simulator, house, "PG", 1) != drafts(simulator, house, "PG", 2)
-
-
-def test_slots_are_filled_and_sentences_start_with_a_capital() -> None:
-    rng = np.random.default_rng(0)
-    sentence = say(("{Obstacle} is in the way of {target}.",), rng, obstacle="the box", target="the desk")
-    assert sentence == "The box is in the way of the desk."
-
-
-def test_every_act_has_words() -> None:
-    assert set(ORDERS) == set(SEARCH_ORDERS) == set(SHORT_ORDERS)
-    for sentences in (*ORDERS.values(), *SEARCH_ORDERS.values()):
-        assert all("{target}" in sentence for sentence in sentences)

@@ -56,3 +56,24 @@ def test_every_phrase_is_read_back_as_itself() -> None:
         Phrase("mug", room="living room"),
     ):
         assert mentions(f"Find {phrase}.", ["mug", "desk"]) == [phrase]
+
+
+def test_doors_are_called_by_the_rooms_that_they_join() -> None:
+    first = Item("door|1|2", "Doorway", "door between the bathroom and the bedroom")
+    second = Item("door|2|3", "Doorway", "door between the bedroom and the kitchen")
+    front = Item("door|1|9", "Doorway", "door")
+    everything = [first, second, front]
+    phrase = phrase_for(first, everything)
+    assert str(phrase) == "the door between the bathroom and the bedroom"
+    assert mentions(f"Close {phrase}.", [item.name for item in everything]) == [phrase]
+    assert len(referents(Phrase("door"), everything)) == 3
+    assert mentions("Close the door, please.", [first.name]) == [Phrase("door")]
+
+
+def test_a_part_of_a_thing_is_no_mention_of_another() -> None:
+    assert mentions("Open the door of the fridge.", ["door", "fridge"]) == [Phrase("fridge")]
+
+
+def test_an_apple_is_told_by_no_colour_that_others_share() -> None:
+    green, olive = (Item(f"Apple|{n}", "Apple", "apple", (c,)) for n, c in enumerate(("green", "light green")))
+    assert phrase_for(green, [green, olive]) is None

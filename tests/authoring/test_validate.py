@@ -1,12 +1,14 @@
 """Every rule finds the fault that it is there for, and nothing is wrong with the starter pack."""
 
 from collections.abc import Callable
+from itertools import islice
 
 import numpy as np
 import pytest
 
 from vigil.actions import Action, Look, Navigate, Report
 from vigil.authoring import validate as validation
+from vigil.authoring.luck import TURNING, blind_tries
 from vigil.authoring.propose import is_seen
 from vigil.authoring.rules import RULES
 from vigil.authoring.stage import PrivilegedSimulator
@@ -107,7 +109,7 @@ BAD_SOLUTIONS: dict[str, Callable[[tuple[Action, ...]], tuple[Action, ...]]] = {
 }
 """Rule -> how to spoil a solution."""
 
-ELSEWHERE = {"near_sees_target", "margins"}
+ELSEWHERE = {"near_sees_target", "margins", "not_blind_luck"}
 """Rules with a test of their own below."""
 
 
@@ -167,6 +169,30 @@ def test_a_thin_margin_is_found(starter: Pack, validator: Validator, monkeypatch
     monkeypatch.setattr(validation, "MARGIN_M", 0.7)
     actions = starter.solutions[good.id].actions
     assert rules_broken(validator, good, starter.house_of(good), actions) == {"margins"}
+
+
+def test_what_an_agent_without_sight_completes_is_found(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    """Straight ahead to the target, three metres are as good as a look."""
+    good = first_of(starter, "DA")
+    house = starter.house_of(good)
+    shop = Workshop(simulator, house, np.random.default_rng(0))
+    thing = shop.thing(good.goal.object_id)
+    validator = Validator(simulator)
+    found: set[str] = set()
+    for place in islice(shop.starts(shop.away_from(thing, 2.0, 4.0)), 20):
+        start = shop.facing(place, thing, good.start.horizon, 0.0)
+        found |= rules_broken(validator, good.model_copy(update={"start": start}), house, None)
+        shop.begin(Setup())
+        if "not_blind_luck" in found:
+            break
+    assert "not_blind_luck" in found
+
+
+def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None:
+    turned_to = [bool(set(TURNING) & set(tried)) for tried in blind_tries(first_of(starter, "VS", "turn"))]
+    assert turned_to == [False, False]
+    assert len(blind_tries(first_of(starter, "VS", "walk"))) == 3
+    assert blind_tries(first_of(starter, "SV")) == []
 
 
 def test_near_behind_a_wall_is_no_arrival(starter: Pack, simulator: PrivilegedSimulator) -> None:

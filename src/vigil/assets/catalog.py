@@ -343,7 +343,7 @@ _ROWS = (
     ),
     _of("Painting", "painting", (0.75, 0.55, 0.03), 0.25, "LBKW", (WALL,)),
     _of("Pillow", "pillow", (0.5, 0.15, 0.36), 0.12, "BL", ("Bed", "Sofa", "ArmChair"), "pick"),
-    _of("RoomDecor", "tall vase with branches", (0.36, 1.2, 0.36), 0.12, "LB", (FLOOR,), "move"),
+    _of("RoomDecor", "vase with branches", (0.36, 1.2, 0.36), 0.12, "LB", (FLOOR,), "move"),
     _of("Rug", "rug", (1.8, 0.012, 1.2), 0.2, "LB", (FLOOR,)),
     _of(
         "Statue",

@@ -26,6 +26,13 @@ COLOURS = {
     "pink": "#d98ea3",
 }
 
+CLEARLY_NEARER = 0.75
+"""The nearest word is used when its distance is at most this share of the next one's."""
+LIGHTNESS_WEIGHT = 0.5
+"""People name hues first: a dark green is still green."""
+_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+_WHITE = np.array([0.9505, 1.0, 1.089])
+
 T = TypeVar("T")
 
 
@@ -38,3 +45,24 @@ def colour(rng: np.random.Generator, *names: str) -> tuple[str, str]:
     """Returns one of the named colours (of all without names) as its word and "#rrggbb"."""
     name = one_of(rng, names or tuple(COLOURS))
     return name, COLOURS[name]
+
+
+def word_for(red: int, green: int, blue: int) -> str | None:
+    """Returns the word that people use for a colour (parts 0 .. 255); None where two would do."""
+    place = _lab(red, green, blue)
+    far = {name: float(np.linalg.norm(place - _lab(*_parts(code)))) for name, code in COLOURS.items()}
+    first, second = sorted(far, key=far.__getitem__)[:2]
+    return first if far[first] <= CLEARLY_NEARER * far[second] else None
+
+
+def _parts(code: str) -> tuple[int, int, int]:
+    red, green, blue = (int(code[k : k + 2], 16) for k in (1, 3, 5))
+    return red, green, blue
+
+
+def _lab(red: int, green: int, blue: int) -> np.ndarray:
+    """Returns CIE L*a*b* of an sRGB colour (D65), its lightness weighted."""
+    parts = np.array([red, green, blue]) / 255.0
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    x, y, z = np.cbrt(np.maximum(_XYZ @ linear / _WHITE, 1e-6))
+    return np.array([LIGHTNESS_WEIGHT * (116.0 * y - 16.0), 500.0 * (x - y), 200.0 * (y - z)])

@@ -9,7 +9,7 @@ from vigil.assets.arrange import Maker, along_longest, lengthwise
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder, Look
 from vigil.assets.materials import material
-from vigil.assets.palette import COLOURS, colour, one_of
+from vigil.assets.palette import colour, one_of, word_for
 from vigil.pose import Vec3
 
 DARK = "plastic/#1f2022"
@@ -38,20 +38,14 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     front = Look(cover, joint=hinge, bears_open=True)
     builder.add(front, shapes.panel(0.92 * width, 0.99 * length, (0.03 * width, height, 0), "+y"))
     builder.solid((-width / 2, 0, -length / 2), (width / 2, height, length / 2))
-    return builder.build([name])
+    return builder.build([name] if name else [])
 
 
-def _ground(cover: str) -> tuple[str, str]:
-    """Returns the colour at a cover's corner: the word nearest to it, and "#rrggbb"."""
+def _ground(cover: str) -> tuple[str | None, str]:
+    """Returns the colour at a cover's corner: its word, where one fits clearly, and "#rrggbb"."""
     picture = material(cover).texture
-    ground = (128, 128, 128) if picture is None else tuple(int(part) for part in picture[2, 2])
-
-    def far(name: str) -> float:
-        return float(
-            sum((int(COLOURS[name][k : k + 2], 16) - part) ** 2 for k, part in zip((1, 3, 5), ground, strict=True))
-        )
-
-    return min(COLOURS, key=far), "#{:02x}{:02x}{:02x}".format(*ground)
+    red, green, blue = (128, 128, 128) if picture is None else (int(part) for part in picture[2, 2])
+    return word_for(red, green, blue), f"#{red:02x}{green:02x}{blue:02x}"
 
 
 def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

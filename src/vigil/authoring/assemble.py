@@ -23,7 +23,7 @@ from vigil.house import House, canonical_json
 from vigil.housegen.generate import GENERATOR_VERSION
 from vigil.pack import Pack, freeze
 
-HOUSE_USES = 4
+HOUSE_USES = 3
 """Episodes of one family in one house, at most."""
 FOUND_BY_TURNING = 0.4
 """Share of searches (VS, SI) that turning and looking may show the target of, at most."""

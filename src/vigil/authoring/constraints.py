@@ -1,6 +1,7 @@
 """Proposals of constraints to resolve (CR): something in the way, a blocked swing, an interlock, a full hand.
 
-That a constraint binds is proved by `vigil.authoring.rules` (`constraint_stands`), not by construction.
+Open leaves are proposed by `vigil.authoring.leaves`. That a constraint binds is proved by `vigil.authoring.rules`
+(`constraint_stands`), not by construction.
 """
 
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.authoring.deeds import box_distances
 from vigil.authoring.propose import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
 from vigil.authoring.region import is_cut_off
-from vigil.authoring.wording import CONSTRAINTS, SHORT_ORDERS, Act, say
+from vigil.authoring.wording import CONSTRAINTS, Act, opened, order, say
 from vigil.authoring.workshop import Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Constraint
@@ -31,13 +32,9 @@ OBSTACLES = (
 MOVED_M = 0.5
 LEAST_OBSTACLE_M = 0.17
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
-SAID_BEFORE = ("swing", "close_first", "stop_first")
-"""Wordings that name the target before they say what to do with it."""
-TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS, TRIED_BEHIND = 4, 12, 5, 40
-LEAST_ROOM_M2 = 0.2
+TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
 START_AWAY_M = (0.9, 4.0)
 NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
-LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Dresser", "Safe", "Stove")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +58,8 @@ def interlocked(shop: Workshop) -> Drafts:
         is_on = Setup(objects={thing.id: ObjectSetup(openness=0.0, is_toggled=True)})
         closed = Constraint(kind="object_closed", object_id=thing.id, latched=False)
         stopped = Constraint(kind="object_off", object_id=thing.id, latched=False)
-        yield from _draft(shop, Sketch("interlock", is_open, thing, "turn_on", closed, "close_first"))
-        yield from _draft(shop, Sketch("interlock", is_on, thing, "open", stopped, "stop_first"))
+        yield from draft_of(shop, Sketch("interlock", is_open, thing, "turn_on", closed, "close_first"))
+        yield from draft_of(shop, Sketch("interlock", is_on, thing, "open", stopped, "stop_first"))
 
 
 def full_handed(shop: Workshop) -> Drafts:
@@ -71,7 +68,7 @@ def full_handed(shop: Workshop) -> Drafts:
     for target in shop.things(lambda thing: thing.is_pickupable and is_target(thing))[:TRIED_TARGETS]:
         for held in [thing for thing in holdable if thing.id != target.id and thing.parent != target.id][:2]:
             constraint = Constraint(kind="object_released", object_id=held.id, latched=False)
-            yield from _draft(shop, Sketch("hand", Setup(held=held.id), target, "pick", constraint))
+            yield from draft_of(shop, Sketch("hand", Setup(held=held.id), target, "pick", constraint))
 
 
 def swing_blocked(shop: Workshop) -> Drafts:
@@ -83,34 +80,21 @@ def swing_blocked(shop: Workshop) -> Drafts:
             for spot in _spots_before(target, obstacle):
                 if _fits(shop, obstacle, spot, setup):
                     blocked = _with(setup, obstacle, spot)
-                    yield from _draft(shop, Sketch("swing", blocked, target, "open", _moved(obstacle)))
+                    yield from draft_of(shop, Sketch("swing", blocked, target, "open", _moved(obstacle)))
                     break
 
 
 def in_the_way(shop: Workshop) -> Drafts:
     """Yields drafts in which a thing to be picked up stands in the only way to the target, seen past it."""
-    for target in shop.things(lambda thing: is_target(thing) and bool(_acts_for(thing)))[:TRIED_TARGETS]:
-        act = _acts_for(target)[int(shop.rng.integers(len(_acts_for(target))))]
+    for target in shop.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
+        act = acts_for(target)[int(shop.rng.integers(len(acts_for(target))))]
         setup = setup_for(target, act)
         for start, spots in _ways(shop, target, setup):
             found = _barrier(shop, target, setup, start, spots)
             if found is not None:
                 obstacle, blocked = found
-                yield from _draft(shop, Sketch("obstacle", blocked, target, act, _moved(obstacle)), start)
+                yield from draft_of(shop, Sketch("obstacle", blocked, target, act, _moved(obstacle)), start)
                 break
-
-
-def leaf_in_the_way(shop: Workshop) -> Drafts:
-    """Yields drafts in which an open door or leaf bars the only way to the target, seen past it."""
-    for leaf in shop.things(lambda thing: thing.is_openable and thing.category in LEAVES):
-        opened = {leaf.id: ObjectSetup(openness=1.0)}
-        constraint = Constraint(kind="object_closed", object_id=leaf.id, latched=True)
-        for target in shop.things(lambda thing: is_target(thing) and bool(_acts_for(thing))):
-            act = _acts_for(target)[int(shop.rng.integers(len(_acts_for(target))))]
-            setup = Setup(objects={**setup_for(target, act).objects, **opened})
-            start = _behind(shop, target, leaf, setup) if leaf.id != target.id else None
-            if start is not None:
-                yield from _draft(shop, Sketch("leaf", setup, target, act, constraint), start)
 
 
 def _ways(shop: Workshop, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
@@ -141,8 +125,8 @@ def _barrier(shop: Workshop, target: Thing, setup: Setup, start: Pose, spots: np
     place = start.position.x, start.position.z
     for obstacle in _obstacles(shop, target)[:TRIED_OBSTACLES]:
         for x, z in spots:
-            spot = _standing(obstacle, float(x), float(z), 0.0)
-            shape = _footprint(obstacle, spot)
+            spot = standing(obstacle, float(x), float(z), 0.0)
+            shape = footprint(obstacle, spot)
             left = free.difference(shape.buffer(BODY_RADIUS_M))
             if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
                 blocked = _with(setup, obstacle, spot)
@@ -152,25 +136,8 @@ def _barrier(shop: Workshop, target: Thing, setup: Setup, start: Pose, spots: np
     return None
 
 
-def _behind(shop: Workshop, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
-    """Returns a start pose that sees a target but is cut off from it, and is not without the leaf; None without one."""
-    shop.begin(setup)
-    free = shop.stage.plan().tight
-    if len(shapely.get_parts(free)) < 2:
-        return None
-    for part in [part for part in shapely.get_parts(free) if part.area >= LEAST_ROOM_M2]:
-        inside = part.representative_point()
-        if not is_cut_off(part, (inside.x, inside.y), box_of(target)):
-            continue
-        for place in shop.places_in(part, shop.away_from(target, 1.6, 6.0), TRIED_BEHIND):
-            if shop.sights(place, target) >= 6:
-                start = shop.facing(place, target, LOOKING_DOWN_DEG, 25.0)
-                if shop.sees_clearly(start, [target.id, leaf.id], is_seen(CLEAR_PX)):
-                    return start
-    return None
-
-
-def _acts_for(target: Thing) -> list[Act]:
+def acts_for(target: Thing) -> list[Act]:
+    """Returns what can be asked to be done with a thing."""
     return [act for act in ACTS if allows(target, act)]
 
 
@@ -192,15 +159,17 @@ def _spots_before(target: Thing, obstacle: Thing) -> Iterator[Placement]:
     for gap in (0.04, 0.12, 0.25):
         for share in (0.0, 0.3, -0.3):
             x, z = rotate_floor(share * target.asset.size.x, deep + gap, target.rotation.y)
-            yield _standing(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
+            yield standing(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
 
 
-def _standing(thing: Thing, x: float, z: float, yaw: float) -> Placement:
+def standing(thing: Thing, x: float, z: float, yaw: float) -> Placement:
+    """Returns the placement of a thing on the floor at x, z."""
     position = Vec3(round(x, 3), round(thing.asset.size.y / 2, 4), round(z, 3))
     return Placement(position=position, rotation=Vec3(0.0, yaw, 0.0))
 
 
-def _footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
+def footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
+    """Returns the floor shape of a placed thing's box."""
     half_x, half_z = thing.asset.size.x / 2, thing.asset.size.z / 2
     corners = [(-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z)]
     turned = [rotate_floor(x, z, spot.rotation.y) for x, z in corners]
@@ -209,7 +178,7 @@ def _footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
 
 def _fits(shop: Workshop, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
     shop.begin(setup)
-    fits = shop.stage.bare_floor().covers(_footprint(obstacle, spot))
+    fits = shop.stage.bare_floor().covers(footprint(obstacle, spot))
     shop.begin(Setup())
     return fits
 
@@ -222,7 +191,7 @@ def _moved(obstacle: Thing) -> Constraint:
     return Constraint(kind="object_moved", object_id=obstacle.id, latched=True, distance_m=MOVED_M)
 
 
-def _draft(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterator[Episode]:
+def draft_of(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
     target, constraint = sketch.target, sketch.constraint
     shop.begin(sketch.setup)
@@ -233,7 +202,11 @@ def _draft(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterato
     if start is None or phrase is None or other is None:
         return
     words = sketch.words or sketch.template
-    order = SHORT_ORDERS[sketch.act].format(target="it" if words in SAID_BEFORE else phrase)
+    slots = order(sketch.act, target.category, str(phrase), shop.rng) | {"target": str(phrase), "obstacle": str(other)}
+    if words == "leaf":
+        slots |= opened(shop.thing(constraint.object_id).category, str(other)).slots("blocker")
+    elif sketch.act in ("open", "close"):
+        slots |= opened(target.category, str(phrase)).slots()
     bindings = {"target": target.id}
     if constraint.object_id != target.id:
         bindings["obstacle"] = constraint.object_id
@@ -242,7 +215,7 @@ def _draft(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterato
         Ask(
             start=start,
             setup=sketch.setup,
-            instruction=say(CONSTRAINTS[words], shop.rng, target=str(phrase), obstacle=str(other), order=order),
+            instruction=say(CONSTRAINTS[words], shop.rng, **slots),
             goal=goal_for(target, sketch.act).model_copy(update={"constraint": constraint}),
             bindings=bindings,
             template=sketch.template,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Literal
 
-from vigil.authoring import constraints, propose, sequences
+from vigil.authoring import constraints, leaves, propose, sequences
 from vigil.authoring.propose import Drafts
 from vigil.authoring.workshop import Workshop
 from vigil.episode import Family, Size
@@ -41,7 +41,7 @@ GRAMMAR: dict[Family, dict[str, Proposals]] = {
     },
     "CR": {
         "obstacle": constraints.in_the_way,
-        "leaf": constraints.leaf_in_the_way,
+        "leaf": leaves.leaf_in_the_way,
         "swing": constraints.swing_blocked,
         "interlock": constraints.interlocked,
         "hand": constraints.full_handed,

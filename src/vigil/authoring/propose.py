@@ -7,7 +7,8 @@ Drafts fulfil most rules by construction; `vigil.authoring.validate` decides. Of
 from collections.abc import Callable, Iterator
 from typing import Literal
 
-from vigil.authoring.wording import APPROACH, ORDERS, POINT, QUESTIONS, SEARCH, SEARCH_ORDERS, Act, say
+from vigil.authoring.rules import WIDE_OPEN, place_blind_to
+from vigil.authoring.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Act, order, question, say
 from vigil.authoring.workshop import MARGIN_PX, Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode, Size
 from vigil.goals import (
@@ -23,12 +24,13 @@ from vigil.goals import (
 )
 from vigil.pose import EYE_HEIGHT_M, Pose
 from vigil.sim.scene import Thing
+from vigil.sim.supports import surface_named
 from vigil.world import ObjectSetup, ObjectState, Setup
 
 CLEAR_PX = 300
 """Pixels of the object to act on in a start that a person finds clear; the rules ask for less."""
-CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 80}
-STATE_PX = 250
+CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 100}
+STATE_PX = 350
 LEVEL_DEG = 0.0
 UNNAMED = frozenset(
     {
@@ -98,6 +100,8 @@ def pointing(shop: Workshop, size: Size) -> Drafts:
 def approaching(shop: Workshop) -> Drafts:
     """Yields DA drafts."""
     for thing in shop.things(lambda thing: is_target(thing) and 0.15 < max(thing.asset.size) < 1.9):
+        if place_blind_to(shop.stage, thing, NEAR_M) is not None:
+            continue
         start = shop.start_seeing(thing, (2.2, 6.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
         if start is not None:
             yield shop.draft(
@@ -113,7 +117,7 @@ def approaching(shop: Workshop) -> Drafts:
 
 def searching(shop: Workshop, *, by_turning: bool) -> Drafts:
     """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
-    for thing in shop.things(lambda thing: is_target(thing) and max(thing.asset.size) > 0.1):
+    for thing in shop.things(lambda thing: max(thing.asset.size) > 0.1 and _may_be_sought(shop, thing)):
         start = _start_without(shop, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
             yield shop.draft(
@@ -126,6 +130,14 @@ def searching(shop: Workshop, *, by_turning: bool) -> Drafts:
                     template="turn" if by_turning else "walk",
                 ),
             )
+
+
+def _may_be_sought(shop: Workshop, thing: Thing) -> bool:
+    """Whether a thing may be looked for: what lies in something closed is not found by looking."""
+    parent = shop.stage.scene.things.get(thing.parent or "")
+    surface = surface_named(parent, thing.surface) if parent is not None else None
+    is_shut_away = surface is not None and surface.is_inside and parent is not None and parent.openness < WIDE_OPEN
+    return is_target(thing) and not is_shut_away
 
 
 def _start_without(shop: Workshop, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
@@ -166,7 +178,7 @@ def verifying(shop: Workshop, label: Label) -> Drafts:
                 Ask(
                     start=start,
                     setup=setup,
-                    instruction=say(QUESTIONS[state], shop.rng, target=str(phrase)),
+                    instruction=question(state, thing.category, str(phrase), shop.rng),
                     goal=ReportStatus(object_id=thing.id, state=state),
                     bindings={"target": thing.id},
                     template=label,
@@ -194,7 +206,7 @@ def acting(shop: Workshop, act: Act) -> Drafts:
                 Ask(
                     start=start,
                     setup=setup,
-                    instruction=say(ORDERS[act], shop.rng, target=str(phrase)),
+                    instruction=_ordered(shop, ORDERS, act, thing, str(phrase)),
                     goal=goal_for(thing, act),
                     bindings={"target": thing.id},
                     template=act,
@@ -204,7 +216,7 @@ def acting(shop: Workshop, act: Act) -> Drafts:
 
 def seeking(shop: Workshop, act: Act, *, by_turning: bool | None = None) -> Drafts:
     """Yields SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
-    for thing in shop.things(lambda thing: is_target(thing) and allows(thing, act)):
+    for thing in shop.things(lambda thing: allows(thing, act) and _may_be_sought(shop, thing)):
         setup = setup_for(thing, act)
         shop.begin(setup)
         start = _start_without(shop, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2)
@@ -216,12 +228,16 @@ def seeking(shop: Workshop, act: Act, *, by_turning: bool | None = None) -> Draf
                 Ask(
                     start=start,
                     setup=setup,
-                    instruction=say(SEARCH_ORDERS[act], shop.rng, target=str(phrase)),
+                    instruction=_ordered(shop, SEARCH_ORDERS, act, thing, str(phrase)),
                     goal=goal_for(thing, act),
                     bindings={"target": thing.id},
                     template=act,
                 ),
             )
+
+
+def _ordered(shop: Workshop, sentences: tuple[str, ...], act: Act, thing: Thing, phrase: str) -> str:
+    return say(sentences, shop.rng, target=phrase, **order(act, thing.category, phrase, shop.rng))
 
 
 def allows(thing: Thing, act: Act) -> bool:

@@ -12,6 +12,7 @@ from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.palette import COLOURS
+from vigil.pose import rotate_floor
 from vigil.sim.scene import Scene, Thing
 from vigil.sim.supports import surface_named
 
@@ -19,7 +20,7 @@ ROOM_NAMES = {"Kitchen": "kitchen", "LivingRoom": "living room", "Bedroom": "bed
 
 LOOK_ALIKES = (
     ("cup", "mug"),
-    ("vase", "tall vase with branches", "house plant"),
+    ("vase", "vase with branches", "house plant"),
     ("statue", "table ornament"),
     ("ottoman", "footstool", "stool"),
     ("desk", "dining table", "coffee table", "side table"),
@@ -52,7 +53,19 @@ COLOUR_GROUPS = (
     ("purple", "pink", "navy"),
 )
 
+LAMPS = frozenset({"DeskLamp", "FloorLamp", "Candle"})
+"""Their light tints them."""
+UNCERTAIN_COLOURS = frozenset({"WineBottle", "Safe"})
+"""Too dark to name their colour."""
+SIDE_M = 0.3
+"""From the middle of a door to either side of it."""
+
 _ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|in|inside) the "
+
+
+BETWEEN = " between "
+Rooms = list[tuple[str, str | None, Polygon]]
+"""Id, name and floor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,22 +107,48 @@ def items_of(scene: Scene) -> dict[str, Item]:
     return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
 
 
-def _item(scene: Scene, thing: Thing, rooms: list[tuple[str, str | None, Polygon]]) -> Item:
-    place = Point(thing.position.x, thing.position.z)
-    room_id, room = next(((id_, name) for id_, name, floor in rooms if floor.covers(place)), (None, None))
+def _item(scene: Scene, thing: Thing, rooms: Rooms) -> Item:
+    room_id, room = _room_at(thing.position.x, thing.position.z, rooms)
     parent = scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent else None
     return Item(
         id=thing.id,
         category=thing.category,
-        name=CATALOG[thing.category].spoken,
-        colours=tuple(sorted(tag for tag in thing.asset.tags if tag in COLOURS)),
+        name=_name(thing, rooms),
+        colours=_colours(thing),
         room_id=room_id,
         room=room,
         support_id=parent.id if parent else None,
         support=CATALOG[parent.category].spoken if parent else None,
         is_inside=surface is not None and surface.is_inside,
     )
+
+
+def _room_at(x: float, z: float, rooms: Rooms) -> tuple[str | None, str | None]:
+    place = Point(x, z)
+    return next(((id_, name) for id_, name, floor in rooms if floor.covers(place)), (None, None))
+
+
+def _name(thing: Thing, rooms: Rooms) -> str:
+    """Returns what a thing is called; a door by the rooms that it joins."""
+    name = CATALOG[thing.category].spoken
+    if not thing.is_structure or thing.category == "Window":
+        return name
+    shift_x, shift_z = rotate_floor(0.0, SIDE_M, thing.rotation.y)
+    sides = [
+        _room_at(thing.position.x + sign * shift_x, thing.position.z + sign * shift_z, rooms) for sign in (1.0, -1.0)
+    ]
+    (one_id, one), (other_id, other) = sides
+    if one is None or other is None or one_id == other_id:
+        return name
+    first, second = sorted((one, other))
+    return f"{name}{BETWEEN}the {first} and the {second}" if first != second else f"{name}{BETWEEN}two {first}s"
+
+
+def _colours(thing: Thing) -> tuple[str, ...]:
+    if thing.category in UNCERTAIN_COLOURS or (thing.category in LAMPS and thing.is_toggled):
+        return ()
+    return tuple(sorted(tag for tag in thing.asset.tags if tag in COLOURS))
 
 
 def fits(phrase: Phrase, item: Item) -> bool:
@@ -147,13 +186,14 @@ def phrase_for(item: Item, items: Iterable[Item]) -> Phrase | None:
 def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
     """Returns the phrases "the <colour> <name> (on|in the <support>) (in the <room>)" in a text, in order.
 
-    A name that only says where another thing is, is no mention of its own.
+    A name that only says where another thing is, or a part of it ("the door of the fridge"), is no mention of its own.
     """
-    known = "|".join(re.escape(name) for name in sorted(set(names), key=lambda name: (-len(name), name)))
+    every = {name for full in names for name in (full, full.partition(BETWEEN)[0])}
+    known = "|".join(re.escape(name) for name in sorted(every, key=lambda name: (-len(name), name)))
     colours = "|".join(sorted(COLOURS, key=lambda name: (-len(name), name)))
     rooms = "|".join(sorted(ROOM_NAMES.values()))
     pattern = re.compile(
-        rf"\b[Tt]he (?:(?P<colour>{colours}) )?(?P<name>{known})\b"
+        rf"\b[Tt]he (?:(?P<colour>{colours}) )?(?P<name>{known})\b(?! of the )"
         rf"(?:{_ON}(?P<support>{known})\b)?(?:{_ON}(?P<room>{rooms})\b)?"
     )
     return [
@@ -171,9 +211,13 @@ def _is_plain(phrase: Phrase, item: Item, others: list[Item]) -> bool:
 
 
 def _names_fit(said: str, name: str) -> bool:
-    if said == name or name.endswith(f" {said}"):
+    said_kind, _, said_where = said.partition(BETWEEN)
+    kind, _, where = name.partition(BETWEEN)
+    if said_where and said_where != where:
+        return False
+    if said_kind == kind or kind.endswith(f" {said_kind}"):
         return True
-    return any(said in group and name in group for group in LOOK_ALIKES)
+    return any(said_kind in group and kind in group for group in LOOK_ALIKES)
 
 
 def _look_alike(said: str, colour: str) -> bool:

@@ -21,6 +21,7 @@ from vigil.pack import protocol_faults
 from vigil.pose import Pose, Vec3
 from vigil.record import EpisodeRecord
 from vigil.sim.geometry import box_of
+from vigil.sim.scene import Thing
 from vigil.world import ObjectState, WorldState
 
 MARGIN_M, MARGIN_PX = 0.02, 20
@@ -156,21 +157,29 @@ def _settled(case: Case) -> Faults:
 
 
 def _other_rooms(case: Case) -> Faults:
-    """No free place near the target in another room may be blind to it: being near would be chance."""
     goal = case.episode.goal
     assert isinstance(goal, AgentNearTarget)
-    thing = case.stage.scene.things[goal.object_id]
-    cells = case.stage.plan().cells
-    near = cells[box_distances(box_of(thing), cells) < goal.threshold_m] if len(cells) else cells
-    home = case.stage.room_at(thing.position)
+    place = place_blind_to(case.stage, case.stage.scene.things[goal.object_id], goal.threshold_m)
+    if place is not None:
+        yield f"({place.x:.2f}, {place.z:.2f}) is near enough, in another room, and does not see the target"
+
+
+def place_blind_to(stage: Stage, thing: Thing, threshold_m: float) -> Vec3 | None:
+    """Returns a free place near a thing, in another room, that does not see it; None where there is none.
+
+    To be near there would be chance.
+    """
+    cells = stage.plan().cells
+    near = cells[box_distances(box_of(thing), cells) < threshold_m] if len(cells) else cells
+    home = stage.room_at(thing.position)
     points = surface_points(thing, 128)
     for x, z in near[:: max(1, len(near) // 400)]:
-        place = Vec3(float(x), case.episode.start.position.y, float(z))
-        if case.stage.room_at(place) != home:
+        place = Vec3(float(x), stage.agent.position.y, float(z))
+        if stage.room_at(place) != home:
             eye = Pose(position=place, rotation=0.0).eye
-            if not case.stage.sees(eye, points, thing.id, through_glass=True).any():
-                yield f"({x:.2f}, {z:.2f}) is near enough, in another room, and does not see the target"
-                return
+            if not stage.sees(eye, points, thing.id, through_glass=True).any():
+                return place
+    return None
 
 
 def _in_words(case: Case) -> Faults:

@@ -5,10 +5,11 @@ from functools import partial
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.propose import CLEAR_PX, Drafts, is_seen, is_target
-from vigil.authoring.wording import SEQUENCES, say
+from vigil.authoring.refer import Phrase
+from vigil.authoring.wording import SEQUENCES, opened, say
 from vigil.authoring.workshop import Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
-from vigil.goals import ObjectAtReceptacle, ObjectHeld, ObjectInState
+from vigil.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.sim.scene import Thing
 from vigil.sim.supports import is_level, surface_frame, surface_named
 from vigil.world import ObjectSetup, Placement, Setup
@@ -18,7 +19,7 @@ START_AWAY_M = (0.7, 4.0)
 BELONGS_IN = {
     "Fridge": ("Apple", "Tomato", "Lettuce", "Egg", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Plate"),
     "Microwave": ("Mug", "Bowl", "Plate", "Potato", "Cup"),
-    "Cabinet": ("Plate", "Bowl", "Cup", "Mug", "Pot", "SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Bottle"),
+    "Cabinet": ("Plate", "Bowl", "Cup", "Mug", "Pot", "SoapBottle", "SprayBottle", "Cloth", "Bottle"),
     "Safe": ("Watch", "KeyChain", "CreditCard", "CellPhone", "CD"),
     "Box": ("Book", "TeddyBear", "CD", "RemoteControl", "TissueBox", "KeyChain", "AlarmClock", "Statue", "Vase"),
     "LaundryHamper": ("Towel", "HandTowel", "Cloth"),
@@ -26,9 +27,10 @@ BELONGS_IN = {
     "ClothesDryer": ("Towel", "HandTowel", "Cloth"),
     "Dresser": ("Watch", "KeyChain", "AlarmClock", "Book", "CellPhone", "CD", "RemoteControl", "Candle"),
     "Drawer": ("Pen", "Pencil", "Fork", "Spoon", "Knife", "KeyChain", "Watch"),
-    "Stove": ("Pan", "Pot", "Plate", "Bowl"),
 }
 """Container -> what a person would look for in it."""
+IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
+TRIED_CONTENTS = 3
 TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
 SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
 SOFT = frozenset(
@@ -94,47 +96,58 @@ def rearranging(shop: Workshop) -> Drafts:
 def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
     shop.begin(setup)
-    start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
     phrases = {role: shop.phrase(thing.id) for role, thing in roles.items()}
+    named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
+    is_sayable = len(named) == len(phrases) and not _is_wordy(list(named.values()))
+    start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
     shop.begin(Setup())
-    is_wordy = any(phrase is None or phrase.support is not None for phrase in phrases.values())
-    if start is None or is_wordy:
+    if start is None:
         return
-    target, receptacle, container = roles["target"], roles.get("receptacle"), roles.get("container")
-    is_shut = template == "put_into" and receptacle is not None and receptacle.is_openable
-    held = ObjectHeld(object_id=target.id)
-    opened = (ObjectInState(object_id=container.id, state="is_open"),) if container else ()
-    if receptacle is not None and is_shut:
-        opened = (ObjectInState(object_id=receptacle.id, state="is_open"),)
-    if receptacle is None:
-        goal = ObjectHeld(object_id=target.id, chain=opened)
-    else:
-        goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, chain=(*opened, held))
-    sentences = SEQUENCES["put_into_closed" if is_shut else template]
-    words = {role: str(phrase) for role, phrase in phrases.items()}
-    into = "into" if is_shut or (receptacle is not None and receptacle.category in PUT_INTO) else "on"
+    receptacle = roles.get("receptacle")
+    leaf = receptacle if template == "put_into" and receptacle and receptacle.is_openable else roles.get("container")
+    sentences = SEQUENCES["put_into_closed" if leaf is not None and leaf is receptacle else template]
+    words = {role: str(phrase) for role, phrase in named.items()}
+    if leaf is not None:
+        role = next(role for role, thing in roles.items() if thing is leaf)
+        words |= opened(leaf.category, words[role]).slots()
+    is_hollow = receptacle is not None and receptacle.category in PUT_INTO
+    words |= {"into": "into", "in_": "in"} if is_hollow else {"into": "on", "in_": "on"}
     yield shop.draft(
         "SM",
         Ask(
             start=start,
             setup=setup,
-            instruction=say(sentences, shop.rng, into=into, **words),
-            goal=goal,
+            instruction=say(sentences, shop.rng, **words),
+            goal=_goal(roles["target"], receptacle, leaf),
             bindings={role: thing.id for role, thing in roles.items()},
             template=template,
         ),
     )
 
 
+def _is_wordy(phrases: list[Phrase]) -> bool:
+    """Whether a sentence with all of the phrases would be heavy: places of things besides, or one room said twice."""
+    rooms = [phrase.room for phrase in phrases if phrase.room is not None]
+    return any(phrase.support is not None for phrase in phrases) or len(set(rooms)) < len(rooms)
+
+
+def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None) -> Goal:
+    first = (ObjectInState(object_id=leaf.id, state="is_open"),) if leaf is not None else ()
+    if receptacle is None:
+        return ObjectHeld(object_id=target.id, chain=first)
+    held = ObjectHeld(object_id=target.id)
+    return ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, chain=(*first, held))
+
+
 def _filled(shop: Workshop) -> Iterator[tuple[Thing, Thing, Setup]]:
     """Yields closed containers with something to take in them: what lies there, else what is put there."""
     for container in shop.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
         shut = {container.id: ObjectSetup(openness=0.0)}
-        for thing in shop.things(partial(_lies_in, container))[:2]:
-            yield container, thing, Setup(objects=shut)
-        for thing in shop.things(partial(_belongs_in, container))[:2]:
-            placement = _place_inside(thing, container)
-            if thing.parent != container.id and placement is not None:
+        belongs = partial(_belongs_in, container, shop.items[container.id].room)
+        for thing in shop.things(belongs)[:TRIED_CONTENTS]:
+            if _lies_in(container, thing):
+                yield container, thing, Setup(objects=shut)
+            elif (placement := _place_inside(thing, container)) is not None:
                 yield container, thing, Setup(objects={**shut, thing.id: ObjectSetup(placement=placement)})
 
 
@@ -143,8 +156,9 @@ def _lies_in(container: Thing, thing: Thing) -> bool:
     return surface is not None and surface.is_inside and thing.is_pickupable
 
 
-def _belongs_in(container: Thing, thing: Thing) -> bool:
-    return thing.category in BELONGS_IN[container.category]
+def _belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
+    is_in_bathroom = container.category == "Cabinet" and room == "bathroom"
+    return thing.category in (IN_BATHROOM_CABINETS if is_in_bathroom else BELONGS_IN[container.category])
 
 
 def _place_inside(thing: Thing, container: Thing) -> Placement | None:

@@ -6,12 +6,20 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from vigil.errors import SettingError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
 
-SEEDS_TRIED = 5
-HUNDRED_THOUSAND = 100_000
+MOST_LINES = 100_000
+MIXED = (
+    *("kitchen", "2", "3", "4", "2", "bedroom", "3", "2", "4", "5"),
+    *("living-room", "2", "3", "4", "2", "bathroom", "3", "2", "4", "6"),
+)
+"""What `mixed` stands for: a fifth of one room, three tenths of two, a fifth of three and of four, a tenth of more."""
+SECRET_SEEDS = range(100_000, 1_000_000)
+"""Of houses that are drawn by a seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +72,23 @@ def seeded(seeds: str, specs: Iterable[str]) -> list[Source]:
     first, _, last = seeds.partition(":")
     if not (first.isdigit() and last.isdigit()) or int(first) >= int(last):
         raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
-    wanted = list(specs)
+    return _in_turn(range(int(first), int(last)), specs)
+
+
+def drawn(seed: int, count: int, specs: Iterable[str]) -> list[Source]:
+    """Returns so many houses to generate, whose own seeds only who knows `seed` can tell; more begin with the same.
+
+    Raises SettingError.
+    """
+    order = np.random.default_rng([len(SECRET_SEEDS), seed]).permutation(len(SECRET_SEEDS))
+    return _in_turn([SECRET_SEEDS[int(index)] for index in order[:count]], specs)
+
+
+def _in_turn(seeds: Iterable[int], specs: Iterable[str]) -> list[Source]:
+    wanted = [each for spec in specs for each in (MIXED if spec == "mixed" else (spec,))]
     for spec in wanted:
         spec_for(spec)
-    return [Seeded(seed, wanted[index % len(wanted)]) for index, seed in enumerate(range(int(first), int(last)))]
+    return [Seeded(seed, wanted[index % len(wanted)]) for index, seed in enumerate(seeds)]
 
 
 def filed(paths: Iterable[Path], limit: int | None = None) -> list[Source]:
@@ -80,7 +101,7 @@ def filed(paths: Iterable[Path], limit: int | None = None) -> list[Source]:
         if not path.is_file():
             raise SettingError(f"House file {str(path)!r} does not exist.")
         if path.suffix in (".jsonl", ".gz"):
-            most = HUNDRED_THOUSAND if limit is None else limit
+            most = MOST_LINES if limit is None else limit
             found += [Filed(path, number) for number, _ in zip(range(1, most + 1), _lines(path), strict=False)]
         else:
             found.append(Filed(path))

@@ -14,7 +14,6 @@ import numpy as np
 
 from vigil.actions import Action
 from vigil.authoring.grammar import GRAMMAR, Proposals
-from vigil.authoring.luck import is_blind_luck
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Validator
 from vigil.authoring.workshop import Workshop
@@ -61,8 +60,8 @@ class Slot:
 
 
 SLOTS = (
-    Slot("CR", "leaf", 1, "obstacle"),
-    Slot("CR", "obstacle", 3),
+    Slot("CR", "leaf", 2, "obstacle"),
+    Slot("CR", "obstacle", 2),
     Slot("CR", "swing", 2),
     Slot("CR", "interlock", 2),
     Slot("CR", "hand", 2),
@@ -190,7 +189,7 @@ def _fill(slot: Slot, number: int, houses: list[House], chosen: Chosen, simulato
                 if is_strict and not chosen.takes(slot.family, category):
                     continue
                 verdict = validator.validate(draft, house)
-                if verdict.is_valid and not is_blind_luck(validator, draft, house):
+                if verdict.is_valid:
                     chosen.add(draft, verdict.actions, category)
                     return chosen.episodes[-1]
     raise EpisodeError(f"No house yields episode {number + 1} of kind {slot.family} {slot.kind}; add houses.")

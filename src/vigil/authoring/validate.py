@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from vigil.actions import REACH_M, Action, InteractPixel
 from vigil.authoring import moves
 from vigil.authoring.deeds import Unsolvable
+from vigil.authoring.luck import blind_tries
 from vigil.authoring.rules import MARGIN_M, MARGIN_PX, RULES, Case, broken_by
 from vigil.authoring.solve import solution
 from vigil.authoring.stage import PrivilegedSimulator, Stage
@@ -32,6 +33,7 @@ OTHER_RULES = {
     "expected_skills": "the solution uses only the skills that the family expects",
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
+    "not_blind_luck": "walking, turning or waiting without sight does not complete it",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
 """Rule name -> reason, for the rules that are no functions of a start."""
@@ -142,6 +144,8 @@ class Validator:
             yield Finding(episode.id, "solution_holds", told)
             return
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
+        if any(settle(episode, self._replay(episode, tried)).W for tried in blind_tries(episode)):
+            yield Finding(episode.id, "not_blind_luck", "an agent that does not look completes it")
 
 
 def validate_pack(pack: Pack, simulator: PrivilegedSimulator, ids: Iterable[str] = ()) -> list[Finding]:

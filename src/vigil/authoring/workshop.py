@@ -25,7 +25,7 @@ TRIED_STARTS = 80
 SEEN_POINTS = 6
 SEEN_SHARE = 0.6
 """Of what the best place sees of a thing, this much must be seen from a start."""
-SPREADS_DEG = (32.0, 12.0)
+SPREADS_DEG = (42.0, 25.0, 12.0)
 MARGIN_PX = 20
 HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
 

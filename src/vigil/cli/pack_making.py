@@ -12,8 +12,8 @@ from vigil.authoring.assemble import HOUSE_USES, Candidate, Wish, assemble
 from vigil.authoring.campaign import PER_HOUSE, TRIED, Standing, Terms, run_campaign
 from vigil.authoring.drafts import DraftsFile
 from vigil.authoring.model_proposals import model_proposer
-from vigil.authoring.review import read_reviews
-from vigil.authoring.sources import Source, filed, seeded
+from vigil.authoring.review import Review, read_reviews
+from vigil.authoring.sources import Source, drawn, filed, seeded
 from vigil.authoring.validate import Finding
 from vigil.authoring.verify import Means, bundles, verified
 from vigil.cli.options import Assets, database
@@ -21,9 +21,14 @@ from vigil.cli.text import duration
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import SettingError
 from vigil.house import House
+from vigil.pack import MANIFEST
 from vigil.runner.complete import completing
 
 PLAIN_SECONDS = 5.0
+HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
+"""Houses for each episode of a family, unless said otherwise."""
+Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
+Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", help="Review file; may be repeated.")]
 Workers = Annotated[int, typer.Option(min=1, help="Worker processes.")]
 
 
@@ -31,7 +36,7 @@ def propose(
     out: Annotated[Path, typer.Option(help="Drafts file (JSONL); the same command continues it.")],
     houses: Annotated[list[Path] | None, typer.Option(help="House file (.json, .jsonl, .jsonl.gz); repeat.")] = None,
     seeds: Annotated[str | None, typer.Option(help="FIRST:END of houses to generate instead.")] = None,
-    rooms: Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, for --seeds.")] = "1,2,3,4",
+    rooms: Rooms = "mixed",
     family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
     grammar: Annotated[bool, typer.Option("--grammar", help="Propose by the built-in grammar (the default).")] = False,
     model: Annotated[str | None, typer.Option(help="provider/model that proposes instead.")] = None,
@@ -68,7 +73,7 @@ def build(
     drafts: Annotated[list[Path], typer.Option(help="Drafts file; may be repeated.")],
     name: Annotated[str, typer.Option(help="The pack's name.")],
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
-    reviews: Annotated[list[Path] | None, typer.Option(help="Review file; may be repeated.")] = None,
+    reviews: Reviews = None,
     per_family: Annotated[int, typer.Option(min=1, help="Episodes of each family.")] = 125,
     family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
     alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
@@ -94,12 +99,51 @@ def build(
         aliases=tuple(alias or []),
         families=_families(family or []),
     )
-    check = checker(files, Means(backend, database(assets), workers))
-    pack, bad = assemble(out, files, given, wish, check)
+    _freeze(out, files, given, wish, Means(backend, database(assets), workers))
+
+
+def _freeze(out: Path, files: list[DraftsFile], given: list[Review], wish: Wish, means: Means) -> None:
+    pack, bad = assemble(out, files, given, wish, checker(files, means))
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
     print(f"reviewed: {pack.manifest.meta['reviews']}")
+
+
+def make(
+    name: Annotated[str, typer.Option(help="The pack's name.")],
+    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
+    seed: Annotated[int | None, typer.Option(min=0, help="Draws houses, drafts and all else: keep it secret.")] = None,
+    houses: Annotated[list[Path] | None, typer.Option(help="House file to use instead; repeat.")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="Houses to draw, or to take of each file.")] = None,
+    rooms: Rooms = "mixed",
+    per_family: Annotated[int, typer.Option(min=1, help="Episodes of each family.")] = 125,
+    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
+    house_uses: Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")] = HOUSE_USES,
+    reviews: Reviews = None,
+    workers: Workers = 1,
+    assets: Assets = None,
+) -> None:  # fmt: skip
+    """Makes a pack in one go: houses, drafts, validation, solutions, selection. The same command continues it.
+
+    Examples:
+    vigil pack make --name held_out --seed 918273645 --per-family 25 --out packs/held_out --workers 4
+    vigil pack make --name real --houses procthor.jsonl.gz --count 200 --per-family 25 --out packs/real
+    """
+    if (seed is None) == (not houses):
+        raise SettingError("Give either --seed, which draws houses, or --houses with files of houses.")
+    if (out / MANIFEST).exists():
+        raise SettingError(f"Folder {str(out)!r} holds a pack already. Packs are never overwritten; name another one.")
+    wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
+    sources = filed(houses, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    file, means = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")), Means("mujoco", database(assets), workers)
+    wish = Wish(name, per_family, seed or 0, house_uses, families=_families(family or []))
+    terms = Terms(wish.families, wish.seed, house_uses, assets=means.assets)
+    run_campaign(file, sources, terms, workers=workers, on_progress=_Lines().standing)
+    _summary(file)
+    given = [review for path in reviews or [] for review in _reviews(path)]
+    _freeze(out, [file], given, wish, means)
 
 
 def checker(files: Sequence[DraftsFile], means: Means) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
@@ -156,10 +200,14 @@ def _families(names: list[str]) -> tuple[Family, ...]:
 def _sources(houses: list[Path], seeds: str | None, rooms: str, limit: int | None) -> list[Source]:
     if bool(houses) == (seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
-    return filed(houses, limit) if seeds is None else seeded(seeds, [name.strip() for name in rooms.split(",")])
+    return filed(houses, limit) if seeds is None else seeded(seeds, _specs(rooms))
 
 
-def _reviews(path: Path) -> list:
+def _specs(rooms: str) -> list[str]:
+    return [name.strip() for name in rooms.split(",")]
+
+
+def _reviews(path: Path) -> list[Review]:
     if not path.is_file():
         raise SettingError(f"Review file {str(path)!r} does not exist.")
     return read_reviews(path)

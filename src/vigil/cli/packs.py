@@ -24,6 +24,7 @@ from vigil.sim import make_simulator
 app = typer.Typer(help="Look into and validate packs of episodes.", no_args_is_help=True)
 app.command("propose")(pack_making.propose)
 app.command("build")(pack_making.build)
+app.command("make")(pack_making.make)
 PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 
 
