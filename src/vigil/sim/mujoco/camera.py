@@ -16,6 +16,7 @@ from vigil.sim.mujoco import frames, gl, held, tuning
 from vigil.sim.mujoco.binding import BACKEND, GL, GLContext, NativeModel, RenderContext, mujoco
 from vigil.sim.mujoco.lights import Sun
 from vigil.sim.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
+from vigil.sim.mujoco.unseen import unseen
 from vigil.sim.scene import Thing
 
 Quality = Literal["default", "fast"]
@@ -121,10 +122,13 @@ class Camera:
         `glowing` are the things that give light; `in_hand` what is held, with what it carries after it.
         """
         self._context.shadowScale = self._model.lamps.select(self._model.native, agent.eye, glowing)
+        groups = self._model.native.geom_group.copy()
+        self._model.native.geom_group[unseen(self._model, *_view_of(agent))] = HIDDEN
         if in_hand:
             self._update_holding(agent, in_hand)
         else:
             self._update(*_view_of(agent))
+        self._model.native.geom_group[:] = groups
         tuning.lift(tuning.LAMP_BIAS)
         return self._render()
 

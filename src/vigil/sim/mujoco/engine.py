@@ -4,10 +4,10 @@ import numpy as np
 
 from vigil.pose import Pose, Vec3
 from vigil.sim.engine import RayHits
-from vigil.sim.mujoco import rays
+from vigil.sim.mujoco import rays, store
 from vigil.sim.mujoco.binding import BACKEND, mujoco
 from vigil.sim.mujoco.camera import Camera, Quality, gl_strings
-from vigil.sim.mujoco.model import Model, build
+from vigil.sim.mujoco.model import Model
 from vigil.sim.scene import Scene, Thing
 
 
@@ -24,7 +24,7 @@ class MujocoEngine:
     def load(self, scene: Scene) -> None:
         """Builds `scene`, replacing any earlier one."""
         self.close()
-        self._scene, self._model = scene, build(scene)
+        self._scene, self._model = scene, store.model_of(scene)
 
     def update(self, scene: Scene, ids: set[str]) -> None:
         """Takes over the present places and states of the named things."""

@@ -4,7 +4,8 @@ Geom groups say what is drawn and what rays meet. Placing a thing sets the poses
 materials of its geoms; `mj_kinematics` does the rest.
 """
 
-from dataclasses import dataclass, field
+import copy
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -76,6 +77,13 @@ class Model:
             groups = HELD if thing.is_held else placed.groups
             self.native.geom_group[placed.geoms] = np.where(shown, groups, HIDDEN)
         self.native.geom_matid[placed.geoms] = placed.looks_on if thing.is_toggled else placed.looks_off
+
+    def copy(self) -> "Model":
+        """Returns a model of the same scene, everything where it is now, that changes by itself."""
+        native = copy.copy(self.native)
+        data = mujoco.MjData(native)
+        mujoco.mj_copyData(data, native, self.data)
+        return replace(self, native=native, data=data, lamps=replace(self.lamps))
 
     def settle(self) -> None:
         """Carries the places over to everything derived from them."""
