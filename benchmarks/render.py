@@ -1,13 +1,17 @@
 """Measures the MuJoCo engine: time to the first frame, frames a second against bare MuJoCo, memory per live scene.
 
-    python benchmarks/render.py [house.json ...] [--quality fast]
+    python benchmarks/render.py [house.json ...] [--assets DB]
 
-Without houses it generates one of one room and one of four.
+Every row is measured in processes of its own, so that each first frame is a cold one. Without houses it takes one of
+one room and one of four from the generator.
 """
 
 import argparse
+import multiprocessing
+import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import mujoco
@@ -19,45 +23,72 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import SPECS, generate
 from vigil.pose import Pose, Vec3
-from vigil.sim import EmbeddedSimulator
+from vigil.sim import EmbeddedSimulator, Quality
 from vigil.sim.mujoco.engine import MujocoEngine
 from vigil.world import Setup
 
+AGAIN = 7
 STEPS = 10
 ROUNDS = 5
 LIVE = 4
+MODES: tuple[tuple[Quality, int], ...] = (("default", 1), ("fast", 1), ("default", 2))
+"""Quality, and how many processes at once."""
+HEADER = "quality  at once  house           first s  again s  bare /s  step+RGB /s   share  MB live"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("houses", nargs="*", type=Path)
     parser.add_argument("--assets", type=Path, help="THOR's asset-database.json")
-    parser.add_argument("--quality", choices=["default", "fast"], default="default")
     options = parser.parse_args()
-    assets = AssetDatabase.load(options.assets) if options.assets else AssetDatabase.default()
-    houses = [House.load(path) for path in options.houses] or [
-        generate(7, SPECS[name]) for name in ("1-room", "4-room")
-    ]
-    print(f"{'house':24} {'first s':>8} {'again s':>8} {'bare /s':>8} {'step+RGB /s':>12} {'share':>6} {'MB live':>8}")
-    for house in houses:
-        print(row(house, assets, options.quality), flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        houses = options.houses or own_houses(Path(folder))
+        print(f"load average at the start: {psutil.getloadavg()[0]:.1f}\n{HEADER}", flush=True)
+        for quality, at_once in MODES:
+            for house in houses:
+                print(row(house, options.assets, quality, at_once), flush=True)
 
 
-def row(house: House, assets: AssetDatabase, quality: str) -> str:
-    """Returns one line of the table."""
-    first, _ = open_house(house, assets, quality)
-    again, simulator = open_house(house, assets, quality)
+def own_houses(folder: Path) -> list[Path]:
+    """Returns the files of two generated houses."""
+    paths = [folder / f"{name}.json" for name in ("1-room", "4-room")]
+    for path in paths:
+        generate(7, SPECS[path.stem]).save(path)
+    return paths
+
+
+def row(house: Path, assets: Path | None, quality: Quality, at_once: int) -> str:
+    """Returns one line of the table, the mean over the processes."""
+    with ProcessPoolExecutor(at_once, multiprocessing.get_context("spawn")) as pool:
+        jobs = [pool.submit(measure, house, assets, quality) for _ in range(at_once)]
+        first, again, bare, stepping, each = np.mean([job.result() for job in jobs], axis=0)
+    times = f"{first:7.2f} {again:8.3f} {bare:8.1f} {stepping:12.1f} {stepping / bare:7.0%} {each:8.1f}"
+    return f"{quality:7} {at_once:8}  {house.stem:14} {times}"
+
+
+def measure(path: Path, assets_path: Path | None, quality: Quality) -> tuple[float, float, float, float, float]:
+    """Returns the seconds to the first frame, to that of a house loaded before, the two rates, and MB a live scene."""
+    house = House.load(path)
+    assets = AssetDatabase.load(assets_path) if assets_path else AssetDatabase.default()
+    first, simulator = open_house(house, assets, quality)
+    again = min(open_and_close(house, assets, quality) for _ in range(AGAIN))
     stepping, bare = rates(lambda: step(simulator), bare_frame(simulator))
     before = memory_mb()
     live = [open_house(house, assets, quality)[1] for _ in range(LIVE)]
     each = (memory_mb() - before) / LIVE
     for one in [*live, simulator]:
         one.close()
-    share = stepping / bare
-    return f"{house.name:24} {first:8.2f} {again:8.2f} {bare:8.1f} {stepping:12.1f} {share:6.0%} {each:8.1f}"
+    return first, again, bare, stepping, each
 
 
-def open_house(house: House, assets: AssetDatabase, quality: str) -> tuple[float, EmbeddedSimulator]:
+def open_and_close(house: House, assets: AssetDatabase, quality: Quality) -> float:
+    """Returns the seconds from a house document to its first frame."""
+    seconds, simulator = open_house(house, assets, quality)
+    simulator.close()
+    return seconds
+
+
+def open_house(house: House, assets: AssetDatabase, quality: Quality) -> tuple[float, EmbeddedSimulator]:
     """Returns the seconds from a house document to its first frame, and the simulator."""
     start = time.perf_counter()
     simulator = EmbeddedSimulator(MujocoEngine(quality), assets)
