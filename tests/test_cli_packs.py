@@ -51,9 +51,10 @@ def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
         (["make", "--name", "n", "--out", "o", "--seed", "1", "--rooms", "12"], ["'12", "1 to 10"]),
         (["make", "--name", "n", "--out", "o", "--houses", "no.json"], ["'no.json'", "does not exist"]),
         (["make", "--name", "n", "--out", "o", "--seed", "1", "--family", "XX"], ["'XX'", "PG"]),
+        (["make", "--name", "a/b", "--out", "o", "--seed", "1"], ["'a/b'", "letters"]),
         (["build", "--drafts", "no.jsonl", "--name", "n", "--out", "o"], ["'no.jsonl'", "vigil pack propose"]),
     ],
-    ids=["no_houses", "no_range", "no_spec", "no_seed", "no_rooms", "no_file", "no_family", "no_drafts"],
+    ids=["no_houses", "no_range", "no_spec", "no_seed", "no_rooms", "no_file", "no_family", "no_name", "no_drafts"],
 )
 def test_bad_input_is_named(arguments: list[str], words: list[str]) -> None:
     done = vigil(*arguments)
@@ -76,7 +77,7 @@ def test_a_secret_seed_makes_a_pack_in_one_command_that_continues(tmp_path: Path
     assert vigil(*made, "--out", tmp_path / "b").exit_code == 0
     assert Pack.load(tmp_path / "b").episodes == pack.episodes
     again = vigil(*made, "--out", tmp_path / "a")
-    assert "holds a pack already" in str(again.exception)
+    assert "is not empty" in str(again.exception)
 
 
 def test_a_pack_is_made_from_house_files(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code
 
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -29,6 +30,7 @@ PACK_SCHEMA = 1
 MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
 MAX_MANIFEST_BYTES = 16 * 1024 * 1024
 MAX_LINES_BYTES = 512 * 1024 * 1024
+NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 HOUSES_KEPT = 16
 """Houses that a pack holds in memory; others are read again from disk."""
 _Line = TypeVar("_Line", bound=BaseModel)
@@ -40,7 +42,7 @@ class Manifest(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     schema_version: int = PACK_SCHEMA
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
+    name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
     description: str = ""
     episodes: int
@@ -214,8 +216,9 @@ def freeze(
     """Writes a pack into `folder`, new or empty, and returns it loaded; the same input gives the same bytes.
 
     `extra` are further files, hashed like all others. Raises EpisodeError when an episode contradicts its family, its
-    house or the other episodes.
+    house or the other episodes, SettingError when the folder is not empty or the name unfit.
     """
+    check_free(folder, name)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     solved = sorted(solutions, key=lambda solution: solution.episode_id)
     by_name = {house.name: house for house in houses}
@@ -314,9 +317,15 @@ def _line(model: BaseModel) -> bytes:
     return canonical_json(model.model_dump(mode="json")) + b"\n"
 
 
+def check_free(folder: Path, name: str) -> None:
+    """Raises SettingError when no pack of that name can be frozen into a folder."""
+    if not re.match(NAME_PATTERN, name):
+        raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise SettingError(f"{str(folder)!r} is not empty, or no folder; freeze into a new one. Packs are never overwritten.")
+
+
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
-    if folder.exists() and any(folder.iterdir()):
-        raise SettingError(f"Folder {str(folder)!r} is not empty; freeze into a new one. Packs are never overwritten.")
     for path, data in contents.items():
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)

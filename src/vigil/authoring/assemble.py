@@ -21,7 +21,7 @@ from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError
 from vigil.house import House, canonical_json
 from vigil.housegen.generate import GENERATOR_VERSION
-from vigil.pack import Pack, freeze
+from vigil.pack import Pack, check_free, freeze
 
 HOUSE_USES = 3
 """Episodes of one family in one house, at most."""
@@ -165,7 +165,7 @@ def select(pool: Sequence[Candidate], wish: Wish) -> list[Candidate]:
     if short:
         raise EpisodeError(
             f"Pack {wish.name!r} asks for {wish.per_family} episodes of each family; within its limits the drafts hold "
-            f"only {', '.join(short)}. Propose in more houses, or ask for fewer."
+            f"only {', '.join(short)}. Propose in more houses (more seeds, a larger --count), or ask for fewer."
         )
     return sorted(tally.chosen, key=lambda candidate: candidate.episode.id)
 
@@ -192,8 +192,9 @@ def assemble(
 ) -> tuple[Pack, dict[str, list[Finding]]]:
     """Freezes a pack into `out`. Returns it with what was left out because its solution does not hold.
 
-    Raises EpisodeError when the drafts are too few.
+    Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
+    check_free(out, wish.name)
     chosen, bad = select_holding(candidates(files, reviews), wish, check)
     meta = _meta(chosen, files, wish)
     houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]

@@ -30,6 +30,7 @@ OBSTACLES = (
 )
 """What may stand on the floor in somebody's way."""
 MOVED_M = 0.5
+OBSTACLE_PX = 800
 LEAST_OBSTACLE_M = 0.17
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
@@ -131,7 +132,8 @@ def _barrier(shop: Workshop, target: Thing, setup: Setup, start: Pose, spots: np
             if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
                 blocked = _with(setup, obstacle, spot)
                 shop.begin(blocked)
-                if shop.sees_clearly(start, [target.id, obstacle.id], is_seen(CLEAR_PX)):
+                is_met = shop.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
+                if is_met and shop.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
                     return obstacle, blocked
     return None
 

@@ -179,7 +179,7 @@ class DraftsFile:
                 yield _LINE.validate_json(line)
             except ValidationError as error:
                 fault = error.errors(include_url=False)[0]
-                place = ".".join(str(part) for part in fault["loc"])
+                place = ".".join(str(part) for part in fault["loc"]) or "the line"
                 raise SettingError(f"{self.path} line {number}: {place}: {fault['msg']}.") from None
 
     def _append(self, lines: Iterable[Header | Line]) -> None:

@@ -33,8 +33,10 @@ GAP_M = 2 * BODY_RADIUS_M
 """A body does not pass through less."""
 AROUND_M, STEP_M = 1.0, 0.12
 TRIED_PLACES, TRIED_FURNITURE, STAGINGS = 40, 4, 2
-TRIED_TARGETS, TRIED_STARTS, LEAST_SIGHTS = 8, 16, 6
+TRIED_TARGETS, TRIED_STARTS, LEAST_SIGHTS = 10, 24, 6
 AWAY_M = (1.6, 6.0)
+LEAF_PX = 8000
+"""Of what stands in the way; it is near, and a person must see which thing is meant."""
 
 
 def leaf_in_the_way(shop: Workshop) -> Drafts:
@@ -127,6 +129,7 @@ def _behind(shop: Workshop, target: Thing, leaf: Thing, setup: Setup) -> Pose | 
         for spot in shop.places_in(part, shop.away_from(target, *AWAY_M), TRIED_STARTS):
             if shop.sights(spot, target) >= LEAST_SIGHTS:
                 start = shop.facing(spot, target, LOOKING_DOWN_DEG, 25.0)
-                if shop.sees_clearly(start, [target.id, leaf.id], is_seen(CLEAR_PX)):
+                is_met = shop.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
+                if is_met and shop.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
                     return start
     return None

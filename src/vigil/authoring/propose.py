@@ -27,18 +27,18 @@ from vigil.sim.scene import Thing
 from vigil.sim.supports import surface_named
 from vigil.world import ObjectSetup, ObjectState, Setup
 
-CLEAR_PX = 300
+CLEAR_PX = 400
 """Pixels of the object to act on in a start that a person finds clear; the rules ask for less."""
-CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 100}
+CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 180}
 STATE_PX = 350
 LEVEL_DEG = 0.0
 UNNAMED = frozenset(
     {
         *("Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"),
-        *("Blinds", "Curtains"),
+        *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
     }
 )
-"""Categories that make poor targets: parts of the building, or too many or too plain to be asked for."""
+"""Categories that make poor targets: parts of the building, too many, too plain, or hidden by what they hold."""
 UNCLEAR_WHEN_OPEN = frozenset(
     {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
 )
@@ -160,7 +160,7 @@ def verifying(shop: Workshop, label: Label) -> Drafts:
     """Yields SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
     for thing in shop.things(lambda thing: is_target(thing) and _has_state(thing, state)):
-        setup = Setup(objects={thing.id: change})
+        setup = Setup(objects={thing.id: _folded_out(thing, change) if state == "is_toggled" else change})
         shop.begin(setup)
         start = shop.start_seeing(
             thing,
@@ -254,13 +254,16 @@ def setup_for(thing: Thing, act: Act) -> Setup:
     changes: dict[Act, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
-        "turn_on": ObjectSetup(
-            is_toggled=False, openness=0.0 if thing.is_openable and thing.category != "Laptop" else None
-        ),
-        "turn_off": ObjectSetup(is_toggled=True),
+        "turn_on": _folded_out(thing, ObjectSetup(is_toggled=False, openness=0.0 if thing.is_openable else None)),
+        "turn_off": _folded_out(thing, ObjectSetup(is_toggled=True)),
     }
     change = changes.get(act)
     return Setup(objects={thing.id: change}) if change else Setup()
+
+
+def _folded_out(thing: Thing, change: ObjectSetup) -> ObjectSetup:
+    """Returns a change of whether a thing is on, with a laptop open: a closed one shows nothing."""
+    return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
 
 def goal_for(thing: Thing, act: Act) -> Goal:

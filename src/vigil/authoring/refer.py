@@ -38,6 +38,7 @@ LOOK_ALIKES = (
     ("faucet", "shower head"),
     ("rug", "dog bed"),
     ("lettuce", "house plant"),
+    ("remote control", "cell phone"),
 )
 """Names that a person may take one for the other; each name is compared with those of its own groups."""
 

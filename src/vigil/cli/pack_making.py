@@ -21,7 +21,7 @@ from vigil.cli.text import duration
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import SettingError
 from vigil.house import House
-from vigil.pack import MANIFEST
+from vigil.pack import check_free
 from vigil.runner.complete import completing
 
 PLAIN_SECONDS = 5.0
@@ -132,8 +132,7 @@ def make(
     """
     if (seed is None) == (not houses):
         raise SettingError("Give either --seed, which draws houses, or --houses with files of houses.")
-    if (out / MANIFEST).exists():
-        raise SettingError(f"Folder {str(out)!r} holds a pack already. Packs are never overwritten; name another one.")
+    check_free(out, name)
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
     sources = filed(houses, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
     out.parent.mkdir(parents=True, exist_ok=True)
