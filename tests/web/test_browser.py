@@ -260,9 +260,9 @@ def test_an_auditor_reviews_by_keys(visitor: Visitor, pack: Pack, drawer: Drawer
         page.goto(site.url)
         visitor.check("queue")
         page.click("#go")
-        visitor.has("html[data-step='0']")
-        visitor.press("ArrowRight")
         visitor.has("html[data-step='1']")
+        visitor.press("ArrowRight")
+        assert visitor.text("#step") == "step 1 of 1: report success"
         visitor.press("2")
         visitor.has("html[data-saved='1']")
         visitor.press("e")

@@ -17,6 +17,12 @@ from vigil.errors import InputError, RecordError, SettingError
 from vigil.pack import Pack
 
 
+def free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
@@ -36,7 +42,8 @@ def test_bad_input_is_named(
     arguments: list[str], error: type[Exception], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(app, arguments)
+    port = [] if arguments[0] == "export" else ["--port", str(free_port())]
+    result = CliRunner().invoke(app, [*arguments, *port])
     assert isinstance(result.exception, error), result.output
     assert words in str(result.exception)
     assert list(tmp_path.iterdir()) == []
@@ -48,15 +55,13 @@ def test_one_episode_is_exported_to_a_file(runs: Path, pack: Pack, tmp_path: Pat
     assert (tmp_path / "one.gif").read_bytes().startswith(b"GIF89a")
     with pytest.raises(SettingError, match="Did you mean"):
         web.export(runs / "sweep", tmp_path / "two.gif", episode[:-1], 1, [str(pack.folder)])
-    with pytest.raises(SettingError, match=r"\.html or \.gif"):
+    with pytest.raises(SettingError, match=r"\.html, \.gif or \.mp4"):
         web.export(runs / "sweep", tmp_path / "two.mp3", episode, 1, [str(pack.folder)])
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked up in /proc")
 def test_a_server_ends_with_its_drawing_process(runs: Path, pack: Pack) -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     command = [sys.executable, "-c", "from vigil.cli import main; main()", "view", str(runs), "--no-open"]
     server = subprocess.Popen([*command, "--pack", str(pack.folder), "--port", str(port)], stdout=subprocess.DEVNULL)
     try:

@@ -22,6 +22,7 @@ def test_an_episode_is_one_page_with_everything_in_it(view: Site, pack: Pack) ->
     assert "attachment" in answer.headers["content-disposition"]
     assert answer.text.count("data:image/jpeg;base64,") == 5
     assert not re.search(r'(src|href)="(?!#|data:)', answer.text)
+    assert "equal to the recorded frame" in answer.text
     assert "script-src &#39;sha256-" in answer.text
 
 
@@ -32,7 +33,7 @@ def test_a_gif_has_a_slide_for_each_step(view: Site, runs: Path, pack: Pack) -> 
         image = Image.open(io.BytesIO(answer.body))
         assert image.format == "GIF"
         assert 1 <= getattr(image, "n_frames", 1) <= steps  # equal neighbours are merged
-        assert image.size == (480, 404)
+        assert image.size == (480, 426)
 
 
 def test_a_run_becomes_a_site_with_relative_links(runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:

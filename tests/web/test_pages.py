@@ -17,7 +17,7 @@ from vigil.web.records import RecordTable
 
 def test_the_table_of_runs_is_sorted_and_filtered(view: Site) -> None:
     def order(path: str) -> list[str]:
-        return re.findall(r'<th scope="row"><a href="/runs/(\w+)"', view.get(path).text)
+        return re.findall(r'<th scope="row" class="name"><a href="/runs/(\w+)"', view.get(path).text)
 
     assert sorted(order("/")) == ["random", "sweep"]
     assert order("/?sort=FR&dir=desc") == order("/?sort=FR&dir=asc")[::-1]

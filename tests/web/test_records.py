@@ -87,7 +87,7 @@ def test_a_run_without_rows_or_header_does_not_stop_the_others(runs: Path, pack:
     assert list(found) == ["empty", "good", "headless", "nonsense"]
     assert found["good"].fault == ""
     assert found["empty"].table is not None
-    assert found["empty"].table.torn is not None
+    assert found["empty"].table.is_missing
     assert "run.json" in found["headless"].fault
     assert "not JSON" in found["nonsense"].fault
 

@@ -1,7 +1,13 @@
 """`vigil view`, `vigil play` and `vigil review`: the pages on loopback; `vigil export`: pages to take along."""
 
+import errno
+import os
+import signal
+import socket
+import sys
 import threading
 import webbrowser
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -16,7 +22,7 @@ from vigil.pack import Pack
 from vigil.record import Key
 from vigil.sim import Quality
 from vigil.web.drawing import Drawer, Look
-from vigil.web.export import episode_gif, episode_page, export_site
+from vigil.web.export import episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play
 from vigil.web.review import Desk, make_review
@@ -29,6 +35,9 @@ Port = Annotated[int, typer.Option(min=1, max=65535, help="Port to serve on.")]
 Token = Annotated[str, typer.Option(envvar="VIGIL_TOKEN", help="Ask visitors for this token.", show_default=False)]
 Open = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 RUNS = Path("runs")
+TERMINATED = 143
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+"""Without one of these a Linux machine has at best a browser that takes the terminal."""
 
 
 def view(
@@ -47,11 +56,9 @@ def view(
     roots = runs or ([RUNS] if RUNS.is_dir() else [])
     address = Address(host, port, token)
     drawer = Drawer()
-    try:
+    with closing(listen(address)) as listener, closing(drawer):
         library = Library(roots, pack or ["starter"], assets)
-        serve(make_view(library, drawer, address, Look(asset_database=assets)), address, open_browser)
-    finally:
-        drawer.close()
+        serve(make_view(library, drawer, address, Look(asset_database=assets)), address, listener, open_browser)
 
 
 def play(
@@ -75,7 +82,6 @@ def play(
     Example: vigil play --pack starter --player ada --limit 10
     """
     address = Address(host, port, token)
-    address.check()
     settings = SittingSettings(
         player=player,
         pack=pack,
@@ -88,11 +94,9 @@ def play(
         quality=render_quality,
         seed=seed,
     )
-    sitting = open_sitting(settings)
-    try:
-        serve(make_play(sitting, address), address, open_browser)
-    finally:
-        sitting.close()
+    with closing(listen(address)) as listener, closing(open_sitting(settings)) as sitting:
+        print(f"Records: {sitting.place} (the same command continues)")
+        serve(make_play(sitting, address), address, listener, open_browser)
 
 
 def review(
@@ -112,40 +116,47 @@ def review(
     """
     address = Address(host, port, token)
     desk = Desk(Pack.load(pack), file, reviewer, seed, Look(asset_database=assets))
-    drawer = Drawer()
-    try:
-        serve(make_review(desk, drawer, address), address, open_browser)
-    finally:
-        drawer.close()
+    with closing(listen(address)) as listener, closing(Drawer()) as drawer:
+        print(f"Verdicts: {file}")
+        serve(make_review(desk, drawer, address), address, listener, open_browser)
 
 
 def export(
     run: Annotated[Path, typer.Argument(help="Folder of a run.")],
-    out: Annotated[Path, typer.Option(help="New folder for a whole run; for one episode a .html or .gif file.")],
+    out: Annotated[Path, typer.Option(help="New folder for a whole run; for one episode a .html, .gif or .mp4 file.")],
     episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
     epoch: Annotated[int, typer.Option(min=1, help="Of the episode.")] = 1,
     pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
     assets: Assets = None,
 ) -> None:
-    """Writes a run as a static site, or one episode as a self-contained page or GIF.
+    """Writes a run as a static site, or one episode as a self-contained page, GIF or MP4.
 
     Examples:
     vigil export runs/solver --out site
     vigil export runs/solver --episode procthor_fridge_seed101 --out fridge.gif
     """
-    library = Library([run], pack or ["starter"], assets)
-    found = library.runs()
-    if len(found) != 1 or found[0].table is None:
-        raise RecordError(f"{str(run)!r} is no run that can be exported: {found[0].fault if found else 'no records'}")
-    drawer = Drawer()
-    try:
+    if not out.absolute().parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    shown = _only_run(Library([run], pack or ["starter"], assets), run)
+    with closing(Drawer()) as drawer:
         if episode is None:
-            print(export_site(found[0], out, drawer, print))
+            print(export_site(shown, out, drawer, print))
         else:
-            out.write_bytes(_one_episode(found[0], (episode, epoch), out.suffix, drawer))
+            out.write_bytes(_one_episode(shown, (episode, epoch), out.suffix, drawer))
             print(out)
-    finally:
-        drawer.close()
+
+
+def _only_run(library: Library, folder: Path) -> ShownRun:
+    """Returns the run of a folder. Raises RecordError when it is none, several, or cannot be read."""
+    found = library.runs()
+    if len(found) > 1:
+        names = ", ".join(str(each.folder) for each in found[:5])
+        raise RecordError(f"{str(folder)!r} holds {len(found)} runs; give one of them: {names}.")
+    if not found or found[0].table is None:
+        raise RecordError(
+            f"{str(folder)!r} is no run that can be exported: {found[0].fault if found else 'no records'}"
+        )
+    return found[0]
 
 
 def _one_episode(run: ShownRun, key: Key, suffix: str, drawer: Drawer) -> bytes:
@@ -153,18 +164,50 @@ def _one_episode(run: ShownRun, key: Key, suffix: str, drawer: Drawer) -> bytes:
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])
         raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
-    if suffix == ".gif":
-        return episode_gif(run, key, drawer)
-    if suffix == ".html":
-        return episode_page(run, key, drawer).encode()
-    raise SettingError(f"--out: an episode is written as .html or .gif, not {suffix or 'without an ending'!r}.")
+    match suffix:
+        case ".gif":
+            return episode_film(run, key, drawer, "gif")
+        case ".mp4":
+            return episode_film(run, key, drawer, "mp4")
+        case ".html":
+            return episode_page(run, key, drawer).encode()
+    raise SettingError(f"--out: an episode is written as .html, .gif or .mp4, not {suffix or 'without an ending'!r}.")
 
 
-def serve(site: FastAPI, address: Address, open_browser: bool) -> None:
+def listen(address: Address) -> socket.socket:
+    """Returns a socket that listens there. Raises SettingError when the address is wrong, in use or without token."""
+    address.check()
+    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((address.host, address.port))
+        listener.listen(128)
+    except OSError as error:
+        listener.close()
+        if error.errno == errno.EADDRINUSE:
+            raise SettingError(
+                f"Port {address.port} is in use. Give another, e.g. --port {(address.port + 9) % 65535 + 1}."
+            ) from None
+        raise SettingError(
+            f"--host {address.host!r} --port {address.port}: cannot listen there ({error.strerror})."
+        ) from None
+    return listener
+
+
+def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser: bool) -> None:
     """Serves a site until it is interrupted."""
     host = f"[{address.host}]" if ":" in address.host else address.host
     url = f"http://{host}:{address.port}/" + (f"?token={address.token}" if address.token else "")
     print(f"Serving {url} (Ctrl-C ends)", flush=True)
     if open_browser:
-        threading.Timer(1.0, webbrowser.open, [url]).start()
-    uvicorn.run(site, host=address.host, port=address.port, log_level="warning", server_header=False, ws="none")
+        threading.Timer(1.0, _open, [url]).start()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # so that what is open is closed then too
+    config = uvicorn.Config(site, log_level="warning", server_header=False, ws="none")
+    uvicorn.Server(config).run([listener])
+
+
+def _open(url: str) -> None:
+    has_screen = sys.platform != "linux" or any(os.environ.get(name) for name in SCREENS)
+    if not has_screen or not webbrowser.open(url):
+        print("No browser was found here. Open the address yourself.", flush=True)

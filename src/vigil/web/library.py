@@ -107,7 +107,8 @@ class Library:
         self._roots = [root.resolve() for root in roots]
         for root in self._roots:
             if not root.is_dir():
-                raise RecordError(f"Folder {str(root)!r} does not exist. Give the folder of a run, or of several.")
+                fault = "is no folder" if root.exists() else "does not exist"
+                raise RecordError(f"{str(root)!r} {fault}. Give the folder of a run, or of several.")
         self.packs: dict[str, ShownPack] = {}
         for pack in packs:
             self._open_pack(find(pack))

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
@@ -17,6 +18,14 @@ from vigil.web.library import ShownPack
 MARGIN_M = 0.4
 LABELLED_M2 = 0.3
 """Things with a smaller footprint carry no label."""
+HUNG_M = 1.0
+"""What begins higher hangs on a wall: drawn by its outline alone."""
+TEXT_SHARE = 0.026
+"""Height of the letters, as a share of the plan's width: legible at the size at which pages show it."""
+PAGE_ASPECT = 1.2
+"""Width over height of the room that pages give to a plan."""
+LETTER_WIDTH = 0.56
+"""Mean width of a letter over its height."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +35,19 @@ class Shape:
     kind: str
     points: str
     """As SVG takes them; z is turned round."""
-    label: str = ""
-    at: tuple[float, float] = (0.0, 0.0)
     id: str = ""
+    at: tuple[float, float] = (0.0, 0.0)
+    """Of a dot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A word on the plan, by its middle."""
+
+    kind: Literal["room-name", "label"]
+    text: str
+    x: float
+    y: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +57,10 @@ class Plan:
     view_box: str
     width: float
     height: float
+    text_m: float
+    """Height of the letters."""
     shapes: tuple[Shape, ...]
+    labels: tuple[Label, ...]
     rooms: tuple[dict[str, Any], ...]
     things: tuple[dict[str, Any], ...]
 
@@ -50,7 +72,7 @@ def plan_of(house: House, assets: AssetDatabase) -> Plan:
     high = np.max([floor.max(axis=0) for floor in floors], axis=0) + MARGIN_M
     width, height = (float(value) for value in high - low)
     shapes = [
-        Shape(f"room room-{room.room_type}", _points(floor), room.room_type, _middle(floor), room.id)
+        Shape(f"room room-{room.room_type}", _points(floor), room.id)
         for room, floor in zip(house.document.rooms, floors, strict=True)
     ]
     try:
@@ -61,13 +83,16 @@ def plan_of(house: House, assets: AssetDatabase) -> Plan:
     for wall in house.document.walls:
         ends = np.array([(point.x, point.z) for point in wall.polygon[:2]])
         shapes.append(Shape("wall", _points(ends)))
-    shapes += [Shape("opening", _points(body.box_corners()), id=body.id) for body in bodies if body.is_opening]
+    shapes += [Shape("opening", _points(body.box_corners()), body.id) for body in bodies if body.is_opening]
     shapes += [_dot(body) for body in bodies if body.parent is not None]
+    text_m = TEXT_SHARE * max(width, height * PAGE_ASPECT)
     return Plan(
         view_box=f"{low[0]:.3f} {-high[1]:.3f} {width:.3f} {height:.3f}",
         width=width,
         height=height,
+        text_m=text_m,
         shapes=tuple(shapes),
+        labels=tuple(_labels(house, bodies, text_m)),
         rooms=tuple(_room_facts(house)),
         things=tuple(_thing_facts(body) for body in bodies),
     )
@@ -92,24 +117,54 @@ def _in_order(bodies: list[Body]) -> list[Body]:
 
 
 def _thing(body: Body) -> Shape:
-    corners = body.box_corners()
-    is_large = body.asset.size.x * body.asset.size.z >= LABELLED_M2 and body.category != "Rug"
-    spoken = CATALOG[body.category].spoken if is_large and body.category in CATALOG else ""
-    kind = "rug" if body.category == "Rug" else "thing"
-    return Shape(kind, _points(corners), spoken, (body.position.x, -body.position.z), body.id)
+    kind = "rug" if body.category == "Rug" else "hung" if body.bottom > HUNG_M else "thing"
+    return Shape(kind, _points(body.box_corners()), body.id)
 
 
 def _dot(body: Body) -> Shape:
-    return Shape("small", "", body.category, (body.position.x, -body.position.z), body.id)
+    return Shape("small", "", body.id, (body.position.x, -body.position.z))
+
+
+def _labels(house: House, bodies: list[Body], text_m: float) -> list[Label]:
+    """Returns the words that find room: large things first, then the rooms' names where nothing stands in the way."""
+    placed: list[Label] = []
+    across = [point.x for room in house.document.rooms for point in room.floor_polygon]
+    left, right = min(across), max(across)
+    named = [body for body in _in_order(bodies) if body.bottom <= HUNG_M and body.category in CATALOG]
+    named = [body for body in named if body.category != "Rug" and _footprint_m2(body) >= LABELLED_M2]
+    for body in sorted(named, key=lambda body: (-_footprint_m2(body), body.id)):
+        spoken = CATALOG[body.category].spoken
+        half = LETTER_WIDTH * text_m * len(spoken) / 2
+        x = float(np.clip(body.position.x, left + half, max(left + half, right - half)))
+        _place(placed, [Label("label", spoken, x, -body.position.z)], text_m)
+    for room in house.document.rooms:
+        floor = Polygon([(point.x, -point.z) for point in room.floor_polygon])
+        middle = floor.representative_point()
+        tried = [(middle.x, middle.y + step * text_m) for step in (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)]
+        within = [Label("room-name", room.room_type, x, y) for x, y in tried if floor.contains(Point(x, y))]
+        _place(placed, within, text_m)
+    return placed
+
+
+def _place(placed: list[Label], tried: list[Label], text_m: float) -> None:
+    """Adds the first label that overlaps no earlier one; none when all do."""
+    for label in tried:
+        if not any(_overlap(label, other, text_m) for other in placed):
+            placed.append(label)
+            return
+
+
+def _overlap(one: Label, other: Label, text_m: float) -> bool:
+    wide = LETTER_WIDTH * text_m * (len(one.text) + len(other.text)) / 2
+    return abs(one.x - other.x) < wide + text_m / 2 and abs(one.y - other.y) < 1.1 * text_m
+
+
+def _footprint_m2(body: Body) -> float:
+    return body.asset.size.x * body.asset.size.z
 
 
 def _points(corners: np.ndarray) -> str:
     return " ".join(f"{x:.3f},{-z:.3f}" for x, z in corners.tolist())
-
-
-def _middle(corners: np.ndarray) -> tuple[float, float]:
-    x, z = (float(value) for value in corners.mean(axis=0))
-    return x, -z
 
 
 def _room_facts(house: House) -> list[dict[str, Any]]:

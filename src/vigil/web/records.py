@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from vigil.episode import Episode
 from vigil.errors import RecordError
-from vigil.record import EPISODES_FILE, SCHEMA_VERSION, EpisodeRecord, Key
+from vigil.record import SCHEMA_VERSION, EpisodeRecord, Key
 from vigil.scoring import Outcome, settle
 from vigil.summary import Settlement, Unscored
 
@@ -46,6 +46,8 @@ class RecordTable:
     epochs: int = 1
     rows: dict[Key, Row] = field(default_factory=dict)
     broken: list[BrokenRow] = field(default_factory=list)
+    is_missing: bool = False
+    """Whether there is no file yet."""
     torn: BrokenRow | None = None
     """A last line that is not finished: being written, or cut off by a crash."""
     _seen: int = 0
@@ -58,12 +60,14 @@ class RecordTable:
             stat = self.path.stat()
         except OSError:
             self._forget((0, 0))
-            self.torn = BrokenRow(0, f"{EPISODES_FILE} does not exist: nothing has been played yet.")
+            self.is_missing = True
             return
+        self.is_missing = False
         identity = (stat.st_dev, stat.st_ino)
         if identity != self._identity or stat.st_size < self._seen:
             self._forget(identity)
-        if stat.st_size > self._seen or self.torn is None:
+        self.torn = None
+        if stat.st_size > self._seen:
             with self.path.open("rb") as file:
                 file.seek(self._seen)
                 self._take(file.read())
@@ -95,7 +99,6 @@ class RecordTable:
         self._identity = identity
 
     def _take(self, data: bytes) -> None:
-        self.torn = None
         for line in data.splitlines(keepends=True):
             if not line.endswith(b"\n"):
                 self.torn = BrokenRow(self._lines + 1, "The line is not finished: it is being written, or was cut off.")

@@ -27,7 +27,7 @@ from vigil.pose import wrap_deg
 from vigil.web.drawing import Drawer, Look, Scene
 from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page
-from vigil.web.words import action_words, goal_words
+from vigil.web.words import action_words, click_of, goal_words
 
 AROUND = 8
 """Views from the start, each turned on by 45 degrees."""
@@ -132,7 +132,7 @@ def _values(desk: Desk, episode: Episode) -> dict[str, Any]:
         "plan": plan_of(desk.pack.house_of(episode), desk.assets),
         "data": {
             "url": f"/episodes/{episode.id}",
-            "steps": ["start", *(action_words(action, None) for action in solution)],
+            "steps": [{"words": action_words(action, None), "click": click_of(action)} for action in solution],
             "around": AROUND,
             "ids": sorted(set(episode.bindings.values()) | episode.goal.ids()),
             "before": ids[place - 1] if place else None,
@@ -146,9 +146,9 @@ def _add_pictures(site: FastAPI, desk: Desk, drawer: Drawer) -> None:
     def solved(episode_id: str, step: int) -> Response:
         episode = desk.by_id[episode_id]
         actions = desk.pack.solutions[episode_id].actions
-        if not 0 <= step <= len(actions):
+        if not 1 <= step <= len(actions):
             raise KeyError(step)
-        done = tuple(action for action in actions[:step] if action.skill_name != "report")
+        done = tuple(action for action in actions[: step - 1] if action.skill_name != "report")
         return _png(drawer.picture(_scene(desk, episode, done)))
 
     @site.get("/episodes/{episode_id}/around/{turn}.png")

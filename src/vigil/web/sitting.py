@@ -150,6 +150,11 @@ class Sitting:
                 self._take(answer)
             return self._shown()
 
+    @property
+    def place(self) -> Path:
+        """The run's folder."""
+        return self._folder.path
+
     def close(self) -> None:
         """Ends the simulator and releases the run's folder."""
         self._pool.close()

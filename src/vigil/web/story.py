@@ -15,7 +15,7 @@ from vigil.profile import Profile
 from vigil.record import EpisodeRecord, StepRecord
 from vigil.replies import parse_reply
 from vigil.scoring import Outcome
-from vigil.web.words import CATEGORIES, action_words, effect_words, goal_words, verdict_words
+from vigil.web.words import CATEGORIES, action_words, click_of, effect_words, goal_words, verdict_words
 from vigil.world import WorldState
 
 
@@ -48,13 +48,12 @@ def _goal_rows(episode: Episode, record: EpisodeRecord) -> tuple[GoalRow, ...]:
 def _step(step: StepRecord, profile: Profile, rows: tuple[GoalRow, ...]) -> dict[str, Any]:
     parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
     action, reply = step.action, step.reply
-    click = [action.x, action.y] if isinstance(action, InteractPixel) and action.x is not None else None
     return {
         "index": step.index,
         "action": action_words(action, step.invalid),
         "skill": action.skill_name if action else "invalid",
         "intent": action.intent if isinstance(action, InteractPixel) else None,
-        "click": click,
+        "click": click_of(action),
         "summary": getattr(action, "summary", None),
         "invalid": None if step.invalid is None else step.invalid.model_dump(),
         "thought": _text(getattr(parsed, "thought", None)),

@@ -60,7 +60,8 @@ def _run_row(run: ShownRun, family: str) -> RunRow:
         return RunRow(run, None, "", 0, 0)
     summary = summarise(run.table.settlement())
     rates = summary["families"].get(family) if family else summary["overall"]
-    broken = len(run.table.broken) + (run.table.torn is not None)
+    is_cut = run.table.torn is not None and run.header is not None and run.header.ended is not None
+    broken = len(run.table.broken) + is_cut
     if rates is None:
         return RunRow(run, None, "", 0, broken)
     return RunRow(run, rates, rates["complete"], rates["errors"], broken)

@@ -1,6 +1,6 @@
 """`vigil view`: pages of runs and their episodes."""
 
-from typing import Any
+from typing import Any, Literal
 from urllib.parse import urlencode
 
 from fastapi import FastAPI
@@ -11,7 +11,8 @@ from vigil.errors import RecordError, SettingError
 from vigil.scoring import Outcome
 from vigil.summary import summarise
 from vigil.web.drawing import Drawer, Look
-from vigil.web.export import episode_gif, episode_of, episode_page, frame_of, tell
+from vigil.web.export import episode_film, episode_page
+from vigil.web.frames import episode_of, frame_of, tell
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, ShownRun
 from vigil.web.plan import try_plan
@@ -20,7 +21,8 @@ from vigil.web.site import Address, make_site, page
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows
 from vigil.web.words import LABELS as LABEL_WORDS
 
-EPISODE_COLUMNS = ("episode", "label", "W", "B", "steps")
+FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
+EPISODE_COLUMNS = ("episode", "family", "label", "W", "B", "steps")
 
 
 def make_view(library: Library, drawer: Drawer, address: Address | None = None, look: Look | None = None) -> FastAPI:
@@ -84,25 +86,31 @@ def _add_episode_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
         story["frames"] = [f"{base}/{episode_id}/{epoch}/frames/{step.index}.png" for step in record.steps]
         story["before"] = None if place == 0 else f"{base}/{keys[place - 1][0]}/{keys[place - 1][1]}"
         story["after"] = None if place == len(keys) - 1 else f"{base}/{keys[place + 1][0]}/{keys[place + 1][1]}"
-        is_saved = all(shown.saved_frame(step.frame_sha256) for step in record.steps)
+        story["frame_notes"] = None
         plan = try_plan(pack, found)
         title = f"{episode_id} · {shown.name}"
-        return page("episode.html", title=title, run=shown, story=story, plan=plan, is_saved=is_saved, is_alone=False)
+        here = f"{base}/{episode_id}/{epoch}"
+        return page("episode.html", title=title, run=shown, story=story, plan=plan, here=here, is_alone=False)
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.png")
     def frame(slug: str, episode_id: str, epoch: int, step: int) -> Response:
-        data = frame_of(library.run(slug), (episode_id, epoch), step, drawer)
-        return Response(data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
+        shown = frame_of(library.run(slug), (episode_id, epoch), step, drawer)
+        return Response(shown.data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
+
+    @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.json")
+    def frame_note(slug: str, episode_id: str, epoch: int, step: int) -> dict[str, Any]:
+        shown = frame_of(library.run(slug), (episode_id, epoch), step, drawer)
+        return {"origin": shown.origin, **shown.facts}
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.html")
     def export_page(slug: str, episode_id: str, epoch: int) -> Response:
         text = episode_page(library.run(slug), (episode_id, epoch), drawer)
         return Response(text, media_type="text/html", headers=_to_save(f"{episode_id}.{epoch}.html"))
 
-    @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.gif")
-    def export_gif(slug: str, episode_id: str, epoch: int) -> Response:
-        data = episode_gif(library.run(slug), (episode_id, epoch), drawer)
-        return Response(data, media_type="image/gif", headers=_to_save(f"{episode_id}.{epoch}.gif"))
+    @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.{form}")
+    def export_film(slug: str, episode_id: str, epoch: int, form: Literal["gif", "mp4"]) -> Response:
+        data = episode_film(library.run(slug), (episode_id, epoch), drawer, form)
+        return Response(data, media_type=FILM_TYPES[form], headers=_to_save(f"{episode_id}.{epoch}.{form}"))
 
 
 def _to_save(name: str) -> dict[str, str]:

@@ -110,6 +110,13 @@ def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
             return f"report {action.raw_status if action.raw_status is not None else action.status}"
 
 
+def click_of(action: Action | None) -> list[int] | None:
+    """Returns the pixel that an action points at; None when it points at none."""
+    if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
+        return [action.x, action.y]
+    return None
+
+
 def effect_words(effect: Effect | None) -> str:
     """Returns what the simulator did with an action; hidden from the agent."""
     if effect is None:

@@ -38,7 +38,7 @@
       const angle = ((pose.rotation + deg) * Math.PI) / 180;
       return `${x + 0.9 * Math.sin(angle)},${-z - 0.9 * Math.cos(angle)}`;
     };
-    add("polygon", { class: "cone", points: `${x},${-z} ${side(-53)} ${side(0)} ${side(53)}` });
+    add("path", { class: "cone", d: `M ${x},${-z} L ${side(-53)} A 0.9 0.9 0 0 1 ${side(53)} Z` });
     add("circle", { class: "agent", cx: x, cy: -z, r: 0.14 });
   }
 
@@ -94,6 +94,6 @@
     const word = event.target.value.toLowerCase();
     for (const row of document.querySelectorAll("#things tbody tr")) row.hidden = !row.textContent.toLowerCase().includes(word);
   };
-  for (const row of document.querySelectorAll("#things tbody tr")) row.onclick = () => find(row.dataset.id);
+  for (const button of document.querySelectorAll("#things button")) button.onclick = () => find(button.dataset.id);
   walk(null);
 })();

@@ -3,16 +3,37 @@
 (() => {
   const at = (id) => document.getElementById(id);
   const data = JSON.parse(at("data").textContent);
-  let now = 0;
+  let now = 1;
   let timer = null;
   let writing = null;
 
   function go(step) {
-    now = Math.min(Math.max(step, 0), data.steps.length - 1);
+    now = Math.min(Math.max(step, 1), data.steps.length);
+    const { words, click } = data.steps[now - 1];
     at("picture").src = `${data.url}/solution/${now}.png`;
-    at("step").textContent = now ? `after ${now} of ${data.steps.length - 1}: ${data.steps[now]}` : "start";
+    at("step").textContent = `step ${now} of ${data.steps.length}: ${words}`;
+    at("clicks").replaceChildren();
+    for (const kind of click ? ["click-ring", "click-core"] : []) {
+      const ring = document.createElementNS("http://www.w3.org/2000/svg", "circle");
+      for (const [name, value] of Object.entries({ cx: click[0], cy: click[1], r: 14, class: kind })) ring.setAttribute(name, value);
+      at("clicks").append(ring);
+    }
+    for (const button of at("strip").querySelectorAll("button")) {
+      if (Number(button.dataset.step) === now) button.setAttribute("aria-current", "step");
+      else button.removeAttribute("aria-current");
+    }
     document.documentElement.dataset.step = now;
   }
+  data.steps.forEach(({ words }, index) => {
+    const item = document.createElement("li");
+    const button = document.createElement("button");
+    button.type = "button";
+    button.dataset.step = index + 1;
+    button.textContent = `${index + 1} ${words}`;
+    button.onclick = () => go(index + 1);
+    item.append(button);
+    at("strip").append(item);
+  });
   at("picture").onerror = () => {
     at("no-frame").textContent = "This picture cannot be drawn.";
     at("no-frame").hidden = false;
@@ -25,8 +46,8 @@
     clearInterval(timer);
     timer = null;
     if (on) {
-      if (now >= data.steps.length - 1) go(0);
-      timer = setInterval(() => (now >= data.steps.length - 1 ? play(false) : go(now + 1)), 900);
+      if (now >= data.steps.length) go(1);
+      timer = setInterval(() => (now >= data.steps.length ? play(false) : go(now + 1)), 900);
     }
     at("play").textContent = timer ? "Stop" : "Play";
   }
@@ -124,5 +145,5 @@
   at("play").onclick = KEYS[" "];
   for (const id of ["approve", "reject", "edit", "note"]) at(id).onclick = KEYS[{ approve: "a", reject: "x", edit: "e", note: "n" }[id]];
   for (const button of document.querySelectorAll("[data-size]")) button.onclick = () => say({ verdict: "difficulty", difficulty: button.dataset.size });
-  go(0);
+  go(1);
 })();

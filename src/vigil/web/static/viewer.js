@@ -6,6 +6,7 @@
   const at = (id) => document.getElementById(id);
   const count = story.steps.length;
   const kept = new Map();
+  const notes = new Map();
   let now = 1;
   let timer = null;
 
@@ -30,18 +31,41 @@
     return kept.get(step);
   }
 
+  // Where a frame comes from, and whether it is the recorded one; asked for when the picture has come.
+  async function noteOf(step) {
+    if (story.frame_notes) return story.frame_notes[step - 1];
+    const answer = await fetch(story.frames[step - 1].replace(/png$/, "json"), { headers: { Accept: "application/json" } });
+    const found = await answer.json();
+    return answer.ok ? found : { is_recorded: null, note: found.error };
+  }
+
+  async function say(step, isDrawn) {
+    if (!notes.has(step)) {
+      try {
+        notes.set(step, await noteOf(step));
+      } catch {
+        notes.set(step, { is_recorded: null, note: "The server does not answer." });
+      }
+    }
+    if (step !== now) return;
+    const { is_recorded, note } = notes.get(step);
+    at("frame-note").textContent = isDrawn ? note : "";
+    at("frame-note").classList.toggle("warn", is_recorded === false);
+    at("no-frame").textContent = note;
+    at("no-frame").hidden = isDrawn;
+    document.documentElement.dataset.noted = step;
+  }
+
   function showFrame(step) {
     const image = picture(step.index);
     const shown = at("picture");
-    const fail = at("no-frame");
-    const miss = () => {
-      fail.textContent = "This frame was not saved and cannot be drawn again.";
-      fail.hidden = false;
-    };
-    fail.hidden = true;
-    shown.onerror = miss;
-    if (image.getAttribute("src")) shown.src = image.src;
-    else miss();
+    at("no-frame").hidden = true;
+    shown.hidden = !image.getAttribute("src");
+    if (!shown.hidden) shown.src = image.src;
+    image.decode().then(
+      () => say(step.index, true),
+      () => say(step.index, false),
+    );
     const clicks = at("clicks");
     clicks.replaceChildren();
     if (!step.click) return;
@@ -89,7 +113,7 @@
     const head = document.createElement("p");
     head.className = "head";
     const rule = verdict && verdict.subtype ? ` (${verdict.subtype.replaceAll("_", " ")})` : "";
-    head.textContent = verdict ? `${verdict.label}${rule} · ${verdict.category} · W ${verdict.W ? 1 : 0} · W strict ${verdict.W_strict ? 1 : 0} · B ${verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
+    head.textContent = verdict ? `${verdict.label}${rule} · ${verdict.category} · W\u00a0${verdict.W ? 1 : 0} · W\u00a0strict\u00a0${verdict.W_strict ? 1 : 0} · B\u00a0${verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
     box.append(head);
     if (verdict) box.classList.add(verdict.label);
     for (const text of verdict ? verdict.why : []) {
@@ -123,23 +147,24 @@
     chart.replaceChildren();
     const rows = hidden.rows;
     if (!rows.length) return;
-    const x = (index) => 24 + (rows.length > 1 ? (index / (rows.length - 1)) * 268 : 0);
-    const y = (value) => 74 - value * 64;
+    const x = (index) => 34 + (rows.length > 1 ? (index / (rows.length - 1)) * 554 : 0);
+    const y = (value) => 96 - value * 84;
     for (const value of [0, 0.5, 1]) {
-      shape("line", { x1: 24, x2: 292, y1: y(value), y2: y(value), class: "axis" }, chart);
-      shape("text", { x: 4, y: y(value) + 3 }, chart, String(value));
+      shape("line", { x1: 34, x2: 588, y1: y(value), y2: y(value), class: "axis" }, chart);
+      shape("text", { x: 28, y: y(value) + 4, "text-anchor": "end" }, chart, String(value));
     }
     rows.forEach((row, index) => {
-      if (row.W) shape("rect", { x: x(index) - 2, y: 10, width: Math.max(4, index + 1 < rows.length ? x(index + 1) - x(index) : 4), height: 64, class: "held" }, chart);
+      if (row.W) shape("rect", { x: x(index) - 2, y: 12, width: Math.max(4, index + 1 < rows.length ? x(index + 1) - x(index) : 4), height: 84, class: "held" }, chart);
     });
     if (rows.some((row) => row.progress !== null)) {
       shape("polyline", { class: "curve", points: rows.map((row, index) => `${x(index)},${y(row.progress ?? 0)}`).join(" ") }, chart);
     } else {
-      shape("text", { x: 100, y: 46 }, chart, "no progress for this goal");
+      shape("text", { x: 311, y: 44, "text-anchor": "middle" }, chart, "no progress is measured for this goal");
     }
-    shape("line", { x1: x(now), x2: x(now), y1: 8, y2: 76, class: "now" }, chart);
-    shape("text", { x: 24, y: 87 }, chart, "start");
-    shape("text", { x: 292, y: 87, "text-anchor": "end" }, chart, `step ${rows.length - 1} (green: the goal holds)`);
+    shape("line", { x1: x(now), x2: x(now), y1: 8, y2: 98, class: "now" }, chart);
+    shape("text", { x: 34, y: 114 }, chart, "start");
+    shape("text", { x: 311, y: 114, "text-anchor": "middle" }, chart, rows.some((row) => row.W) ? "progress; green: the goal holds" : "progress");
+    shape("text", { x: 588, y: 114, "text-anchor": "end" }, chart, `step ${rows.length - 1}`);
   }
 
   function showPlan() {
@@ -160,7 +185,8 @@
       const angle = ((world.yaw + deg) * Math.PI) / 180;
       return `${world.x + reach * Math.sin(angle)},${world.y - reach * Math.cos(angle)}`;
     };
-    shape("polygon", { class: "cone", points: `${world.x},${world.y} ${side(-53)} ${side(0)} ${side(53)}` }, layer);
+    const [left, right] = [side(-53), side(53)];
+    shape("path", { class: "cone", d: `M ${world.x},${world.y} L ${left} A ${reach} ${reach} 0 0 1 ${right} Z` }, layer);
     shape("circle", { class: "agent", cx: world.x, cy: world.y, r: 0.14 }, layer);
   }
 
@@ -178,8 +204,9 @@
     at("scrub").value = now;
     for (const button of at("strip").querySelectorAll("button")) {
       const here = Number(button.dataset.step) === now;
-      button.toggleAttribute("aria-current", here);
-      if (here) button.parentElement.parentElement.scrollLeft = button.offsetLeft - 200;
+      if (here) button.setAttribute("aria-current", "step");
+      else button.removeAttribute("aria-current");
+      if (here) at("strip").scrollTop = button.offsetTop - 40;
     }
     history.replaceState(null, "", `#step=${now}${at("reveal").checked ? "&hidden" : ""}`);
     const told = story.steps[now - 1];
@@ -205,7 +232,7 @@
 
   function reveal(on) {
     at("reveal").checked = on;
-    at("hidden").hidden = !on;
+    for (const part of document.querySelectorAll(".hidden-state")) part.hidden = !on;
     if (on) showVerdict();
     go(now);
   }

@@ -1,0 +1,120 @@
+"""Frames of a recorded episode: as they were saved, else drawn again; each one held against the hash in the record."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from vigil.agents.picture import decode
+from vigil.episode import Episode
+from vigil.errors import RecordError, SettingError, VigilError
+from vigil.record import EpisodeRecord, Key
+from vigil.runner.frames import frame_sha256
+from vigil.web.drawing import Drawer, Look, Scene
+from vigil.web.library import ShownPack, ShownRun
+from vigil.web.story import story_of
+
+Origin = Literal["saved", "redrawn"]
+ORIGINS: dict[Origin, str] = {
+    "saved": "As saved with the run",
+    "redrawn": "Drawn again from the recorded actions",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A picture of what a step's reply answered, and how far it can be trusted."""
+
+    data: bytes
+    """The file (PNG)."""
+    origin: Origin
+    is_recorded: bool | None
+    """Whether its pixels have the hash that the record holds; None when the record holds none."""
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What the viewer says of it."""
+        return {"is_recorded": self.is_recorded, "note": self.note}
+
+    @property
+    def note(self) -> str:
+        """A sentence on where the picture comes from."""
+        if self.is_recorded is None:
+            return f"{ORIGINS[self.origin]}; the record holds no hash to compare it with."
+        if self.is_recorded:
+            return f"{ORIGINS[self.origin]}; equal to the recorded frame, pixel by pixel."
+        if self.origin == "saved":
+            return "The saved file is NOT the recorded frame: its pixels have another hash."
+        return (
+            "Drawn again from the recorded actions; NOT equal to the recorded frame: another renderer or version draws "
+            "a little differently. `vigil verify` compares what counts."
+        )
+
+
+def episode_of(run: ShownRun, key: Key) -> tuple[Episode, EpisodeRecord, ShownPack]:
+    """Returns an episode of a run with its record and its pack. Raises KeyError or RecordError."""
+    if run.table is None or run.pack is None:
+        raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
+    if key not in run.table.rows:
+        raise KeyError(key)
+    return run.table.episodes[key[0]], run.table.record(key), run.pack
+
+
+def tell(run: ShownRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
+    """Returns the story of a record of a run."""
+    if run.header is None or run.table is None:
+        raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
+    return story_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
+
+
+def frame_of(run: ShownRun, key: Key, step: int, drawer: Drawer) -> Frame:
+    """Returns the frame that a step's reply answered: as saved, else drawn again. Raises VigilError, KeyError."""
+    episode, record, pack = episode_of(run, key)
+    if not 1 <= step <= len(record.steps):
+        raise KeyError(step)
+    recorded = record.steps[step - 1].frame_sha256
+    saved = _saved(run, recorded)
+    return saved or _held_against(drawer.picture(_scene(run, episode, record, pack, step)), "redrawn", recorded)
+
+
+def frames_of(run: ShownRun, key: Key, drawer: Drawer) -> list[Frame | None]:
+    """Returns all frames of an episode; None for what was not saved and cannot be drawn."""
+    _, record, _ = episode_of(run, key)
+    found: list[Frame | None] = []
+    for step in record.steps:
+        try:
+            found.append(frame_of(run, key, step.index, drawer))
+        except VigilError:
+            found.append(None)
+    return found
+
+
+def _saved(run: ShownRun, recorded: str | None) -> Frame | None:
+    """Returns a frame as it was kept; None when it was not, or when its file is no picture."""
+    path = run.saved_frame(recorded)
+    try:
+        return None if path is None else _held_against(path.read_bytes(), "saved", recorded)
+    except OSError:
+        return None
+
+
+def _held_against(data: bytes, origin: Origin, recorded: str | None) -> Frame:
+    return Frame(data, origin, None if recorded is None else frame_sha256(decode(data)) == recorded)
+
+
+def _scene(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPack, step: int) -> Scene:
+    if run.header is None:
+        raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
+    spec = run.header.spec
+    if spec.asset_database_sha256 is not None and run.assets is None:
+        raise SettingError(
+            f"Run {run.slug!r} was played with an asset database of SHA-256 {spec.asset_database_sha256[:12]}...; its "
+            "frames can be drawn again when that file is given with --assets."
+        )
+    pack.house(episode.house.name)
+    done = [each.action for each in record.steps[: step - 1]]
+    return Scene(
+        look=Look(spec.simulator, spec.render_quality, run.assets),
+        house=pack.house_path(episode.house.name),
+        start=episode.start,
+        setup=episode.setup,
+        actions=tuple(action for action in done if action is not None and action.skill_name != "report"),
+    )
