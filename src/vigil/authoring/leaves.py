@@ -23,11 +23,9 @@ from vigil.sim.scene import Thing
 from vigil.world import ObjectSetup, Setup
 
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Dresser", "Safe", "Stove")
-FURNITURE = (
-    *("Chair", "Stool", "Ottoman", "GarbageCan", "LaundryHamper", "HousePlant", "FloorLamp", "VacuumCleaner"),
-    *("RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable"),
-)
-"""What may stand beside an open leaf, and is not for carrying."""
+LIGHT = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
+HEAVY = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
+"""What may stand beside an open leaf, and is not for carrying; heavy things stay in their room."""
 LEAST_ROOM_M2 = 0.2
 GAP_M = 2 * BODY_RADIUS_M
 """A body does not pass through less."""
@@ -63,7 +61,7 @@ def _stagings(shop: Workshop, leaf: Thing) -> Iterator[Setup]:
     swung = open_.shape.difference(shut.shape)
     if swung.is_empty:
         return
-    furniture = shop.things(lambda thing: thing.category in FURNITURE and _is_alone(shop, thing))
+    furniture = shop.things(lambda thing: _may_stand_by(shop, leaf, thing) and _is_alone(shop, thing))
     for thing in furniture[:TRIED_FURNITURE]:
         for x, z, yaw in _places(shop, swung):
             spot = standing(thing, x, z, yaw)
@@ -85,6 +83,11 @@ class _Floor:
         self.free = shop.stage.plan().tight
         self.bare = shop.stage.bare_floor()
         self.shape = shapely.unary_union(thing_shapes(shop.thing(leaf.id)))
+
+
+def _may_stand_by(shop: Workshop, leaf: Thing, thing: Thing) -> bool:
+    is_at_home = shop.stage.room_at(thing.position) == shop.stage.room_at(leaf.position)
+    return thing.category in LIGHT or (thing.category in HEAVY and is_at_home)
 
 
 def _is_alone(shop: Workshop, thing: Thing) -> bool:

@@ -98,7 +98,7 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
     shop.begin(setup)
     phrases = {role: shop.phrase(thing.id) for role, thing in roles.items()}
     named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
-    is_sayable = len(named) == len(phrases) and not _is_wordy(list(named.values()))
+    is_sayable = len(named) == len(phrases) and not _is_wordy(named)
     start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
     shop.begin(Setup())
     if start is None:
@@ -125,10 +125,11 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
     )
 
 
-def _is_wordy(phrases: list[Phrase]) -> bool:
-    """Whether a sentence with all of the phrases would be heavy: places of things besides, or one room said twice."""
-    rooms = [phrase.room for phrase in phrases if phrase.room is not None]
-    return any(phrase.support is not None for phrase in phrases) or len(set(rooms)) < len(rooms)
+def _is_wordy(phrases: dict[str, Phrase]) -> bool:
+    """Whether a sentence with all of the phrases would be heavy: things placed by others, or one room said twice."""
+    rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
+    is_placed = any(phrase.support is not None for phrase in phrases.values())
+    return is_placed or phrases["target"].room is not None or len(set(rooms)) < len(rooms)
 
 
 def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None) -> Goal:

@@ -134,7 +134,7 @@ SEQUENCES = {
         "Open {whole}, then pick up {target} and put it inside.",
         "Put {target} into {receptacle}. You have to open {whole} first.",
         "First open {whole}; then fetch {target} and put it in there.",
-        "Please open {whole} and put {target} inside.",
+        "Please open {whole}, pick up {target} and put it inside.",
     ),
     "rearrange": (
         "Take {target} from {source} and put it {into} {receptacle}.",
