@@ -7,6 +7,7 @@ import numpy as np
 
 from vigil.assets import shapes
 from vigil.assets.asset import Asset, Mesh, Solid, Surface
+from vigil.assets.meshes import cross
 from vigil.pose import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
@@ -110,7 +111,7 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
 def creased(part: Mesh) -> Mesh:
     """Returns the mesh with faces that smooth normals would light from behind made flat: for sharp folds in skins."""
     corners = part.vertices[part.faces].astype(np.float64)
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
     across /= np.maximum(lengths, 1e-15)
     agreement = np.einsum("ij,ikj->ik", across, part.normals[part.faces]).min(1)

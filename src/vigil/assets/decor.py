@@ -8,6 +8,7 @@ from vigil.assets import shapes
 from vigil.assets.arrange import Maker, turning
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder
+from vigil.assets.meshes import cross
 from vigil.assets.palette import colour, one_of
 from vigil.assets.vessels import VASE_FORMS
 from vigil.pose import Vec3
@@ -113,7 +114,7 @@ def leaf(length: float, width: float, droop: float) -> shapes.Mesh:
     points = np.concatenate(top)
     cells = [(k + 4 * s, k + 1 + 4 * s, k + 5 + 4 * s, k + 4 + 4 * s) for s in (0, 1) for k in range(3)]
     faces = np.array([tri for a, b, c, d in cells for tri in ((a, b, c), (a, c, d))])
-    normal = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]]).sum(0)
+    normal = cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]]).sum(0)
     normals = np.tile(normal, (len(points), 1))
     uvs = np.c_[points[:, 0], points[:, 2]]
     upper = shapes.mesh(points, faces, normals, uvs)

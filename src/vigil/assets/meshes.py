@@ -66,6 +66,14 @@ def rotation(axis: Point3 | Axis, degrees: float) -> np.ndarray:
     return np.cos(angle) * np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * np.outer(unit, unit)
 
 
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Returns the cross product of vectors (..., 3): numpy's own numbers, sooner when the vectors are few."""
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return product
+
+
 def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
     """Returns the lowest and highest corner of some meshes together."""
     found = list(parts)
@@ -77,4 +85,4 @@ def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
 def volume(part: Mesh) -> float:
     """Returns the signed volume (m3): positive for a closed mesh that winds outward."""
     a, b, c = (part.vertices[part.faces[:, i]].astype(np.float64) for i in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+    return float(np.einsum("ij,ij->", a, cross(b, c)) / 6)

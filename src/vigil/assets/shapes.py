@@ -19,6 +19,7 @@ from vigil.assets.meshes import (
     Axis,
     Point3,
     bounds,
+    cross,
     merge,
     mesh,
     rotate,
@@ -74,7 +75,7 @@ def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
     def face(quad: list[int], out: np.ndarray, into: list[list[int]]) -> None:
         points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in quad])
-        turn = np.cross(points[1] - points[0], points[2] - points[0]) @ out
+        turn = cross(points[1] - points[0], points[2] - points[0]) @ out
         ordered = quad if turn > 0 else quad[::-1]
         into.append(ordered[:3])
         if len(ordered) == 4:
@@ -173,8 +174,9 @@ def cushion(size: Point3, center: Point3 = ORIGIN) -> Mesh:
     return rounded_box(size, center, 0.45 * min(width, height, depth), 0.18 * height)
 
 
+@cache
 def _grid_faces(rows: int, columns: int, flip: bool = False) -> np.ndarray:
-    """Returns two triangles per cell of a grid of vertices in row-major order."""
+    """Returns two triangles per cell of a grid of vertices in row-major order; not to be written to."""
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
@@ -215,14 +217,14 @@ def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segme
         quads = _grid_faces(2, segments + 1, flip=True) + first * (segments + 1)
         keep = np.array([rings[first, 0] > 1e-9, rings[first + 1, 0] > 1e-9])
         halves = np.split(quads, 2)
-        faces += [halves[i] for i in range(2) if _is_solid(halves[i], vertices.reshape(-1, 3)) or keep.all()]
+        faces += [halves[i] for i in range(2) if keep.all() or _is_solid(halves[i], vertices.reshape(-1, 3))]
     return mesh(vertices.reshape(-1, 3) + np.asarray(center), np.concatenate(faces), normals.reshape(-1, 3),
                 uvs.reshape(-1, 2))  # fmt: skip
 
 
 def _is_solid(faces: np.ndarray, vertices: np.ndarray) -> bool:
     a, b, c = vertices[faces[0]]
-    return bool(np.linalg.norm(np.cross(b - a, c - a)) > 1e-12)
+    return bool(np.linalg.norm(cross(b - a, c - a)) > 1e-12)
 
 
 def cylinder(
@@ -261,13 +263,13 @@ def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], s
     radii = np.broadcast_to(np.asarray(radius, np.float64), (len(points),))
     tangents = np.gradient(points, axis=0)
     tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), _THINNEST_M)
-    side = np.cross(tangents[0], np.eye(3)[np.argmin(np.abs(tangents[0]))])
+    side = cross(tangents[0], np.eye(3)[np.argmin(np.abs(tangents[0]))])
     angles = np.linspace(0, 2 * np.pi, segments + 1)
     rings = []
     for point, tangent, size in zip(points, tangents, radii, strict=True):
         side = side - tangent * (side @ tangent)
         side /= max(float(np.linalg.norm(side)), _THINNEST_M)
-        other = np.cross(tangent, side)
+        other = cross(tangent, side)
         rings.append(point + size * (np.cos(angles)[:, None] * side + np.sin(angles)[:, None] * other))
     return loft(np.array(rings))
 
@@ -281,7 +283,7 @@ def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
     count, around, _ = points.shape
     along = np.gradient(points, axis=0)
     ring = (np.roll(points[:, :-1], -1, 1) - np.roll(points[:, :-1], 1, 1))[:, [*range(around - 1), 0]]
-    normals = np.cross(ring, along)
+    normals = cross(ring, along)
     steps = np.linalg.norm(np.diff(points, axis=1), axis=2).max(0)
     travel = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=2).max(1))])
     uvs = np.stack(np.broadcast_arrays(travel[:, None], np.concatenate([[0], np.cumsum(steps)])[None]), -1)
@@ -304,7 +306,7 @@ def _cap(ring: np.ndarray, direction: np.ndarray) -> Mesh:
     middle, count = ring.mean(0), len(ring)
     vertices = np.concatenate([[middle], ring])
     faces = np.stack([np.zeros(count, int), np.arange(count) + 1, np.roll(np.arange(count), -1) + 1], 1)
-    normal = np.cross(ring - middle, np.roll(ring, -1, 0) - middle).sum(0)
+    normal = cross(ring - middle, np.roll(ring, -1, 0) - middle).sum(0)
     if normal @ direction < 0:
         faces, normal = faces[:, ::-1], -normal
     axes = np.argsort(np.abs(normal))[:2]
@@ -379,7 +381,7 @@ def disc(radius: float, center: Point3 = ORIGIN, axis: Axis = "y", segments: int
     faces = np.stack([np.zeros(segments, int), np.arange(segments) + 1, np.roll(np.arange(segments), -1) + 1], 1)
     right, up = _sight(axis, 1)
     vertices = radius * (outline[:, :1] * right + outline[:, 1:] * up) + np.asarray(center)
-    return mesh(vertices, faces[:, ::-1], np.tile(np.cross(up, right), (segments + 1, 1)),
+    return mesh(vertices, faces[:, ::-1], np.tile(cross(up, right), (segments + 1, 1)),
                 outline / 2 + 0.5 if fit else radius * outline)  # fmt: skip
 
 
@@ -392,7 +394,7 @@ def panel(width: float, height: float, center: Point3 = ORIGIN, facing: str = "+
     signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
     vertices = signs[:, :1] * width * right + signs[:, 1:] * height * up + np.asarray(center, np.float64)
     uvs = signs + 0.5 if fit else signs * [width, height]
-    return mesh(vertices, np.array([[0, 2, 1], [0, 3, 2]]), np.tile(np.cross(up, right), (4, 1)), uvs)
+    return mesh(vertices, np.array([[0, 2, 1], [0, 3, 2]]), np.tile(cross(up, right), (4, 1)), uvs)
 
 
 def _sight(axis: str, side: int) -> tuple[np.ndarray, np.ndarray]:
@@ -402,4 +404,4 @@ def _sight(axis: str, side: int) -> tuple[np.ndarray, np.ndarray]:
     """
     outward = side * np.eye(3)[AXES[axis]]
     up = np.array([0, 0, -1.0]) if axis == "y" else np.array([0, 1.0, 0])
-    return np.cross(outward, up), up
+    return cross(outward, up), up

@@ -8,6 +8,7 @@ from vigil.assets import shapes
 from vigil.assets.arrange import Maker, creased, drape
 from vigil.assets.asset import Asset
 from vigil.assets.builder import Builder, Look
+from vigil.assets.meshes import cross
 from vigil.assets.palette import colour, one_of
 from vigil.pose import Vec3
 
@@ -50,7 +51,7 @@ def _plump(size: np.ndarray) -> shapes.Mesh:
     slope_u, slope_v = (np.asarray(np.gradient(bulge, axis=axis)).ravel() * steps / 2 for axis in (0, 1))
     normals = np.c_[-slope_u * height / width, np.ones(len(u)) + 0.05, -slope_v * height / depth]
     first, second, third = top[top_faces[0]]
-    if np.cross(second - first, third - first)[1] < 0:
+    if cross(second - first, third - first)[1] < 0:
         top_faces = top_faces[:, ::-1]
     upper = shapes.mesh(top, top_faces, normals, np.c_[x, z])
     return shapes.merge([upper, shapes.scale(upper, (1, -1, 1))])
