@@ -1,5 +1,6 @@
 import gzip
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,15 @@ def test_a_sweep_says_what_is_rare():
     assert "1 rooms: 2 houses" in done.output
     assert "fewer than 1 of:" in done.output
     assert "2 houses, 0 problems" in done.output
+
+
+def test_a_sweep_is_the_same_in_several_processes():
+    def swept(*options: str) -> list[str]:
+        done = CliRunner().invoke(app, ["sweep", "--seeds", "3:5", "--rooms", "1,2", *options])
+        assert done.exit_code == 0, done.output
+        return [re.sub(r"\d\.\d\d s", "", line) for line in done.stdout.splitlines()]
+
+    assert swept() == swept("--workers", "2")
 
 
 @pytest.mark.parametrize("option", [("--seeds", "6"), ("--seeds", "a:b"), ("--rooms", "1;2")])

@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.progress import MofNCompleteColumn, Progress
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli.options import Assets, database
@@ -110,17 +112,25 @@ def sweep_houses(
     rooms: Annotated[str, typer.Option(help="Numbers of rooms, e.g. 1,2,3,4,6,10.")] = "1,2,3,4,6,10",
     load: Annotated[bool, typer.Option(help="Also build each scene and compile it in MuJoCo.")] = True,
     least: Annotated[int, typer.Option(min=0, help="Name categories with fewer things than this.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Processes; the result is the same with any number.")] = 1,
 ) -> None:
     """Generates houses, checks each, and says how long they took and what is rare in them; exits with 2 on a fault.
 
-    Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10
+    Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10 --workers 2
     """
     first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
     counts = _whole_numbers(rooms, ",", "--rooms", "numbers of rooms, e.g. 1,2,4", None)
     for count in counts:
         spec_for(str(count))
-    sizes = AssetDatabase.default()
-    result = sweep(range(first, end), counts, lambda house: _loaded(house, sizes) if load else None, print)
+    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=Console(stderr=True)) as progress:
+        task = progress.add_task("houses", total=len(counts) * max(0, end - first))
+
+        def told(problems: list[str]) -> None:
+            progress.advance(task)
+            for problem in problems:
+                print(problem)
+
+        result = sweep(range(first, end), counts, _own_loaded if load else _unloaded, told, workers)
     print(*result.lines(), sep="\n")
     rare = [f"{name} {result.found[name]}" for name in result.rare(least)]
     if rare:
@@ -128,6 +138,14 @@ def sweep_houses(
     print(f"{sum(result.houses.values())} houses, {len(result.problems)} problems")
     if result.problems or rare:
         raise typer.Exit(2)
+
+
+def _own_loaded(house: House) -> None:
+    _loaded(house, AssetDatabase.default())
+
+
+def _unloaded(house: House) -> None:
+    """Stands in for loading when only the document is asked for."""
 
 
 def _whole_numbers(text: str, between: str, option: str, form: str, count: int | None) -> list[int]:

@@ -1,10 +1,13 @@
 """Sweeps over seeds: generates houses, checks each, counts what is in them and how long they take."""
 
 import hashlib
+import multiprocessing
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +21,24 @@ from vigil.housegen.spec import spec_for
 
 PARTS = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
 """Categories that generated houses have as parts of dressers and stoves, never as things of their own."""
+
+Load = Callable[[House], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What one generated house is like; without a name when none came out."""
+
+    rooms: int
+    problems: tuple[str, ...]
+    name: str | None = None
+    seconds: float = 0.0
+    """Processor time of its generation."""
+    likeness: str = ""
+    """A hash of all that one sees of the house."""
+    objects: int = 0
+    found: Counter[str] = field(default_factory=Counter)
+    """Things of each category, doors and windows included."""
 
 
 @dataclass(slots=True)
@@ -34,6 +55,8 @@ class Sweep:
     """Things of each category, in all houses."""
     objects: dict[int, list[int]] = field(default_factory=dict)
     """Objects of each house, by number of rooms."""
+    likenesses: dict[str, str] = field(default_factory=dict)
+    """The house that first had each likeness."""
 
     def rare(self, least: int) -> list[str]:
         """Returns the categories with fewer things than `least`, parts of furniture aside."""
@@ -51,50 +74,71 @@ class Sweep:
             )
         return report
 
+    def add(self, finding: Finding) -> list[str]:
+        """Counts one more house in; returns its problems, that it is like an earlier one among them."""
+        problems = list(finding.problems)
+        if finding.name is not None:
+            twin = self.likenesses.setdefault(finding.likeness, finding.name)
+            if twin != finding.name:
+                problems.append(f"{finding.name}: is the same house as {twin}")
+            self.houses[finding.rooms] += 1
+            self.seconds.setdefault(finding.rooms, []).append(finding.seconds)
+            self.objects.setdefault(finding.rooms, []).append(finding.objects)
+            self.found.update(finding.found)
+        self.problems += problems
+        return problems
+
 
 def sweep(
-    seeds: Sequence[int], rooms: Iterable[int], load: Callable[[House], object], told: Callable[[str], None]
+    seeds: Sequence[int],
+    rooms: Iterable[int],
+    load: Load,
+    told: Callable[[list[str]], None],
+    workers: int = 1,
 ) -> Sweep:
-    """Returns what the houses of all `seeds` and numbers of `rooms` are like.
+    """Returns what the houses of all `seeds` and numbers of `rooms` are like, whatever the number of processes.
 
-    `load` raises HouseError for a house that does not load; `told` gets each problem as it is found.
+    `load` raises HouseError for a house that does not load; with several `workers` it must be picklable. `told` gets
+    the problems of each house, house by house, in order.
     """
     result = Sweep()
-    seen: dict[str, str] = {}
-
-    def note(problem: str) -> None:
-        result.problems.append(problem)
-        told(problem)
-
-    for count in rooms:
-        for seed in seeds:
-            started = time.process_time()
-            try:
-                house = generate(seed, spec_for(str(count)))
-                seconds = time.process_time() - started
-                load(house)
-            except (SettingError, HouseError) as error:
-                note(f"{count} rooms, seed {seed}: {error}")
-                continue
-            for fault in check_house(house, AssetDatabase.default()):
-                note(f"{house.name}: {fault}")
-            twin = seen.setdefault(_likeness(house), house.name)
-            if twin != house.name:
-                note(f"{house.name}: is the same house as {twin}")
-            _count(result, count, house, seconds)
+    for finding in _findings([(count, seed) for count in rooms for seed in seeds], load, workers):
+        told(result.add(finding))
     return result
+
+
+def _findings(wanted: list[tuple[int, int]], load: Load, workers: int) -> Iterator[Finding]:
+    if workers == 1:
+        yield from (examine(load, each) for each in wanted)
+        return
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as executor:
+        yield from executor.map(partial(examine, load), wanted, chunksize=8)
+
+
+def examine(load: Load, wanted: tuple[int, int]) -> Finding:
+    """Generates, loads and checks the house of a (number of rooms, seed)."""
+    rooms, seed = wanted
+    started = time.process_time()
+    try:
+        house = generate(seed, spec_for(str(rooms)))
+        seconds = time.process_time() - started
+        load(house)
+    except (SettingError, HouseError) as error:
+        return Finding(rooms, (f"{rooms} rooms, seed {seed}: {error}",))
+    objects = house.objects()
+    openings = [*house.document.doors, *house.document.windows]
+    return Finding(
+        rooms=rooms,
+        problems=tuple(f"{house.name}: {fault}" for fault in check_house(house, AssetDatabase.default())),
+        name=house.name,
+        seconds=seconds,
+        likeness=_likeness(house),
+        objects=len(objects),
+        found=Counter(node.id.split("|")[0] for node, _ in objects)
+        + Counter(opening.asset_id.split("_")[1] for opening in openings),
+    )
 
 
 def _likeness(house: House) -> str:
     """Returns a hash of all that one sees of a house; its seed and name are no part of it."""
     return hashlib.sha256(canonical_json({**house.data, "metadata": None})).hexdigest()
-
-
-def _count(result: Sweep, rooms: int, house: House, seconds: float) -> None:
-    result.houses[rooms] += 1
-    result.seconds.setdefault(rooms, []).append(seconds)
-    objects = house.objects()
-    result.objects.setdefault(rooms, []).append(len(objects))
-    result.found.update(node.id.split("|")[0] for node, _ in objects)
-    openings = [*house.document.doors, *house.document.windows]
-    result.found.update(opening.asset_id.split("_")[1] for opening in openings)
