@@ -6,15 +6,23 @@ import numpy as np
 import pytest
 
 from vigil.actions import InteractPixel
+from vigil.assets import make
+from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
+from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3, floor_distance
 from vigil.sim import make_simulator
 from vigil.sim.access import set_openness, swing_blocker
 from vigil.sim.geometry import penetration
-from vigil.sim.placing import bulk_of, open_surfaces, put_down, spot_below, spot_on
+from vigil.sim.motion import FloorPlan
+from vigil.sim.placing import OWN_SLACK_M, bulk_of, open_surfaces, put_down, spot_below, spot_on
+from vigil.sim.scene import RoomShape, Scene, Thing
+from vigil.sim.state import SceneState
 from vigil.sim.supports import ancestors, contents
 from vigil.sim.trial_house import trial_house
 from vigil.world import ObjectSetup, Placement, Setup
+
+PLAIN = MaterialRef(name="plaster/white")
 
 
 @pytest.fixture(scope="module")
@@ -165,3 +173,31 @@ def test_every_refusal_leaves_the_world_as_it_was(simulator):
             is_idle = effect.refusal is not None or intent == "ground"
             assert is_idle == (not effect.changed), (thing_id, intent)
             assert is_idle == (facts(simulator) == before), (thing_id, intent)
+
+
+def test_nothing_is_put_into_the_back_of_a_seat():
+    chair = Thing("chair", "Chair", make("Chair", CATALOG["Chair"].typical_size, 1), Vec3(0, 0.45, 0), Vec3(0, 0, 0))
+    bottle = Thing("b", "Bottle", make("Bottle", CATALOG["Bottle"].typical_size, 0), Vec3(2, 1, 2), Vec3(0, 0, 0))
+    floor = np.array([(-3, -3), (3, -3), (3, 3), (-3, 3)])
+    room = RoomShape("r", "Kitchen", floor, 2.5, PLAIN, None, Vec3(0, 2.4, 0), (1, 1, 1), 1.0)
+    scene = Scene([room], [], {"chair": chair, "b": bottle})
+    state = SceneState(scene, Pose(position=Vec3(0, 0, 1), rotation=180.0), FloorPlan(scene))
+    state.take(bottle)
+    seat = 0.45 + chair.asset.surfaces[0].center.y
+    for x in (-0.15, 0.0, 0.15):
+        spot = spot_on(state, bottle, chair, Vec3(x, seat, -0.2))
+        assert spot is not None
+        put_down(state, spot)
+        back = [prism for prism in state.prisms(chair) if prism.top > seat + 0.01]
+        assert back
+        assert max(penetration(mine, its) for mine in state.prisms(bottle) for its in back) < OWN_SLACK_M + 0.005
+        state.take(bottle)
+
+
+def test_a_lid_under_the_own_feet_stays_shut(simulator):
+    on_floor = Placement(position=Vec3(3.5, 0.01, 2.72))
+    state = stand(simulator, setup=Setup(objects={"Laptop|1": ObjectSetup(placement=on_floor)}))
+    assert state.plan.can_stand(state.agent.position)  # it lies flat
+    assert swing_blocker(state, state.scene.things["Laptop|1"], 1.0) == "agent"
+    state.agent = Pose(position=Vec3(3.5, 0, 1.5), rotation=0.0)
+    assert swing_blocker(state, state.scene.things["Laptop|1"], 1.0) is None

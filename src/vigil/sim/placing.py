@@ -26,6 +26,8 @@ EDGE_INSIDE_M = 0.01
 EDGE_M = 0.03
 """How far a thing may stand out over the edge of a surface."""
 SLACK_M = 0.003
+OWN_SLACK_M = 0.01
+"""How far a thing may reach into a back, side or post of what it is put on."""
 BESIDE_M = 0.1
 DROP_AHEAD_M = (0.4, 0.3, 0.5)
 DROP_FROM_M = 1.0
@@ -83,7 +85,7 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
     options = [_spots(bulk, held, surface, frame, clicked) for surface, frame in open_surfaces(receptacle)]
     candidates = sorted((candidate for found in options for candidate in found), key=lambda item: item[0])
     for chunk in (candidates[:9], candidates[9:]):
-        free = _first_free(state, bulk, [spot for _, spot in chunk], {receptacle.id})
+        free = _first_free(state, bulk, [spot for _, spot in chunk], receptacle)
         if free is not None:
             return Spot(free.position, free.yaw, receptacle.id, free.surface, free.joint)
     return None
@@ -162,20 +164,25 @@ def _is_over(surface: Surface, point: Vec3) -> bool:
     return not is_beside and -SLACK_M <= point.y <= surface.clearance + SLACK_M
 
 
-def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], ignored: set[str]) -> Spot | None:
+def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], receptacle: Thing) -> Spot | None:
     if not spots:
         return None
     columns = [np.array(values) for values in zip(*((s.position.x, s.position.z, s.yaw) for s in spots), strict=True)]
     bottoms = np.array([spot.position.y + bulk.low[1] for spot in spots])
     footprints = shapely.polygons(bulk.footprint(*columns))
+    middles = shapely.points(columns[0], columns[1])
     is_hit = np.zeros(len(spots), dtype=bool)
     bounds = shapely.total_bounds(footprints)
-    for _, prism in state.solids(ignored):
+    for owner, prism in state.solids(set()):
         left, front, right, back = prism.bounds
         if left > bounds[2] or right < bounds[0] or front > bounds[3] or back < bounds[1]:
             continue
         level = (prism.bottom < bottoms + bulk.height - SLACK_M) & (prism.top > bottoms + SLACK_M)
-        is_hit |= level & shapely.intersects(footprints, polygon_of(prism))
+        shape = polygon_of(prism)
+        if owner == receptacle.id:  # solids of hollow things are not hollow: what goes in lies inside them
+            level &= ~(shapely.intersects(shape, middles) & (prism.bottom < bottoms - SLACK_M))
+            shape = shape.buffer(-OWN_SLACK_M)
+        is_hit |= level & shapely.intersects(footprints, shape)
     return next((spot for spot, hit in zip(spots, is_hit, strict=True) if not hit), None)
 
 

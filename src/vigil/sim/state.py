@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.pose import Pose, Vec3, heading
 from vigil.sim.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
-from vigil.sim.motion import BODY_HIGH_M, BODY_RADIUS_M, FloorPlan, wall_prisms
+from vigil.sim.motion import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, FloorPlan, wall_prisms
 from vigil.sim.scene import Scene, Thing
 from vigil.sim.supports import contents
 
@@ -62,11 +62,11 @@ class SceneState:
         return found + self._walls
 
     def body(self) -> Prism:
-        """Returns the agent's body."""
+        """Returns the agent's body, from the height up that it steps over."""
         angles = np.arange(_BODY_SIDES) * (2 * np.pi / _BODY_SIDES)
         circle = BODY_RADIUS_M * np.column_stack([np.cos(angles), np.sin(angles)])
         x, y, z = self.agent.position
-        return Prism(circle + np.array([x, z]), y, y + BODY_HIGH_M)
+        return Prism(circle + np.array([x, z]), y + BODY_LOW_M, y + BODY_HIGH_M)
 
     def move(self, thing: Thing, position: Vec3, rotation: Vec3) -> list[Thing]:
         """Puts a thing somewhere with all that rests on it. Returns what moved, the thing first."""
