@@ -25,7 +25,7 @@ from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play
-from vigil.web.review import Desk, make_review
+from vigil.web.review import Desk, Pile, make_review
 from vigil.web.site import Address
 from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
@@ -102,6 +102,7 @@ def play(
 def review(
     reviewer: Annotated[str, typer.Option(help="Name of who reviews.")],
     pack: PackName = "starter",
+    drafts: Annotated[Path | None, typer.Option(help="Drafts file to review instead of a pack.")] = None,
     file: Annotated[Path, typer.Option(help="Review file; verdicts are added to it.")] = Path("reviews.jsonl"),
     seed: Annotated[int, typer.Option(help="Of the queue's order.")] = 0,
     assets: Assets = None,
@@ -110,12 +111,15 @@ def review(
     token: Token = "",
     open_browser: Open = True,
 ) -> None:
-    """Reviews the episodes of a pack in the browser; each verdict is a line of the review file at once.
+    """Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.
 
-    Example: vigil review --pack starter --reviewer ada --file reviews.jsonl
+    Examples:
+    vigil review --pack starter --reviewer ada --file reviews.jsonl
+    vigil review --drafts drafts.jsonl --reviewer ada
     """
     address = Address(host, port, token)
-    desk = Desk(Pack.load(pack), file, reviewer, seed, Look(asset_database=assets))
+    pile = Pile.of_pack(Pack.load(pack)) if drafts is None else Pile.of_drafts(drafts)
+    desk = Desk(pile, file, reviewer, seed, Look(asset_database=assets))
     with closing(listen(address)) as listener, closing(Drawer()) as drawer:
         print(f"Verdicts: {file}")
         serve(make_review(desk, drawer, address), address, listener, open_browser)
@@ -133,7 +137,7 @@ def export(
 
     Examples:
     vigil export runs/solver --out site
-    vigil export runs/solver --episode procthor_fridge_seed101 --out fridge.gif
+    vigil export runs/solver --episode procthor_fridge_seed116 --out fridge.gif
     """
     if not out.absolute().parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
