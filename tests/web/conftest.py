@@ -5,10 +5,12 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from tiny_pack import tiny_pack
 from web_server import Site, served
+from web_visitor import DESKTOP, PHONE, Visitor
 
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
@@ -91,3 +93,11 @@ def chromium() -> Iterator[SimpleNamespace]:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         yield browser
         browser.close()
+
+
+@pytest.fixture(params=[(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
+def visitor(chromium: Any, request: pytest.FixtureRequest) -> Iterator[Visitor]:
+    size, scheme = request.param
+    context = chromium.new_context(viewport=size, color_scheme=scheme)
+    yield Visitor(context.new_page())
+    context.close()

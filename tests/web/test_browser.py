@@ -2,13 +2,12 @@
 
 import json
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from web_server import Site, served
+from web_visitor import Visitor
 
 from vigil.authoring.review import read_reviews
 from vigil.pack import Pack
@@ -17,76 +16,9 @@ from vigil.web.drawing import Drawer, Look
 from vigil.web.export import export_site
 from vigil.web.library import Library
 from vigil.web.play import make_play
-from vigil.web.review import Desk, make_review
+from vigil.web.review import Desk, Pile, make_review
 from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
-
-DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
-CONTRAST = """() => {
-  const parse = (text) => {
-    const found = text.match(/[\\d.]+/g).map(Number);
-    const scaled = text.startsWith("color(") ? [...found.slice(0, 3).map((v) => v * 255), ...found.slice(3)] : found;
-    return scaled.length < 4 ? [...scaled, 1] : scaled;
-  };
-  const light = (rgb) => {
-    const [r, g, b] = rgb.map((v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
-    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-  };
-  const hidden = "svg, script, .vh, .skip, :disabled";
-  const faults = [];
-  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  while (walker.nextNode()) {
-    const text = walker.currentNode.textContent.trim();
-    const node = walker.currentNode.parentElement;
-    if (!text || !node.checkVisibility() || node.closest(hidden)) continue;
-    let under = node;
-    while (under && parse(getComputedStyle(under).backgroundColor)[3] < 0.5) under = under.parentElement;
-    const back = light(parse(getComputedStyle(under ?? document.documentElement).backgroundColor));
-    const fore = light(parse(getComputedStyle(node).color));
-    const ratio = (Math.max(back, fore) + 0.05) / (Math.min(back, fore) + 0.05);
-    if (ratio < 4.5) faults.push(`${node.tagName}.${node.className} "${text.slice(0, 30)}" ${ratio.toFixed(2)}`);
-  }
-  return faults;
-}"""
-NAMELESS = """() => [...document.querySelectorAll("button, a[href]")]
-  .filter((node) => !node.textContent.trim() && !node.ariaLabel).length"""
-
-
-class Visitor:
-    """A page with everything that went wrong on it."""
-
-    def __init__(self, page: Any) -> None:
-        self.page = page
-        self.faults: list[str] = []
-        page.on("console", lambda message: self.faults.append(message.text) if message.type == "error" else None)
-        page.on("pageerror", lambda error: self.faults.append(str(error)))
-
-    def press(self, *keys: str) -> None:
-        for key in keys:
-            self.page.keyboard.press(key)
-
-    def has(self, selector: str) -> None:
-        self.page.wait_for_selector(selector, state="attached", timeout=10_000)
-
-    def text(self, selector: str) -> str:
-        return self.page.text_content(selector).strip()
-
-    def check(self, where: str) -> None:
-        """No errors, nothing wider than the window, readable, named controls, no script of a model's ran."""
-        assert self.faults == [], where
-        width = self.page.viewport_size["width"]
-        assert self.page.evaluate("document.documentElement.scrollWidth") <= width, where
-        assert self.page.evaluate(CONTRAST) == [], where
-        assert self.page.evaluate("typeof window.evil") == "undefined", where
-        assert self.page.evaluate(NAMELESS) == 0, where
-
-
-@pytest.fixture(params=[(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
-def visitor(chromium: Any, request: pytest.FixtureRequest) -> Iterator[Visitor]:
-    size, scheme = request.param
-    context = chromium.new_context(viewport=size, color_scheme=scheme)
-    yield Visitor(context.new_page())
-    context.close()
 
 
 def test_from_the_table_of_runs_to_an_episode(visitor: Visitor, view: Site) -> None:
@@ -255,7 +187,7 @@ def test_a_person_plays_by_keys_and_mouse(visitor: Visitor, pack: Pack, tmp_path
 
 def test_an_auditor_reviews_by_keys(visitor: Visitor, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
     page = visitor.page
-    desk = Desk(pack, tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
+    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
     with served(make_review(desk, drawer)) as site:
         page.goto(site.url)
         visitor.check("queue")

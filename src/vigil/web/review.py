@@ -1,5 +1,6 @@
 """`vigil review`: the auditor's pages. A verdict is in the review file before the page says so."""
 
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,7 +9,9 @@ from fastapi import Body, FastAPI
 from fastapi.responses import HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.drafts import DraftsFile
 from vigil.authoring.review import (
     Decision,
     Review,
@@ -22,7 +25,8 @@ from vigil.authoring.review import (
 )
 from vigil.episode import FAMILIES, Episode, Size
 from vigil.errors import SettingError
-from vigil.pack import Pack
+from vigil.house import House
+from vigil.pack import HOUSES, Pack
 from vigil.pose import wrap_deg
 from vigil.web.drawing import Drawer, Look, Scene
 from vigil.web.plan import plan_of
@@ -31,6 +35,36 @@ from vigil.web.words import action_words, click_of, goal_words
 
 AROUND = 8
 """Views from the start, each turned on by 45 degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pile:
+    """What is reviewed: episodes with their solutions, and the folder of their houses."""
+
+    name: str
+    episodes: tuple[Episode, ...]
+    solutions: dict[str, tuple[Action, ...]]
+    houses: Path
+
+    @classmethod
+    def of_pack(cls, pack: Pack) -> "Pile":
+        """Returns the episodes of a pack."""
+        solutions = {name: solution.actions for name, solution in pack.solutions.items()}
+        return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES)
+
+    @classmethod
+    def of_drafts(cls, path: Path) -> "Pile":
+        """Returns the drafts of a file of `vigil pack propose`. Raises SettingError when it holds none."""
+        file = DraftsFile(path)
+        drafts = file.read().drafts
+        if not drafts:
+            raise SettingError(f"Drafts file {str(path)!r} holds no draft yet. `vigil pack propose` adds some.")
+        solutions = {draft.episode.id: draft.actions for draft in drafts}
+        return cls(path.name, tuple(draft.episode for draft in drafts), solutions, file.houses)
+
+    def house_path(self, episode: Episode) -> Path:
+        """Returns the file of an episode's house."""
+        return self.houses / f"{episode.house.name}.json"
 
 
 class Said(BaseModel):
@@ -47,15 +81,15 @@ class Said(BaseModel):
 class Desk:
     """One reviewer's desk: the queue, and the file of verdicts."""
 
-    def __init__(self, pack: Pack, path: Path, reviewer: str, seed: int = 0, look: Look | None = None) -> None:
+    def __init__(self, pile: Pile, path: Path, reviewer: str, seed: int = 0, look: Look | None = None) -> None:
         """Raises RecordError when the review file cannot be read, SettingError for a name that makes no sense."""
-        self.pack = pack
+        self.pile = pile
         self.path = path
         self.reviewer = reviewer
         self.look = look or Look()
         database = self.look.asset_database
         self.assets = AssetDatabase.load(database) if database else AssetDatabase.default()
-        self.queue = queue(pack.episodes, seed)
+        self.queue = queue(pile.episodes, seed)
         self.by_id = {episode.id: episode for episode in self.queue}
         if not path.parent.is_dir():
             raise SettingError(f"--file {str(path)!r}: folder {str(path.parent)!r} does not exist. Make it first.")
@@ -123,13 +157,13 @@ def _values(desk: Desk, episode: Episode) -> dict[str, Any]:
     """Returns what the page of an episode shows."""
     ids = [each.id for each in desk.queue]
     place = ids.index(episode.id)
-    solution = desk.pack.solutions[episode.id].actions
+    solution = desk.pile.solutions[episode.id]
     return {
         "mine": decisions(episode, read_reviews(desk.path)).get(desk.reviewer, Decision()),
         "goal": goal_words(episode.goal),
         "family": FAMILIES[episode.family],
         "place": place + 1,
-        "plan": plan_of(desk.pack.house_of(episode), desk.assets),
+        "plan": plan_of(House.load(desk.pile.house_path(episode)), desk.assets),
         "data": {
             "url": f"/episodes/{episode.id}",
             "steps": [{"words": action_words(action, None), "click": click_of(action)} for action in solution],
@@ -145,7 +179,7 @@ def _add_pictures(site: FastAPI, desk: Desk, drawer: Drawer) -> None:
     @site.get("/episodes/{episode_id}/solution/{step}.png")
     def solved(episode_id: str, step: int) -> Response:
         episode = desk.by_id[episode_id]
-        actions = desk.pack.solutions[episode_id].actions
+        actions = desk.pile.solutions[episode_id]
         if not 1 <= step <= len(actions):
             raise KeyError(step)
         done = tuple(action for action in actions[: step - 1] if action.skill_name != "report")
@@ -162,8 +196,7 @@ def _add_pictures(site: FastAPI, desk: Desk, drawer: Drawer) -> None:
 
 
 def _scene(desk: Desk, episode: Episode, actions: tuple = ()) -> Scene:
-    house = desk.pack.folder / "houses" / f"{episode.house.name}.json"
-    return Scene(desk.look, house, episode.start, episode.setup, actions)
+    return Scene(desk.look, desk.pile.house_path(episode), episode.start, episode.setup, actions)
 
 
 def _png(data: bytes) -> Response:
