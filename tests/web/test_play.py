@@ -1,12 +1,15 @@
 """A person's play: the contract, the record, the order, going on after a crash; and that nothing hidden crosses."""
 
+import base64
 import json
 from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 from web_server import Site, served
 
+from vigil.cli import app
 from vigil.errors import RecordError, SettingError
 from vigil.pack import Pack
 from vigil.record import read_header, read_records
@@ -168,3 +171,82 @@ def test_replies_of_no_shape_are_refused(pack: Pack, tmp_path: Path) -> None:
             assert site.get("/reply").status == 405
     finally:
         sitting.close()
+
+
+def test_the_names_of_targets_never_cross(tmp_path: Path) -> None:
+    """The starter pack's ids and houses tell what is sought; all that is sent is read, headers and pictures too."""
+    starter = Pack.load("starter")
+    sitting = open_sitting(settings(starter, tmp_path / "run", limit=6))
+    sent: list[bytes] = []
+    try:
+        with served(make_play(sitting)) as site:
+
+            def heard(path: str, body: Any = None) -> Any:
+                answer = site.get(path) if body is None else site.post(path, json.dumps(body))
+                sent.extend([json.dumps(answer.headers).encode(), answer.body])
+                return answer
+
+            for path in ("/", "/static/play.js", "/static/vigil.css", "/static/icon.svg", "/favicon.ico", "/nothing"):
+                heard(path)
+            state = json.loads(heard("/state").body)
+            while state["done"] < state["of"]:
+                state = json.loads(heard("/next", {}).body)
+                for text in (TURN, POINT, "no action", REPORT):
+                    if state["is_on"]:
+                        picture = base64.b64decode(state["frame"].partition(",")[2])
+                        assert chunks_of(picture) == {b"IHDR", b"IDAT", b"IEND"}
+                        state = json.loads(heard("/reply", {"moment": state["moment"], "text": text}).body)
+                heard("/reply", {"moment": 99, "text": TURN})  # out of turn
+                heard("/reply", {"moment": -1, "text": TURN})  # wrong
+    finally:
+        sitting.close()
+    told = b"\n".join(sent).decode("utf-8", "replace")
+    for word in set(hidden_words(starter)) - {"path_blocked", "too_far"}:  # the script names these two, for practice
+        assert word not in told, word
+    for episode in starter.episodes:
+        assert episode.house.name not in told
+        assert str(starter.folder) not in told
+
+
+def chunks_of(png: bytes) -> set[bytes]:
+    """Returns the kinds of a PNG's chunks; text would be one of its own."""
+    kinds, at = set(), 8
+    while at < len(png):
+        kinds.add(png[at + 4 : at + 8])
+        at += 12 + int.from_bytes(png[at : at + 4], "big")
+    return kinds
+
+
+def test_all_verbs_take_a_persons_run_like_any_other(pack: Pack, tmp_path: Path) -> None:
+    sitting = open_sitting(settings(pack, tmp_path / "run", limit=3))
+    try:
+        with served(make_play(sitting)) as site:
+            while finish(site)["done"] < 3:
+                pass
+    finally:
+        sitting.close()
+    place = [str(tmp_path / "run"), "--pack", str(pack.folder)]
+    for command in (["score"], ["verify", "--workers", "1", "--frames"], ["report"]):
+        result = CliRunner().invoke(app, [command[0], *place, *command[1:]])
+        assert result.exit_code == 0, (command, result.output, result.exception)
+        assert "ada" in result.output or "3 episodes" in result.output, result.output
+
+
+def test_a_server_that_died_is_continued_without_a_second_copy(pack: Pack, tmp_path: Path) -> None:
+    """The last reply of an episode was carried out and recorded, but the page never heard of it."""
+    sitting = open_sitting(settings(pack, tmp_path / "run", limit=2))
+    with served(make_play(sitting)) as site:
+        finish(site)
+    sitting.close()
+    journal = tmp_path / "run" / JOURNAL
+    order = json.loads(journal.read_text().splitlines()[0])["order"]
+    again = open_sitting(settings(pack, tmp_path / "run", limit=2))
+    try:
+        with served(make_play(again)) as site:
+            state = ask(site, "/state")
+            assert (state["is_on"], state["done"]) == (False, 1)
+            assert finish(site)["done"] == 2
+    finally:
+        again.close()
+    records = read_records(tmp_path / "run" / "episodes.jsonl")
+    assert [record.episode_id for record in records] == order

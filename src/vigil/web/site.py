@@ -123,7 +123,8 @@ def _refusal(request: Request, address: Address) -> Response | None:
     if not address.token and host not in LOOPBACK:
         return PlainTextResponse("This server answers to 127.0.0.1 and localhost alone.", 421)
     origin = request.headers.get("origin")
-    if origin not in (None, "null") and urlsplit(origin or "").netloc != request.headers.get("host", ""):
+    is_foreign = origin not in (None, "null") and urlsplit(origin or "").netloc != request.headers.get("host", "")
+    if is_foreign or _is_asked_by_another_site(request):
         return PlainTextResponse("Requests from other sites are refused.", 403)
     if request.method not in ("GET", "HEAD"):
         length = request.headers.get("content-length", "")
@@ -131,6 +132,12 @@ def _refusal(request: Request, address: Address) -> Response | None:
         if not is_json or not length.isdigit() or int(length) > MAX_BODY_BYTES or origin == "null":
             return PlainTextResponse("Only JSON of a reasonable length is taken.", 415)
     return _token_refusal(request, address) if address.token else None
+
+
+def _is_asked_by_another_site(request: Request) -> bool:
+    """Whether the browser says that another site's page asks; a link that somebody follows is no such request."""
+    is_link = request.method == "GET" and request.headers.get("sec-fetch-mode") == "navigate"
+    return request.headers.get("sec-fetch-site") in ("cross-site", "same-site") and not is_link
 
 
 def _token_refusal(request: Request, address: Address) -> Response | None:

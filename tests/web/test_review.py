@@ -1,0 +1,127 @@
+"""The auditor's pages: verdicts on disk at once, two reviewers compared, drafts reviewed and built into a pack."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from web_server import Site, served
+
+from vigil.authoring.assemble import Wish, assemble
+from vigil.authoring.drafts import Done, Draft, DraftsFile, Facts, Header
+from vigil.authoring.review import read_reviews
+from vigil.errors import SettingError
+from vigil.house import House
+from vigil.pack import HOUSES, Pack, find
+from vigil.web.drawing import Drawer, Look
+from vigil.web.review import Desk, Pile, make_review
+
+
+def judge(site: Site, episode_id: str, verdict: str, **more: str) -> dict:
+    answer = site.post(f"/episodes/{episode_id}/verdict", json.dumps({"verdict": verdict, **more}))
+    assert answer.status == 200, answer.text
+    return json.loads(answer.body)
+
+
+def test_a_verdict_is_on_disk_when_the_page_says_so(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
+    first, second = desk.queue[0].id, desk.queue[1].id
+    with served(make_review(desk, drawer)) as site:
+        assert judge(site, first, "approve")["judgement"] == "approve"
+        assert [review.verdict for review in read_reviews(desk.path)] == ["approve"]
+        before = desk.path.read_bytes()
+        desk.path.write_bytes(before + b'{"at": "2026')  # what a crash leaves
+        assert judge(site, second, "edit", instruction="Say it so.")["instruction"] == "Say it so."
+        assert desk.path.read_bytes().startswith(before)
+        assert judge(site, first, "reject", text="No.") == {
+            "judgement": "reject",
+            "instruction": None,
+            "difficulty": None,
+            "notes": ["No."],
+        }
+        for body in ({"verdict": "edit"}, {"verdict": "note"}, {"verdict": "praise"}, {"verdict": "approve", "x": 1}):
+            assert site.post(f"/episodes/{first}/verdict", json.dumps(body)).status in (400, 422)
+        assert site.post("/episodes/nothing/verdict", '{"verdict": "approve"}').status == 404
+    assert [review.verdict for review in read_reviews(desk.path)] == ["approve", "edit", "reject"]
+
+
+def test_two_reviewers_are_compared(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+    path = tmp_path / "reviews.jsonl"
+    desks = {name: Desk(Pile.of_pack(pack), path, name, look=Look("fake")) for name in ("ada", "bob")}
+    said = {"ada": ["approve", "approve", "reject", "reject"], "bob": ["approve", "reject", "reject", "reject"]}
+    for name, desk in desks.items():
+        with served(make_review(desk, drawer)) as site:
+            for episode, verdict in zip(desk.queue, said[name], strict=False):
+                judge(site, episode.id, verdict)
+            text = site.get("/").text
+    assert "4 of 8 judged by bob" in text
+    assert "4 episodes judged by both, 3 alike; Cohen's κ 0.50" in text
+    disputed = text.partition("Agreement with ada")[2].partition("</section>")[0]
+    assert re.findall(r'href="/episodes/([^"]+)"', disputed) == [desks["bob"].queue[1].id]
+
+
+def test_the_queue_takes_the_families_in_turn(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
+    with served(make_review(desk, drawer)) as site:
+        shown = re.findall(r'<th scope="row"><a href="/episodes/tiny-(\w\w)-', site.get("/").text)
+    assert shown == ["PG", "DA", "SV", "AI"] * 2
+
+
+def test_the_solution_is_a_strip_of_pictures(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
+    path = f"/episodes/{desk.queue[0].id}"
+    with served(make_review(desk, drawer)) as site:
+        data = json.loads(re.findall(r'id="data">(.*?)</script>', site.get(path).text)[0])
+        assert data["steps"] == [{"words": "report success", "click": None}]
+        assert site.get(f"{path}/solution/1.png").body.startswith(b"\x89PNG")
+        assert site.get(f"{path}/around/7.png").body.startswith(b"\x89PNG")
+        for missing in ("solution/0.png", "solution/2.png", "around/8.png", "solution/..%2f..%2fmanifest.png"):
+            assert site.get(f"{path}/{missing}").status in (404, 422), missing
+
+
+@pytest.fixture(scope="module")
+def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
+    """Drafts of one family, made of the starter pack's episodes."""
+    starter = Pack.load(find("starter"))
+    chosen = [episode for episode in starter.episodes if episode.family == "PG"][:4]
+    file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
+    file.open(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1))
+    facts = Facts(category="Mug", rooms=1, area_m2=20.0, distance_m=1.0, is_seen_by_turning=True)
+    for episode in chosen:
+        provenance = episode.provenance.model_copy(update={"reviewed": None})
+        fresh = episode.model_copy(update={"provenance": provenance})
+        draft = Draft(kind="", episode=fresh, actions=starter.solutions[episode.id].actions, facts=facts)
+        house = House.load(starter.folder / HOUSES / f"{episode.house.name}.json")
+        file.add(house, [draft, Done(family="PG", house=house.name, kept=1, rejected={}, seconds=0.0)])
+    return file
+
+
+def test_reviewed_drafts_become_a_pack(drafts: DraftsFile, drawer: Drawer, tmp_path: Path) -> None:
+    desk = Desk(Pile.of_drafts(drafts.path), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
+    rejected, edited, *others = (episode.id for episode in desk.queue)
+    with served(make_review(desk, drawer)) as site:
+        assert "Review of drafts.jsonl" in site.get("/").text
+        page = site.get(f"/episodes/{edited}")
+        assert page.status == 200, page.text
+        assert site.get(f"/episodes/{edited}/solution/1.png").body.startswith(b"\x89PNG")
+        judge(site, rejected, "reject", text="Ambiguous.")
+        judge(site, edited, "edit", instruction="Point at it, please.")
+        judge(site, edited, "difficulty", difficulty="small")
+        for name in (edited, *others):
+            judge(site, name, "approve")
+    wish = Wish("reviewed", 3, families=("PG",))
+    built, bad = assemble(tmp_path / "pack", [drafts], read_reviews(desk.path), wish, lambda chosen: {})
+    assert not bad
+    assert {episode.id for episode in built.episodes} == {edited, *others}
+    assert built.episode(edited).instruction == "Point at it, please."
+    assert built.episode(edited).difficulty == "small"
+    assert {episode.provenance.reviewed for episode in built.episodes} == {"approved"}
+
+
+def test_drafts_that_are_not_there_are_named(tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match=r"no\.jsonl' does not exist"):
+        Pile.of_drafts(tmp_path / "no.jsonl")
+    file = DraftsFile(tmp_path / "empty.jsonl")
+    file.open(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1))
+    with pytest.raises(SettingError, match="no draft yet"):
+        Pile.of_drafts(file.path)
