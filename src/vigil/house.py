@@ -18,6 +18,8 @@ from vigil.pose import Pose, Vec3
 
 MAX_HOUSE_BYTES = 32 * 1024 * 1024
 MAX_OBJECTS = 5000
+FARTHEST = 10_000.0
+"""No coordinate (m) or angle (degrees) of a house is beyond this: it is a slip or a trap, not a house."""
 
 
 class _Node(BaseModel):
@@ -27,9 +29,9 @@ class _Node(BaseModel):
 class Point(_Node):
     """x, y, z in metres (THOR's frame), or degrees for a rotation."""
 
-    x: float = Field(allow_inf_nan=False)
-    y: float = Field(allow_inf_nan=False)
-    z: float = Field(allow_inf_nan=False)
+    x: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    y: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    z: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
 
     @property
     def vec(self) -> Vec3:
@@ -153,8 +155,8 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, no white space)."""
-        return hashlib.sha256(canonical_json(self.data)).hexdigest()
+        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError when it has none."""
+        return hashlib.sha256(self._canonical()).hexdigest()
 
     @property
     def start(self) -> Pose | None:
@@ -188,8 +190,17 @@ class House:
         return found
 
     def save(self, path: Path) -> None:
-        """Writes the document as canonical JSON."""
-        path.write_bytes(canonical_json(self.data) + b"\n")
+        """Writes the document as canonical JSON. Raises HouseError when it has none."""
+        path.write_bytes(self._canonical() + b"\n")
+
+    def _canonical(self) -> bytes:
+        try:
+            return canonical_json(self.data)
+        except UnicodeEncodeError as error:
+            raise HouseError(
+                f"House {self.name!r}: {error.object[error.start : error.end]!r} is half a character (a lone "
+                "surrogate), which UTF-8 cannot hold. Mend the string that has it."
+            ) from None
 
     @classmethod
     def load(cls, path: Path) -> "House":

@@ -144,9 +144,26 @@ def test_walls_without_length(data):
     assert ("wall-shape", wall["id"]) in found
 
 
+def test_walls_that_stand_on_one_point(data):
+    wall = data["walls"][0]
+    wall["polygon"][1]["y"] = 1.0
+    assert ("wall-shape", wall["id"]) in [(fault.rule, fault.subject) for fault in faults(data)]
+
+
+def test_walls_that_are_no_rectangles(data):
+    wall = data["walls"][0]
+    wall["polygon"][2]["x"] += 0.5
+    assert ("wall-outline", wall["id"]) in [(fault.rule, fault.subject) for fault in faults(data)]
+
+
 def test_things_far_away(data):
-    find(data, "Bed")["position"]["x"] = 1e300
+    find(data, "Bed")["position"]["x"] = 300.0
     assert rules(data) == ["extent"]
+
+
+def test_holes_far_away(data):
+    data["windows"][0]["holePolygon"][0]["y"] = -300.0
+    assert ("extent", data["windows"][0]["id"]) in [(fault.rule, fault.subject) for fault in faults(data)]
 
 
 def test_states_of_doors_out_of_range(data):

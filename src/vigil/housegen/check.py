@@ -111,13 +111,18 @@ def _extent(house: House) -> list[Fault]:
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
+    named += [(opening.id, point) for opening in (*document.doors, *document.windows) for point in opening.hole_polygon]
     named += [(node.id, node.position) for node, _ in house.objects()]
     far = sorted({name for name, point in named if max(abs(point.x), abs(point.y), abs(point.z)) > FARTHEST_M})
     faults = [Fault("extent", name, f"reaches over {FARTHEST_M:g} m from the origin") for name in far]
     for wall in document.walls:
-        ends = {(point.x, point.z) for point in wall.polygon}
-        if len(ends) < 2 or len({point.y for point in wall.polygon}) < 2:
+        bottom = min(point.y for point in wall.polygon)
+        low = {(point.x, point.z) for point in wall.polygon if point.y <= bottom + 1e-6}
+        high = {(point.x, point.z) for point in wall.polygon if point.y > bottom + 1e-6}
+        if len(low) < 2 or not high:
             faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
+        elif low != high:
+            faults.append(Fault("wall-outline", wall.id, "is no upright rectangle; it is taken to be one"))
     for door in document.doors:
         if door.openness is not None and not 0.0 <= door.openness <= 1.0:
             faults.append(Fault("extent", door.id, f"openness {door.openness} is not within 0 and 1"))

@@ -1,0 +1,122 @@
+"""Houses as documents: what is kept, what is hashed, what is refused and how that is said."""
+
+import copy
+import json
+import re
+
+import pytest
+
+from vigil.errors import HouseError
+from vigil.house import FARTHEST, MAX_HOUSE_BYTES, House
+from vigil.pose import Pose, Vec3
+
+
+def point(x: float, y: float, z: float) -> dict:
+    return {"x": x, "y": y, "z": z}
+
+
+def thing(name: str, *children: dict) -> dict:
+    place = {"position": point(1, 0.5, 1), "rotation": point(0, 0, 0)}
+    return {"id": name, "assetId": name.split("|")[0], "kinematic": True, "children": list(children), **place}
+
+
+@pytest.fixture
+def data() -> dict:
+    quad = [point(0, 0, 0), point(4, 0, 0), point(4, 3, 0), point(0, 3, 0)]
+    hole = {"id": "window|1", "assetId": "Window_1", "room0": "room|1", "room1": "room|1", "wall0": "wall|1"}
+    return {
+        "rooms": [
+            {
+                "id": "room|1",
+                "roomType": "Kitchen",
+                "floorPolygon": [point(0, 0, 0), point(0, 0, 4), point(4, 0, 4)],
+                "floorMaterial": {"name": "Wood"},
+            }
+        ],
+        "walls": [{"id": "wall|1", "roomId": "room|1", "polygon": quad, "material": {"name": "Paint"}}],
+        "doors": [],
+        "windows": [{**hole, "holePolygon": [point(1, 1, 0), point(2, 2, 0)]}],
+        "objects": [thing("Table|1", thing("Cup|1")), thing("Fridge|1")],
+        "proceduralParameters": {"lights": [], "somethingElse": [1, 2]},
+        "metadata": {"agent": {"position": point(1, 0.9, 2), "rotation": point(0, 90, 0), "horizon": 30}},
+    }
+
+
+def test_a_saved_house_is_the_same_document_with_its_unknown_keys(data, tmp_path):
+    house = House("one", data)
+    house.save(tmp_path / "two.json")
+    again = House.load(tmp_path / "two.json")
+    assert (again.name, again.data, again.sha256) == ("two", data, house.sha256)
+    assert again.data["proceduralParameters"]["somethingElse"] == [1, 2]
+
+
+def test_the_hash_is_that_of_the_content(data):
+    backwards = json.loads(json.dumps(data), object_pairs_hook=lambda pairs: dict(reversed(pairs)))
+    moved = copy.deepcopy(data)
+    moved["objects"][0]["position"]["x"] = 1.001
+    house = House("a", data)
+    assert House("b", backwards).sha256 == house.sha256
+    assert House("a", moved).sha256 != house.sha256
+
+
+def test_objects_come_with_their_parents_and_the_start_lies_on_the_floor(data):
+    house = House("h", data)
+    assert [(node.id, parent) for node, parent in house.objects()] == [
+        ("Table|1", None), ("Cup|1", "Table|1"), ("Fridge|1", None)
+    ]  # fmt: skip
+    assert house.start == Pose(position=Vec3(1, 0, 2), rotation=90, horizon=30)
+    del data["metadata"]["agent"]["rotation"]
+    with pytest.raises(HouseError, match="is no start pose"):
+        _ = House("h", data).start
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (("rooms",), [], "rooms: List should have at least 1 item"),
+        (("walls", 0, "polygon", 2, "y"), float("nan"), "walls.0.polygon.2.y"),
+        (("objects", 0, "position", "x"), 1.5 * FARTHEST, "objects.0.position.x: Input should be less than"),
+        (("windows", 0, "holePolygon", 1, "y"), -1e308, "windows.0.holePolygon.1.y: Input should be greater than"),
+        (("objects", 1, "rotation"), "north", "objects.1.rotation"),
+        (("windows", 0, "wall0"), "wall|9", "'window|1' has wall0 'wall|9', absent from `walls`"),
+        (("windows", 0, "room1"), "room|9", "'window|1' names room 'room|9', absent from `rooms`"),
+        (("objects", 1, "id"), "Cup|1", "two objects have the id 'Cup|1'"),
+    ],
+    ids=["no room", "nan", "far", "far hole", "no rotation", "no wall", "no such room", "same id"],
+)
+def test_what_is_wrong_is_named_with_its_place(data, path, value, said):
+    place = data
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    with pytest.raises(HouseError, match=r"House 'h': .*" + re.escape(said)):
+        House("h", data)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [(b"{", "is not JSON"), (b"[" * 100_000, "is not JSON"), (b"\xff", "is not JSON"), (b"[]", "holds a list")],
+    ids=["cut short", "deep", "no text", "list"],
+)
+def test_files_that_hold_no_house(tmp_path, content, said):
+    (tmp_path / "house.json").write_bytes(content)
+    with pytest.raises(HouseError, match=said):
+        House.load(tmp_path / "house.json")
+
+
+def test_files_that_are_absent_or_too_large(tmp_path):
+    with pytest.raises(HouseError, match="does not exist"):
+        House.load(tmp_path / "house.json")
+    with (tmp_path / "house.json").open("wb") as file:
+        file.truncate(MAX_HOUSE_BYTES + 1)
+    with pytest.raises(HouseError, match="is over 32 MiB"):
+        House.load(tmp_path / "house.json")
+
+
+def test_half_a_character_has_no_hash(data, tmp_path):
+    data["metadata"]["note"] = "a\ud800b"
+    with pytest.raises(HouseError, match=r"'\\ud800' is half a character"):
+        _ = House("h", data).sha256
+    with pytest.raises(HouseError, match="half a character"):
+        House("h", data).save(tmp_path / "house.json")
+    assert not (tmp_path / "house.json").exists()
