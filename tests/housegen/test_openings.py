@@ -63,7 +63,8 @@ def test_leaves_and_open_frames_both_occur_with_both_states():
 def test_a_hole_is_the_same_place_seen_from_both_rooms():
     _, openings = planned(2, 3)
     door = next(opening for opening in openings if opening.other is not None)
-    near, far = door.span_in(door.wall.room), door.span_in(door.other and door.other.room)
+    assert door.other is not None
+    near, far = door.span_in(door.wall.room), door.span_in(door.other.room)
     assert near is not None
     assert far is not None
     assert near[0].at(near[1]) == pytest.approx(far[0].at(far[2]), abs=1e-6)
