@@ -7,10 +7,11 @@ resampling has a fixed seed and sorted clusters: the same rows give the same int
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest, norm
+from scipy.special import bdtr, ndtri
 
 from vigil.summary import wilson
 
@@ -72,7 +73,7 @@ def clustered_means(values: np.ndarray, houses: np.ndarray) -> list[Interval | N
         return None
     sizes = np.bincount(index).astype(float)
     sums = np.stack([np.bincount(index, weights=column) for column in values.T.astype(float)], axis=1)
-    draws = np.random.default_rng(SEED).multinomial(len(names), np.full(len(names), 1 / len(names)), size=RESAMPLES)
+    draws = _draws(len(names))
     means = (draws @ sums) / (draws @ sizes)[:, None]
     tail = (1 - LEVEL) / 2
     low, high = np.quantile(means, [tail, 1 - tail], axis=0)
@@ -80,11 +81,17 @@ def clustered_means(values: np.ndarray, houses: np.ndarray) -> list[Interval | N
     return [(float(min(a, c)), float(max(b, c))) if b > a else None for a, b, c in zip(low, high, centre, strict=True)]
 
 
+@lru_cache(maxsize=16)
+def _draws(clusters: int) -> np.ndarray:
+    """Returns how often each of so many clusters is drawn, (RESAMPLES, clusters)."""
+    return np.random.default_rng(SEED).multinomial(clusters, np.full(clusters, 1 / clusters), size=RESAMPLES)
+
+
 def mcnemar(first: np.ndarray, second: np.ndarray) -> McNemar:
     """Returns the exact McNemar test of two boolean columns over the same episodes."""
     only_first, only_second = int((first & ~second).sum()), int((second & ~first).sum())
     discordant = only_first + only_second
-    p = float(binomtest(only_first, discordant, 0.5).pvalue) if discordant else 1.0
+    p = min(1.0, 2 * float(bdtr(min(only_first, only_second), discordant, 0.5)))
     return McNemar(only_first, only_second, len(first), p)
 
 
@@ -121,7 +128,7 @@ def smallest_paired_difference(n: int, discordant: float) -> float | None:
     """
     if not n or not 0 < discordant <= 1:
         return None
-    z_level, z_power = float(norm.ppf(1 - (1 - LEVEL) / 2)), float(norm.ppf(POWER))
+    z_level, z_power = _quantile(1 - (1 - LEVEL) / 2), _quantile(POWER)
     difference = _reach() * math.sqrt(discordant / n)
     for _ in range(50):
         spread = max(0.0, discordant - difference**2)
@@ -135,4 +142,9 @@ def houses_of(rows: pd.DataFrame) -> np.ndarray:
 
 
 def _reach() -> float:
-    return float(norm.ppf(1 - (1 - LEVEL) / 2) + norm.ppf(POWER))
+    return _quantile(1 - (1 - LEVEL) / 2) + _quantile(POWER)
+
+
+def _quantile(share: float) -> float:
+    """Returns where the standard normal distribution has that share below."""
+    return float(ndtri(share))

@@ -148,6 +148,8 @@ def compare(first: Run, second: Run) -> Comparison:
 
 def shared(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Returns the rows of the episodes (and epochs) that both tables have, in the same order."""
+    if first[KEY].equals(second[KEY]):
+        return first, second
     ours, theirs = first.set_index(KEY), second.set_index(KEY)
     keys = ours.index.intersection(theirs.index).sort_values()
     return ours.loc[keys], theirs.loc[keys]
