@@ -19,6 +19,7 @@ from vigil.profile import Profile
 from vigil.world import Effect, WorldState
 
 SCHEMA_VERSION = 1
+"""Of rows and headers; raised when a reader of the old ones would misunderstand the new ones. Others are refused."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 
