@@ -1,8 +1,8 @@
 """Golden records: lines that an earlier version wrote are read, settled and played again with the same result.
 
-They guard the format (`record.SCHEMA_VERSION`), the scoring and the simulator's answers. When a change is meant to alter
-what a record holds, write them anew with `PYTHONPATH=tests/support python tests/test_golden_records.py`, look at the
-difference, and raise SCHEMA_VERSION if a reader of the old lines would misunderstand the new ones.
+They guard the format (`record.SCHEMA_VERSION`), the scoring and the simulator's answers. When a change is meant to
+alter what a record holds, write them anew with `PYTHONPATH=tests/support python tests/test_golden_records.py`, look at
+the difference, and raise SCHEMA_VERSION if a reader of the old lines would misunderstand the new ones.
 """
 
 import json
