@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.authoring.card import card_of
+from vigil.authoring.card import write_card
 from vigil.authoring.drafts import Draft, DraftsFile
 from vigil.authoring.review import Review, apply_reviews, decisions
 from vigil.authoring.strata import count_strata, stratum_of, text_guess
@@ -27,7 +27,7 @@ HOUSE_USES = 3
 """Episodes of one family in one house, at most."""
 FOUND_BY_TURNING = 0.4
 """Share of searches (VS, SI) that turning and looking may show the target of, at most."""
-FACTS, CARD = "facts.jsonl", "README.md"
+FACTS = "facts.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,11 +208,9 @@ def assemble(
         version=wish.version,
         description=wish.description,
         meta=meta,
-        extra={
-            FACTS: b"".join(canonical_json(row) + b"\n" for row in facts),
-            CARD: card_of(wish.name, wish.description, [c.episode for c in chosen], meta).encode(),
-        },
+        extra={FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)},
     )
+    write_card(pack)
     return pack, bad
 
 

@@ -1,9 +1,16 @@
-"""The card of a pack: a README that says what it holds, and that HF `datasets` reads its files by."""
+"""The card of a pack: a README that says what it holds, and that HF `datasets` reads its files by.
+
+The card is no part of the pack's hash: it is written anew when baselines have been measured on the frozen pack.
+"""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from vigil.episode import FAMILIES, Episode
+from vigil.pack import Pack
+
+CARD = "README.md"
 
 _HEAD = """---
 license: apache-2.0
@@ -37,7 +44,7 @@ before it starts), `instruction`, `goal`, `bindings` (role to object), \
 | `solutions.jsonl` | the actions that solve an episode: W = W_strict = B = 1 when replayed |
 | `facts.jsonl` | what the pack is balanced over: category, rooms, area, distance, label |
 | `houses/<name>.json` | a house in ProcTHOR's format |
-| `manifest.json` | counts, strata, how it was made, and the SHA-256 of every other file |
+| `manifest.json` | counts, strata, how it was made, and the SHA-256 of each file above |
 
 Lengths are in metres, angles in degrees; poses are in AI2-THOR's frame (y up, left-handed).
 """
@@ -49,11 +56,20 @@ _LIMITS = """## Known limits
 """
 
 
-def card_of(name: str, description: str, episodes: Sequence[Episode], meta: Mapping[str, Any]) -> str:
+def write_card(pack: Pack) -> Path:
+    """Writes the card into the pack's folder and returns its path."""
+    path = pack.folder / CARD
+    path.write_text(card_of(pack), encoding="utf-8")
+    return path
+
+
+def card_of(pack: Pack) -> str:
     """Returns the text of a pack's README."""
-    head = _HEAD.format(name=name, description=description or f"{len(episodes)} episodes of eight families.")
-    parts = [head, _distribution(episodes, meta), _strata(meta), _making(meta), _FIELDS, _LIMITS]
-    return "\n".join(parts)
+    manifest, episodes = pack.manifest, pack.episodes
+    description = manifest.description or f"{len(episodes)} episodes of eight families."
+    head = _HEAD.format(name=manifest.name, description=description)
+    meta = manifest.meta
+    return "\n".join([head, _distribution(episodes, meta), _strata(meta), _making(meta), _FIELDS, _LIMITS])
 
 
 def _distribution(episodes: Sequence[Episode], meta: Mapping[str, Any]) -> str:
