@@ -189,7 +189,7 @@ def test_the_names_of_targets_never_cross(tmp_path: Path) -> None:
             for path in ("/", "/static/play.js", "/static/vigil.css", "/static/icon.svg", "/favicon.ico", "/nothing"):
                 heard(path)
             state = json.loads(heard("/state").body)
-            while state["done"] < state["of"]:
+            for _ in range(state["of"]):
                 state = json.loads(heard("/next", {}).body)
                 for text in (TURN, POINT, "no action", REPORT):
                     if state["is_on"]:
@@ -198,6 +198,7 @@ def test_the_names_of_targets_never_cross(tmp_path: Path) -> None:
                         state = json.loads(heard("/reply", {"moment": state["moment"], "text": text}).body)
                 heard("/reply", {"moment": 99, "text": TURN})  # out of turn
                 heard("/reply", {"moment": -1, "text": TURN})  # wrong
+            assert state["done"] == state["of"] == 6
     finally:
         sitting.close()
     told = b"\n".join(sent).decode("utf-8", "replace")
@@ -221,8 +222,7 @@ def test_all_verbs_take_a_persons_run_like_any_other(pack: Pack, tmp_path: Path)
     sitting = open_sitting(settings(pack, tmp_path / "run", limit=3))
     try:
         with served(make_play(sitting)) as site:
-            while finish(site)["done"] < 3:
-                pass
+            assert [finish(site)["done"] for _ in range(3)] == [1, 2, 3]
     finally:
         sitting.close()
     place = [str(tmp_path / "run"), "--pack", str(pack.folder)]

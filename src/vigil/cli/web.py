@@ -58,6 +58,7 @@ def view(
     drawer = Drawer()
     with closing(listen(address)) as listener, closing(drawer):
         library = Library(roots, pack or ["starter"], assets)
+        threading.Thread(target=library.runs, daemon=True).start()  # read them while the browser opens
         serve(make_view(library, drawer, address, Look(asset_database=assets)), address, listener, open_browser)
 
 

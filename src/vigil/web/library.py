@@ -76,6 +76,8 @@ class ShownRun:
     fault: str = ""
     assets: Path | None = None
     """The asset database that the run was played with."""
+    lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
+    """Held while the run is read."""
 
     @property
     def name(self) -> str:
@@ -116,31 +118,35 @@ class Library:
         self._lock = threading.RLock()
 
     def runs(self) -> list[ShownRun]:
-        """Returns all runs, new ones included, in order of their names."""
+        """Returns all runs as they now are, new ones included, in order of their names."""
+        runs = self.found()
+        for run in runs:
+            self._refresh(run)
+        return runs
+
+    def run(self, slug: str) -> ShownRun:
+        """Returns a run by its short name, as it now is; the others are not read. Raises KeyError."""
+        known = {run.slug: run for run in list(self._runs.values())}
+        run = known[slug] if slug in known else {run.slug: run for run in self.found()}[slug]
+        self._refresh(run)
+        return run
+
+    def found(self) -> list[ShownRun]:
+        """Returns all runs that lie under the folders, in order of their names, as they were last read if ever."""
         with self._lock:
             for root in self._roots:
                 for folder in _run_folders(root, root, DEPTH):
-                    run = self._runs.get(folder)
-                    if run is None:
-                        run = self._runs[folder] = ShownRun(self._free_slug(folder), folder)
-                    self._refresh(run)
+                    if folder not in self._runs:
+                        self._runs[folder] = ShownRun(self._free_slug(folder), folder)
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
-    def run(self, slug: str) -> ShownRun:
-        """Returns a run by its short name, as it now is. Raises KeyError."""
-        with self._lock:
-            for run in self._runs.values() or self.runs():
-                if run.slug == slug:
-                    self._refresh(run)
-                    return run
-        raise KeyError(slug)
-
     def _refresh(self, run: ShownRun) -> None:
-        try:
-            self._read(run)
-            run.fault = ""
-        except (VigilError, OSError) as error:
-            run.fault = str(error)
+        with run.lock:
+            try:
+                self._read(run)
+                run.fault = ""
+            except (VigilError, OSError) as error:
+                run.fault = str(error)
 
     def _read(self, run: ShownRun) -> None:
         for name in (HEADER_FILE, EPISODES_FILE):
@@ -151,7 +157,8 @@ class Library:
         if spec.asset_database_sha256 is not None and spec.asset_database_sha256 == self._assets_sha256:
             run.assets = self._assets
         if run.table is None:
-            run.pack = self._pack_of(run.header)
+            with self._lock:
+                run.pack = self._pack_of(run.header)
             wanted = set(spec.episode_ids)
             episodes = {name: episode for name, episode in run.pack.episodes.items() if name in wanted}
             run.table = RecordTable(run.folder / EPISODES_FILE, episodes, spec.epochs)

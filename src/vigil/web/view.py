@@ -49,7 +49,7 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         if shown.table is None:
             return page("broken_run.html", title=shown.name, run=shown)
         wanted = {"family": family, "label": label, "W": W}
-        others = [other for other in library.runs() if other.slug != slug and other.table is not None]
+        others = [other.slug for other in library.found() if other.slug != slug]
         return page("run.html", title=shown.name, others=others, **_run_values(shown, shown.table, wanted, sort, dir))
 
     @site.get("/compare", response_class=HTMLResponse)
