@@ -2,6 +2,12 @@
 
 import json
 import re
+import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +20,31 @@ from vigil.pack import Pack
 from vigil.record import read_records
 from vigil.web.drawing import Drawer, Look
 from vigil.web.export import export_site
+from vigil.web.film import LAST_S, STEP_S
 from vigil.web.library import Library
 from vigil.web.play import make_play
 from vigil.web.review import Desk, Pile, make_review
 from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
+
+FILM = """async (at) => {
+  const video = document.querySelector("video");
+  video.src = URL.createObjectURL(await (await fetch("film.mp4")).blob());
+  await video.play();
+  video.pause();
+  await new Promise((done) => { video.onseeked = done; video.currentTime = at; });
+  const frame = new Image();
+  frame.src = "frame.png";
+  await frame.decode();
+  const colours = (picture) => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 640, height: 480 });
+    const context = canvas.getContext("2d");
+    context.drawImage(picture, 0, 0);
+    return [[100, 60], [320, 200], [540, 400]].flatMap(([x, y]) => [...context.getImageData(x, y, 1, 1).data]);
+  };
+  const { videoWidth: width, videoHeight: height, duration } = video;
+  return { width, height, duration, film: colours(video), frame: colours(frame) };
+}"""
 
 
 def test_from_the_table_of_runs_to_an_episode(visitor: Visitor, view: Site) -> None:
@@ -218,9 +244,7 @@ def test_an_auditor_reviews_by_keys(visitor: Visitor, pack: Pack, drawer: Drawer
 def test_an_exported_run_works_from_files(
     visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
 ) -> None:
-    library = Library([runs], [pack.folder])
-    library.runs()
-    index = export_site(library.run("sweep"), tmp_path / "site", drawer)
+    index = export_site(Library([runs], [pack.folder]).run("sweep"), tmp_path / "site", drawer)
     visitor.page.goto(f"{index.as_uri()}#family=PG")
     assert visitor.page.locator(".episodes tbody tr:visible").count() == 2
     visitor.check("exported run")
@@ -229,3 +253,91 @@ def test_an_exported_run_works_from_files(
     visitor.press("ArrowRight", "h")
     visitor.has("html[data-step='2']")
     visitor.check("exported episode")
+
+
+def test_an_exported_run_is_hosted_under_a_path(
+    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+) -> None:
+    export_site(Library([runs], [pack.folder]).run("sweep"), tmp_path / "some" / "place", drawer)
+    asked: list[tuple[int, str]] = []
+    visitor.page.on("response", lambda answer: asked.append((answer.status, answer.url)))
+    with hosted(tmp_path) as base:
+        visitor.page.goto(f"{base}/some/place/")
+        visitor.page.locator("svg a rect.FR").first.click()
+        visitor.page.wait_for_url("**label=FR")
+        visitor.page.click(".episodes tbody tr:visible a")
+        visitor.has("html[data-noted='1']")
+        assert "equal to the recorded frame" in visitor.text("#frame-note")
+        while visitor.page.locator("#after").count():
+            before = visitor.page.url
+            visitor.press("]")
+            visitor.page.wait_for_url(lambda url, before=before: url.partition("#")[0] != before.partition("#")[0])
+            visitor.has("html[data-noted='1']")
+        visitor.page.click(".crumbs a")
+        visitor.has("table.episodes")
+        visitor.check("hosted site")
+    pages = {url.partition("#")[0].removeprefix(f"{base}/some/place/") for status, url in asked if "data:" not in url}
+    assert {status for status, _ in asked} <= {200, 304}
+    first, *rest = (f"episodes/{episode.id}.1.html" for episode in sorted(pack.episodes, key=lambda each: each.id))
+    assert pages <= {"", "index.html", first, *rest}
+    assert len(pages) > 3
+
+
+@contextmanager
+def hosted(folder: Path) -> Iterator[str]:
+    """Any web server there is."""
+    handler = partial(SimpleHTTPRequestHandler, directory=str(folder))
+    handler.log_message = lambda *_: None  # type: ignore[attr-defined]
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def test_the_browser_plays_the_mp4(visitor: Visitor, view: Site, pack: Pack, tmp_path: Path) -> None:
+    episode = f"/runs/sweep/episodes/{pack.episodes[0].id}/1"
+    (tmp_path / "film.mp4").write_bytes(view.get(f"{episode}/export.mp4").body)
+    (tmp_path / "frame.png").write_bytes(view.get(f"{episode}/frames/2.png").body)
+    (tmp_path / "index.html").write_text('<link rel="icon" href="data:,"><video muted></video>')
+    with hosted(tmp_path) as base:
+        visitor.page.goto(base)
+        told = visitor.page.evaluate(FILM, 1.5 * STEP_S)
+    assert (told["width"], told["height"]) == (640, 568)
+    assert abs(told["duration"] - (4 * STEP_S + LAST_S)) < 0.15
+    assert max(abs(one - other) for one, other in zip(told["film"], told["frame"], strict=True)) <= 8
+    assert visitor.faults == []
+
+
+def test_a_frame_that_is_not_the_recorded_one_is_said_so(
+    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+) -> None:
+    folder = Path(shutil.copytree(runs / "sweep", tmp_path / "run", ignore=shutil.ignore_patterns("frames")))
+    rows = folder / "episodes.jsonl"
+    second = read_records(rows)[0].steps[1].frame_sha256
+    rows.write_text(rows.read_text().replace(str(second), "0" * 64))
+    with served(make_view(Library([folder], [pack.folder]), drawer)) as site:
+        visitor.page.goto(f"{site.url}/runs/run/episodes/{pack.episodes[0].id}/1")
+        visitor.has("html[data-noted='1']")
+        assert visitor.text("#frame-note").startswith("Drawn again from the recorded actions; equal")
+        assert not visitor.page.locator("#frame-note.warn").count()
+        visitor.press("ArrowRight")
+        visitor.has("html[data-noted='2']")
+        assert "NOT equal to the recorded frame" in visitor.text("#frame-note.warn")
+        visitor.check("frame that differs")
+
+
+def test_a_frame_that_cannot_be_drawn_says_why(
+    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+) -> None:
+    folder = Path(shutil.copytree(runs / "random", tmp_path / "run"))
+    header = json.loads((folder / "run.json").read_text())
+    header["spec"]["asset_database_sha256"] = "0" * 64
+    (folder / "run.json").write_text(json.dumps(header))
+    with served(make_view(Library([folder], [pack.folder]), drawer)) as site:
+        visitor.page.goto(f"{site.url}/runs/run/episodes/{pack.episodes[0].id}/1")
+        visitor.has("html[data-noted='1']")
+        assert "--assets" in visitor.text("#no-frame")
+        assert visitor.page.is_visible("#no-frame")
+        visitor.faults = [fault for fault in visitor.faults if "400 (Bad Request)" not in fault]  # the picture itself
+        visitor.check("frame that cannot be drawn")

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 from vigil.cli import app, web
 from vigil.errors import InputError, RecordError, SettingError
 from vigil.pack import Pack
+from vigil.web.site import Address
 
 
 def free_port() -> int:
@@ -49,10 +50,53 @@ def test_bad_input_is_named(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_port_in_use_is_named() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(SettingError, match=rf"Port {port} is in use. Give another, e.g. --port \d+\."):
+            web.listen(Address(port=port))
+
+
+def test_an_address_that_is_not_ours_is_named() -> None:
+    with pytest.raises(SettingError, match=r"--host '192\.0\.2\.1' --port \d+: cannot listen there"):
+        web.listen(Address("192.0.2.1", free_port(), "a long token"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a screen")
+def test_where_no_browser_is_the_address_is_enough(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr(web.webbrowser, "open", lambda url: not opened.append(url))
+    for name in web.SCREENS:
+        monkeypatch.delenv(name, raising=False)
+    web.open_page("http://127.0.0.1:1/")
+    assert "Open the address yourself" in capsys.readouterr().out
+    assert opened == []
+    monkeypatch.setenv("DISPLAY", ":0")
+    web.open_page("http://127.0.0.1:1/")
+    assert opened == ["http://127.0.0.1:1/"]
+    monkeypatch.setattr(web.webbrowser, "open", lambda url: False)
+    web.open_page("http://127.0.0.1:1/")
+    assert "Open the address yourself" in capsys.readouterr().out
+
+
+def test_an_export_that_cannot_be_written_says_so_first(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    episode = pack.episodes[0].id
+    with pytest.raises(SettingError, match=r"does not exist\. Make it first"):
+        web.export(runs / "sweep", tmp_path / "no" / "one.mp4", episode, 1, [str(pack.folder)])
+    with pytest.raises(RecordError, match=r"holds 2 runs; give one of them: .*random, .*sweep"):
+        web.export(runs, tmp_path / "site", None, 1, [str(pack.folder)])
+
+
 def test_one_episode_is_exported_to_a_file(runs: Path, pack: Pack, tmp_path: Path) -> None:
     episode = pack.episodes[0].id
     web.export(runs / "sweep", tmp_path / "one.gif", episode, 1, [str(pack.folder)])
     assert (tmp_path / "one.gif").read_bytes().startswith(b"GIF89a")
+    web.export(runs / "sweep", tmp_path / "one.mp4", episode, 1, [str(pack.folder)])
+    assert (tmp_path / "one.mp4").read_bytes()[4:8] == b"ftyp"
     with pytest.raises(SettingError, match="Did you mean"):
         web.export(runs / "sweep", tmp_path / "two.gif", episode[:-1], 1, [str(pack.folder)])
     with pytest.raises(SettingError, match=r"\.html, \.gif or \.mp4"):

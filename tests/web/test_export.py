@@ -41,7 +41,7 @@ def test_a_run_becomes_a_site_with_relative_links(runs: Path, pack: Pack, drawer
     library.runs()
     index = export_site(library.run("sweep"), tmp_path / "site", drawer)
     text = index.read_text()
-    links = re.findall(r'href="([^"#]+)"', text)
+    links = re.findall(r'<a href="([^"#]+)"', text)
     assert len(links) == len(pack.episodes)
     assert all((index.parent / link).is_file() for link in links)
     with pytest.raises(SettingError, match="not empty"):

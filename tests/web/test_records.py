@@ -1,5 +1,6 @@
 """Broken, half-written and growing record files."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 from vigil.pack import Pack
 from vigil.web.library import Library
 from vigil.web.records import RecordTable
+from vigil.web.tables import run_rows
 
 
 @pytest.fixture
@@ -90,6 +92,25 @@ def test_a_run_without_rows_or_header_does_not_stop_the_others(runs: Path, pack:
     assert found["empty"].table.is_missing
     assert "run.json" in found["headless"].fault
     assert "not JSON" in found["nonsense"].fault
+
+
+def test_a_run_that_grows_is_not_broken_and_one_that_was_cut_is(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(runs / "random", tmp_path / "run"))
+    rows = folder / "episodes.jsonl"
+    rows.write_bytes(rows.read_bytes()[:-100])
+    library = Library([folder], [pack.folder])
+    (row,) = run_rows(library.runs(), "", "B", descending=True)
+    assert row.broken == 1
+    header = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps({**header, "ended": None}))
+    (row,) = run_rows(library.runs(), "", "B", descending=True)
+    assert (row.broken, row.complete) == (0, f"{len(pack.episodes) - 1}/{len(pack.episodes)}")
+
+
+def test_a_run_is_opened_without_reading_the_others(runs: Path, pack: Pack) -> None:
+    library = Library([runs], [pack.folder])
+    assert library.run("sweep").table is not None
+    assert [run.slug for run in library.found() if run.table is None] == ["random"]
 
 
 def test_a_run_of_another_pack_says_which(runs: Path, tmp_path: Path) -> None:

@@ -206,13 +206,14 @@ def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser
     url = f"http://{host}:{address.port}/" + (f"?token={address.token}" if address.token else "")
     print(f"Serving {url} (Ctrl-C ends)", flush=True)
     if open_browser:
-        threading.Timer(1.0, _open, [url]).start()
+        threading.Timer(1.0, open_page, [url]).start()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # so that what is open is closed then too
     config = uvicorn.Config(site, log_level="warning", server_header=False, ws="none")
     uvicorn.Server(config).run([listener])
 
 
-def _open(url: str) -> None:
+def open_page(url: str) -> None:
+    """Opens a page in the browser where there is one; else says that somebody has to."""
     has_screen = sys.platform != "linux" or any(os.environ.get(name) for name in SCREENS)
     if not has_screen or not webbrowser.open(url):
         print("No browser was found here. Open the address yourself.", flush=True)

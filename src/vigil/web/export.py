@@ -4,6 +4,7 @@ import base64
 import hashlib
 import io
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -28,20 +29,32 @@ NO_FRAME = {"is_recorded": None, "note": "This frame was not saved and cannot be
 EPISODES_FOLDER = "episodes"
 
 
-def episode_page(run: ShownRun, key: Key, drawer: Drawer) -> str:
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Where a page of a site leads; a page that stands alone leads nowhere."""
+
+    home: str | None = None
+    before: str | None = None
+    after: str | None = None
+
+
+ALONE = Links()
+
+
+def episode_page(run: ShownRun, key: Key, drawer: Drawer, links: Links = ALONE) -> str:
     """Returns one HTML page with everything in it: pictures, style and script."""
     episode, record, pack = episode_of(run, key)
     story = tell(run, episode, record)
     frames = frames_of(run, key, drawer)
     story["frames"] = ["" if frame is None else _jpeg_uri(frame.data) for frame in frames]
     story["frame_notes"] = [NO_FRAME if frame is None else frame.facts for frame in frames]
-    story["before"] = story["after"] = None
     return TEMPLATES.get_template("alone.html").render(
         title=f"{episode.id} · {run.name}",
         run=run,
         story=story,
         plan=try_plan(pack, episode),
-        is_alone=True,
+        links=links,
+        is_alone=not (links.before or links.after),
         **_carried("viewer.js"),
     )
 
@@ -80,8 +93,11 @@ def export_site(run: ShownRun, out: Path, drawer: Drawer, report: Callable[[str]
         episode_link=lambda episode_id, epoch: f"{EPISODES_FOLDER}/{_file_name(episode_id, epoch)}",
         **_carried("filter.js"),
     )
-    for key in sorted(run.table.rows):
-        (out / EPISODES_FOLDER / _file_name(*key)).write_text(episode_page(run, key, drawer), encoding="utf-8")
+    keys = sorted(run.table.rows)
+    names = [_file_name(*key) for key in keys]
+    for key, before, name, after in zip(keys, [None, *names], names, [*names[1:], None], strict=False):
+        text = episode_page(run, key, drawer, Links("../index.html", before, after))
+        (out / EPISODES_FOLDER / name).write_text(text, encoding="utf-8")
         report(key[0])
     (out / "index.html").write_text(index, encoding="utf-8")
     return out / "index.html"
@@ -102,6 +118,7 @@ def _carried(script: str) -> dict[str, Any]:
     text = (STATIC / script).read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return {
+        "icon": "data:image/svg+xml;base64," + base64.b64encode((STATIC / "icon.svg").read_bytes()).decode("ascii"),
         "style": Markup((STATIC / "vigil.css").read_text(encoding="utf-8")),
         "script": Markup(text),
         "policy": f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{digest}'",

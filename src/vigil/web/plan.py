@@ -1,5 +1,6 @@
 """Floor plans as shapes in metres, drawn by the pages as SVG: x to the right, north (+z) up."""
 
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
@@ -141,7 +142,9 @@ def _labels(house: House, bodies: list[Body], text_m: float) -> list[Label]:
         floor = Polygon([(point.x, -point.z) for point in room.floor_polygon])
         middle = floor.representative_point()
         tried = [(middle.x, middle.y + step * text_m) for step in (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)]
-        within = [Label("room-name", room.room_type, x, y) for x, y in tried if floor.contains(Point(x, y))]
+        within = [
+            Label("room-name", _room_words(room.room_type), x, y) for x, y in tried if floor.contains(Point(x, y))
+        ]
         _place(placed, within, text_m)
     return placed
 
@@ -173,8 +176,13 @@ def _room_facts(house: House) -> list[dict[str, Any]]:
         corners = np.array([(point.x, point.z) for point in room.floor_polygon])
         x, z = corners[:, 0], corners[:, 1]
         area = abs(float(np.dot(x, np.roll(z, 1)) - np.dot(z, np.roll(x, 1)))) / 2
-        facts.append({"id": room.id, "type": room.room_type, "area_m2": area})
+        facts.append({"id": room.id, "type": _room_words(room.room_type), "area_m2": area})
     return facts
+
+
+def _room_words(room_type: str) -> str:
+    """Returns "living room" for "LivingRoom"."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room_type).lower()
 
 
 def _thing_facts(body: Body) -> dict[str, Any]:

@@ -94,6 +94,9 @@
     const word = event.target.value.toLowerCase();
     for (const row of document.querySelectorAll("#things tbody tr")) row.hidden = !row.textContent.toLowerCase().includes(word);
   };
-  for (const button of document.querySelectorAll("#things button")) button.onclick = () => find(button.dataset.id);
+  for (const button of document.querySelectorAll("#things button")) button.onclick = () => {
+    find(button.dataset.id);
+    plan.scrollIntoView({ block: "nearest" });
+  };
   walk(null);
 })();
