@@ -1,6 +1,6 @@
 """Referring expressions and what they fit."""
 
-from vigil.authoring.refer import Item, Phrase, mentions, phrase_for, referents
+from vigil.authoring.refer import Item, Phrase, mentions, phrase_for, referents, resolved, without_repeats
 
 RED = Item("Mug|1", "Mug", "mug", ("red",), "room|1", "kitchen", "Desk|1", "desk")
 NAVY = Item("Mug|2", "Mug", "mug", ("navy",), "room|1", "kitchen", "Counter|1", "countertop")
@@ -77,3 +77,36 @@ def test_a_part_of_a_thing_is_no_mention_of_another() -> None:
 def test_an_apple_is_told_by_no_colour_that_others_share() -> None:
     green, olive = (Item(f"Apple|{n}", "Apple", "apple", (c,)) for n, c in enumerate(("green", "light green")))
     assert phrase_for(green, [green, olive]) is None
+
+
+IN_KITCHEN = Item("Safe|1", "Safe", "safe", (), "room|1", "kitchen")
+IN_BEDROOM = Item("Safe|2", "Safe", "safe", (), "room|2", "bedroom")
+NAMES = ["safe", "mug", "desk"]
+
+
+def test_a_place_is_said_once() -> None:
+    text = "The safe in the kitchen is shut. Open the safe in the kitchen."
+    assert without_repeats(text, NAMES) == "The safe in the kitchen is shut. Open the safe."
+    both = "Take it from the safe in the kitchen to the safe in the bedroom. Open the safe in the kitchen."
+    assert without_repeats(both, NAMES) == both
+    assert without_repeats("Open the red mug. The red mug?", NAMES) == "Open the red mug. The red mug?"
+
+
+def test_what_has_been_singled_out_may_be_named_again() -> None:
+    everything = [IN_KITCHEN, IN_BEDROOM, DESK]
+    again = resolved(mentions("The safe in the kitchen is shut. Open the safe.", NAMES), everything)
+    assert [[item.id for item in meant] for meant in again] == [["Safe|1"], ["Safe|1"]]
+    first = resolved(mentions("Open the safe. It is the safe in the kitchen.", NAMES), everything)
+    assert len(first[0]) == 2
+    two = "The safe in the kitchen and the safe in the bedroom: open the safe."
+    assert len(resolved(mentions(two, NAMES), everything)[2]) == 2
+
+
+def test_what_is_in_the_hand_needs_no_place() -> None:
+    put_down = mentions("Put down the mug.", NAMES)
+    assert resolved(put_down, [NAVY, BLACK], NAVY) == [[NAVY]]
+    assert len(resolved(put_down, [NAVY, BLACK])[0]) == 2
+    assert (
+        len(resolved(mentions("Put down the mug on the countertop.", [*NAMES, "countertop"]), [NAVY, BLACK], NAVY)[0])
+        == 2
+    )

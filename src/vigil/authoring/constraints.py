@@ -13,6 +13,7 @@ import shapely
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.deeds import box_distances
 from vigil.authoring.propose import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.refer import referents
 from vigil.authoring.region import is_cut_off
 from vigil.authoring.wording import CONSTRAINTS, Act, opened, order, say
 from vigil.authoring.workshop import Ask, Workshop
@@ -203,6 +204,8 @@ def draft_of(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Itera
     shop.begin(Setup())
     if start is None or phrase is None or other is None:
         return
+    if sketch.template == "hand" and not referents(other.placeless, [shop.items[target.id]]):
+        other = other.placeless
     words = sketch.words or sketch.template
     slots = order(sketch.act, target.category, str(phrase), shop.rng) | {"target": str(phrase), "obstacle": str(other)}
     if words == "leaf":

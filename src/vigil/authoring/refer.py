@@ -5,7 +5,7 @@ fits is decided as a careful listener would: "the bottle" fits a wine bottle too
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from shapely import Point, Polygon
@@ -95,11 +95,33 @@ class Phrase:
     room: str | None = None
     is_inside: bool = False
 
+    @property
+    def placeless(self) -> "Phrase":
+        """The phrase without where the thing is."""
+        return Phrase(self.name, colour=self.colour)
+
     def __str__(self) -> str:
         text = f"the {self.colour} {self.name}" if self.colour else f"the {self.name}"
         if self.support:
             text += f" {'in' if self.is_inside else 'on'} the {self.support}"
         return f"{text} in the {self.room}" if self.room else text
+
+
+def resolved(phrases: Sequence[Phrase], items: Iterable[Item], held: Item | None = None) -> list[list[Item]]:
+    """Returns what each phrase of a text could mean, after what has been said before it.
+
+    A thing that has been singled out may be named again without saying where it is, and so may what is in the hand.
+    """
+    everything = list(items)
+    found: list[list[Item]] = []
+    for phrase in phrases:
+        meant = referents(phrase, everything)
+        known = {each[0].id: each[0] for each in found if len(each) == 1 and fits(phrase, each[0])}
+        if not known and held is not None and held in meant:
+            known = {held.id: held}
+        is_repeat = phrase == phrase.placeless and len(meant) > 1 and len(known) == 1
+        found.append(list(known.values()) if is_repeat else meant)
+    return found
 
 
 def items_of(scene: Scene) -> dict[str, Item]:
@@ -189,18 +211,39 @@ def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
 
     A name that only says where another thing is, or a part of it ("the door of the fridge"), is no mention of its own.
     """
+    return [_phrase(found) for found in _pattern(names).finditer(text)]
+
+
+def without_repeats(text: str, names: Iterable[str]) -> str:
+    """Returns a text that says where a thing is only once: "the safe in the bedroom" is then "the safe"."""
+    pattern = _pattern(names)
+    said = {_phrase(found) for found in pattern.finditer(text)}
+    seen: set[Phrase] = set()
+
+    def short(found: re.Match[str]) -> str:
+        phrase = _phrase(found)
+        is_clear = all(other == phrase or not _names_fit(phrase.name, other.name) for other in said)
+        if phrase not in seen or not is_clear:
+            seen.add(phrase)
+            return found[0]
+        return found[0][0] + str(phrase.placeless)[1:]
+
+    return pattern.sub(short, text)
+
+
+def _phrase(found: re.Match[str]) -> Phrase:
+    return Phrase(found["name"], colour=found["colour"], support=found["support"], room=found["room"])
+
+
+def _pattern(names: Iterable[str]) -> re.Pattern[str]:
     every = {name for full in names for name in (full, full.partition(BETWEEN)[0])}
     known = "|".join(re.escape(name) for name in sorted(every, key=lambda name: (-len(name), name)))
     colours = "|".join(sorted(COLOURS, key=lambda name: (-len(name), name)))
     rooms = "|".join(sorted(ROOM_NAMES.values()))
-    pattern = re.compile(
+    return re.compile(
         rf"\b[Tt]he (?:(?P<colour>{colours}) )?(?P<name>{known})\b(?! of the )"
         rf"(?:{_ON}(?P<support>{known})\b)?(?:{_ON}(?P<room>{rooms})\b)?"
     )
-    return [
-        Phrase(found["name"], colour=found["colour"], support=found["support"], room=found["room"])
-        for found in pattern.finditer(text)
-    ]
 
 
 def _is_plain(phrase: Phrase, item: Item, others: list[Item]) -> bool:

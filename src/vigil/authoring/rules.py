@@ -11,7 +11,7 @@ from functools import cached_property
 from vigil.actions import REACH_HEIGHT_M, REACH_M
 from vigil.authoring.aim import surface_points
 from vigil.authoring.deeds import Deeds, box_distances
-from vigil.authoring.refer import Item, items_of, mentions, referents
+from vigil.authoring.refer import Item, Phrase, items_of, mentions, resolved
 from vigil.authoring.solve import is_doable
 from vigil.authoring.stage import Stage
 from vigil.episode import FAMILIES, Episode, Family
@@ -52,6 +52,13 @@ class Case:
     def items(self) -> dict[str, Item]:
         """What one can say of every thing at the reset."""
         return items_of(self.stage.scene)
+
+    @cached_property
+    def mentioned(self) -> list[tuple[Phrase, list[Item]]]:
+        """Every phrase of the instruction with what it could mean."""
+        phrases = mentions(self.episode.instruction, [item.name for item in self.items.values()])
+        held = self.items.get(self.episode.setup.held or "")
+        return list(zip(phrases, resolved(phrases, self.items.values(), held), strict=True))
 
     @property
     def target(self) -> ObjectState:
@@ -188,19 +195,16 @@ def _in_words(case: Case) -> Faults:
 
 
 def _named(case: Case) -> Faults:
-    names = [item.name for item in case.items.values()]
-    found = mentions(case.episode.instruction, names)
-    meant = [{item.id for item in referents(phrase, case.items.values())} for phrase in found]
+    meant = [{item.id for item in fitting} for _, fitting in case.mentioned]
     for role, object_id in sorted(case.episode.bindings.items()):
         if {object_id} not in meant:
             yield f"nothing in the instruction means the {role} {object_id!r} and it alone"
 
 
 def _unambiguous(case: Case) -> Faults:
-    names = [item.name for item in case.items.values()]
     bound = set(case.episode.bindings.values())
-    for phrase in mentions(case.episode.instruction, names):
-        fitting = [item.id for item in referents(phrase, case.items.values())]
+    for phrase, items in case.mentioned:
+        fitting = [item.id for item in items]
         if len(fitting) != 1:
             yield f"{str(phrase)!r} fits {len(fitting)} things: {', '.join(fitting[:4])}"
         elif fitting[0] not in bound:

@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.aim import surface_points
 from vigil.authoring.deeds import box_distances
-from vigil.authoring.refer import Item, Phrase, items_of, phrase_for
+from vigil.authoring.refer import Item, Phrase, items_of, phrase_for, without_repeats
 from vigil.authoring.stage import PrivilegedSimulator, Stage
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
@@ -177,7 +177,7 @@ class Workshop:
             house=HouseRef(name=self.house.name, sha256=self.house.sha256),
             start=ask.start,
             setup=self.with_open_doors(ask.setup),
-            instruction=ask.instruction,
+            instruction=without_repeats(ask.instruction, [item.name for item in self.items.values()]),
             goal=ask.goal,
             bindings=ask.bindings,
             max_steps=spec.max_steps,
