@@ -114,13 +114,16 @@ def resolved(phrases: Sequence[Phrase], items: Iterable[Item], held: Item | None
     """
     everything = list(items)
     found: list[list[Item]] = []
+    named: dict[str, dict[str, Item]] = {}
     for phrase in phrases:
         meant = referents(phrase, everything)
-        known = {each[0].id: each[0] for each in found if len(each) == 1 and fits(phrase, each[0])}
+        known = {name: item for name, item in named.get(phrase.name, {}).items() if fits(phrase, item)}
         if not known and held is not None and held in meant:
             known = {held.id: held}
         is_repeat = phrase == phrase.placeless and len(meant) > 1 and len(known) == 1
         found.append(list(known.values()) if is_repeat else meant)
+        if len(found[-1]) == 1:
+            named.setdefault(phrase.name, {})[found[-1][0].id] = found[-1][0]
     return found
 
 
@@ -222,7 +225,7 @@ def without_repeats(text: str, names: Iterable[str]) -> str:
 
     def short(found: re.Match[str]) -> str:
         phrase = _phrase(found)
-        is_clear = all(other == phrase or not _names_fit(phrase.name, other.name) for other in said)
+        is_clear = all(other == phrase or other.name != phrase.name for other in said)
         if phrase not in seen or not is_clear:
             seen.add(phrase)
             return found[0]
