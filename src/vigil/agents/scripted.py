@@ -94,6 +94,13 @@ def _forward(_: np.random.Generator) -> Iterator[str]:
         yield _report()
 
 
+def _centre(_: np.random.Generator) -> Iterator[str]:
+    for intent in ("ground", "open_access", "activate", "pick"):
+        yield _skill("interact_pixel", intent=intent, x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
+    while True:
+        yield _report()
+
+
 def _always_success(_: np.random.Generator) -> Iterator[str]:
     while True:
         yield _report()
@@ -109,6 +116,7 @@ SCRIPTS: dict[str, Script] = {
     "random": _random,
     "sweep": _sweep,
     "forward": _forward,
+    "centre": _centre,
     "always_success": _always_success,
     "malformed": _malformed,
 }

@@ -3,11 +3,14 @@
 The card is no part of the pack's hash: it is written anew when baselines have been measured on the frozen pack.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vigil.episode import FAMILIES, Episode
+from vigil.actions import SKILLS
+from vigil.authoring.baselines import baselines_table, guess_lines, read_baselines
+from vigil.authoring.solutions import skill_shares, steps_of
+from vigil.episode import FAMILIES
 from vigil.pack import Pack
 
 CARD = "README.md"
@@ -65,23 +68,42 @@ def write_card(pack: Pack) -> Path:
 
 def card_of(pack: Pack) -> str:
     """Returns the text of a pack's README."""
-    manifest, episodes = pack.manifest, pack.episodes
-    description = manifest.description or f"{len(episodes)} episodes of eight families."
+    manifest = pack.manifest
+    description = manifest.description or f"{manifest.episodes} episodes of eight families."
     head = _HEAD.format(name=manifest.name, description=description)
-    meta = manifest.meta
-    return "\n".join([head, _distribution(episodes, meta), _strata(meta), _making(meta), _FIELDS, _LIMITS])
+    parts = [head, _distribution(pack), _skills(pack)]
+    if "strata" in manifest.meta:
+        parts += [_strata(manifest.meta), _making(manifest.meta)]
+    return "\n".join(part for part in [*parts, _measured(pack), _FIELDS, _LIMITS] if part)
 
 
-def _distribution(episodes: Sequence[Episode], meta: Mapping[str, Any]) -> str:
+def _distribution(pack: Pack) -> str:
     rows = ["## Episodes", "| family | name | episodes | steps | invalid | solution: mean | max |"]
     rows.append("|---|---|---|---|---|---|---|")
-    for family, spec in FAMILIES.items():
-        count = sum(episode.family == family for episode in episodes)
-        if count:
-            steps = meta["solution_steps"][family]
-            cells = (family, spec.name, count, spec.max_steps, spec.max_invalid, steps["mean"], steps["max"])
-            rows.append(f"| {' | '.join(str(cell) for cell in cells)} |")
+    for family, steps in steps_of(pack).items():
+        spec, count = FAMILIES[family], pack.manifest.families[family]
+        cells = (family, spec.name, count, spec.max_steps, spec.max_invalid, steps["mean"], steps["max"])
+        rows.append(f"| {' | '.join(str(cell) for cell in cells)} |")
     return "\n".join(rows) + "\n"
+
+
+def _skills(pack: Pack) -> str:
+    rows = ["Share of the episodes whose solution uses a skill (%):", ""]
+    rows += [f"| family | {' | '.join(SKILLS)} |", f"|{'---|' * (len(SKILLS) + 1)}"]
+    for family, shares in skill_shares(pack).items():
+        rows.append(f"| {family} | {' | '.join(f'{100 * shares.get(skill, 0.0):.0f}' for skill in SKILLS)} |")
+    return "\n".join(rows) + "\n"
+
+
+def _measured(pack: Pack) -> str:
+    found = read_baselines(pack)
+    if found is None:
+        return ""
+    intro = (
+        "Rates in per cent. The blind agents look at nothing; the privileged ones see hidden state and show what the "
+        "scoring makes of agents that never report, or report too early."
+    )
+    return "\n".join(["## Baselines", intro, "", *baselines_table(found), "", *guess_lines(found), ""])
 
 
 def _strata(meta: Mapping[str, Any]) -> str:

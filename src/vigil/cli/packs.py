@@ -11,10 +11,11 @@ import typer
 from rich.table import Table
 
 from vigil.authoring.compare import compare
+from vigil.authoring.solutions import skill_shares, steps_of
 from vigil.authoring.starter import build_starter
 from vigil.authoring.validate import validate_pack
 from vigil.authoring.verify import Means, Standing, verify_pack
-from vigil.cli import pack_making
+from vigil.cli import pack_making, pack_measuring
 from vigil.cli.options import Assets, database
 from vigil.cli.text import console, duration
 from vigil.episode import FAMILIES
@@ -25,6 +26,8 @@ app = typer.Typer(help="Look into and validate packs of episodes.", no_args_is_h
 app.command("propose")(pack_making.propose)
 app.command("build")(pack_making.build)
 app.command("make")(pack_making.make)
+app.command("baselines")(pack_measuring.baselines)
+app.command("sheet")(pack_measuring.sheet)
 PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 
 
@@ -36,7 +39,8 @@ def info(pack: PackArgument, as_json: Annotated[bool, typer.Option("--json", hel
     """
     loaded = Pack.load(pack)
     if as_json:
-        print(json.dumps({**loaded.manifest.model_dump(mode="json"), "sha256": loaded.sha256}))
+        solutions = {"steps": steps_of(loaded), "skills": skill_shares(loaded)}
+        print(json.dumps({**loaded.manifest.model_dump(mode="json"), "sha256": loaded.sha256, "solutions": solutions}))
         return
     manifest = loaded.manifest
     print(f"{manifest.name} (version {manifest.version}): {manifest.episodes} episodes in {manifest.houses} houses")

@@ -1,0 +1,41 @@
+"""Solutions of a pack in figures: how long they are, and which skills they use."""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import TypeVar
+
+from vigil.episode import FAMILIES, Family, Solution
+from vigil.pack import Pack
+
+_Value = TypeVar("_Value")
+
+
+def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
+    """Returns the mean and the most steps of the solutions, by family, beside the budget."""
+    lengths = _by_family(pack, lambda solution: len(solution.actions))
+    return {
+        family: {
+            "mean": round(sum(steps) / len(steps), 2),
+            "max": max(steps),
+            "budget": FAMILIES[family].max_steps,
+        }
+        for family, steps in lengths.items()
+    }
+
+
+def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
+    """Returns, by family, the share of its episodes whose solution uses each skill."""
+    used = _by_family(pack, lambda solution: {action.skill_name for action in solution.actions})
+    found: dict[Family, dict[str, float]] = {}
+    for family, sets in used.items():
+        counts = Counter(skill for skills in sets for skill in skills)
+        found[family] = {skill: round(counts[skill] / len(sets), 4) for skill in sorted(counts)}
+    return found
+
+
+def _by_family(pack: Pack, value_of: Callable[[Solution], _Value]) -> dict[Family, list[_Value]]:
+    """Returns a value for each solution, grouped by family in the order of the table."""
+    found: dict[Family, list[_Value]] = {family: [] for family in FAMILIES}
+    for episode in pack.episodes:
+        found[episode.family].append(value_of(pack.solutions[episode.id]))
+    return {family: listed for family, listed in found.items() if listed}
