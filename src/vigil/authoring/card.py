@@ -14,6 +14,8 @@ from vigil.episode import FAMILIES
 from vigil.pack import Pack
 
 CARD = "README.md"
+TABLES = ("episodes", "solutions", "facts")
+"""Files of one row a line (`<table>.jsonl`) that a pack may have; the first one is what HF `datasets` loads unasked."""
 
 _HEAD = """---
 license: apache-2.0
@@ -21,13 +23,7 @@ language: en
 pretty_name: {name}
 tags: [embodied, egocentric, vision-language, evaluation]
 configs:
-- config_name: episodes
-  data_files: episodes.jsonl
-  default: true
-- config_name: solutions
-  data_files: solutions.jsonl
-- config_name: facts
-  data_files: facts.jsonl
+{configs}
 ---
 # {name}
 
@@ -50,6 +46,10 @@ before it starts), `instruction`, `goal`, `bindings` (role to object), \
 | `manifest.json` | counts, strata, how it was made, and the SHA-256 of each file above |
 
 Lengths are in metres, angles in degrees; poses are in AI2-THOR's frame (y up, left-handed).
+
+`datasets.load_dataset("path/to/this/folder", "episodes")` reads a table. It may add nulls for what a goal, a setup or
+an action does not have, and round floats inside of them to ten decimal places; `vigil.pack.Pack.load` gives the file's
+own values, and checks its hashes.
 """
 
 _LIMITS = """## Known limits
@@ -70,11 +70,27 @@ def card_of(pack: Pack) -> str:
     """Returns the text of a pack's README."""
     manifest = pack.manifest
     description = manifest.description or f"{manifest.episodes} episodes of eight families."
-    head = _HEAD.format(name=manifest.name, description=description)
+    head = _HEAD.format(name=manifest.name, description=description, configs=_configs(pack))
     parts = [head, _distribution(pack), _skills(pack)]
     if "strata" in manifest.meta:
         parts += [_strata(manifest.meta), _making(manifest.meta)]
-    return "\n".join(part for part in [*parts, _measured(pack), _FIELDS, _LIMITS] if part)
+    return "\n".join(part for part in [*parts, _measured(pack), _fields(pack), _LIMITS] if part)
+
+
+def _configs(pack: Pack) -> str:
+    """Returns the tables of a pack as HF `datasets` wants them named."""
+    lines: list[str] = []
+    for table in TABLES:
+        if f"{table}.jsonl" in pack.manifest.files:
+            lines += [f"- config_name: {table}", f"  data_files: {table}.jsonl"]
+            lines += ["  default: true"] if table == TABLES[0] else []
+    return "\n".join(lines)
+
+
+def _fields(pack: Pack) -> str:
+    """Returns what each file holds; rows of tables that this pack has not are left out."""
+    absent = [f"| `{table}.jsonl` |" for table in TABLES if f"{table}.jsonl" not in pack.manifest.files]
+    return "".join(line for line in _FIELDS.splitlines(keepends=True) if not line.startswith(tuple(absent)))
 
 
 def _distribution(pack: Pack) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vigil.actions import Action
+from vigil.authoring.card import write_card
 from vigil.authoring.grammar import GRAMMAR, Proposals
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Validator
@@ -139,7 +140,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
         for number in range(slot.count):
             episode = _fill(slot, number, houses, chosen, simulator)
             report(f"{slot.family} {slot.kind}: {episode.house.name}: {episode.instruction}")
-    return freeze(
+    pack = freeze(
         out,
         chosen.episodes,
         chosen.solutions,
@@ -154,6 +155,8 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
             "kinds": kinds_of(chosen.episodes),
         },
     )
+    write_card(pack)
+    return pack
 
 
 def kinds_of(episodes: Iterable[Episode]) -> dict[str, int]:
