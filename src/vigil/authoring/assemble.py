@@ -1,6 +1,7 @@
 """Assembly: from drafts and reviews to the episodes of a pack, evenly over its strata, the same each time.
 
-Manual first: what a reviewer approved enters before what nobody has reviewed; what one rejected never enters.
+Manual first: of each kind, what a reviewer approved enters before what nobody has reviewed; what one rejected never
+enters.
 """
 
 import hashlib
@@ -131,11 +132,11 @@ class _Tally:
         turned, walked = (self.of_family[family, "turn", told] for told in ("True", "False"))
         is_ahead = family in ("VS", "SI") and turned >= FOUND_BY_TURNING * (turned + walked + 1)
         return (
-            not candidate.is_approved,
             is_ahead and facts.is_seen_by_turning,
             self.of_family[family, "stratum", candidate.stratum],
             candidate.stratum,
             lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
+            not candidate.is_approved,
             self.of_family[family, "thing", episode.house.name, episode.goal.object_id],
             self.of_family[family, "category", facts.category],
             self.of_family[family, "house", episode.house.name],
