@@ -30,6 +30,8 @@ Drawn = tuple[Figure, str]
 NO_FIGURES: Mapping[str, Drawn] = {}
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
+_FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
+"""Kind of picture that a format shows; drawing is what takes longest, so that two formats share one."""
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
     "say that the agent meant it.",
@@ -85,8 +87,8 @@ def write_report(
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
-    wanted = {"md": "png", "html": "svg", "latex": "pdf"}
-    report = make_report(study, tuple(wanted[name] for name in formats if name in wanted), further)
+    kinds = dict.fromkeys(_FIGURES_IN[name] for name in formats if name in _FIGURES_IN)
+    report = make_report(study, tuple(kinds), further)
     written: list[Path] = []
 
     def put(name: str, content: str | bytes) -> None:
@@ -109,7 +111,7 @@ def markdown_report(report: Report, figures: bool = True) -> str:
     parts += [_summary(report.study), "", *_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
     if figures:
         for name in report.figures:
-            parts += [f"![{name}](figures/{name}.png)", "", f"*{report.captions[name]}*", ""]
+            parts += [f"![{name}](figures/{name}.svg)", "", f"*{report.captions[name]}*", ""]
     for heading, names in zip(_HEADINGS, _GROUPS, strict=True):
         parts += [f"## {heading}", "", *(markdown(report.tables[name]) for name in names)]
     return "\n".join(parts)
@@ -174,7 +176,7 @@ Put = Callable[[str, str | bytes], None]
 def _write_md(report: Report, put: Put) -> None:
     put("report.md", markdown_report(report))
     for name, drawn in report.figures.items():
-        put(f"figures/{name}.png", drawn["png"])
+        put(f"figures/{name}.svg", drawn["svg"])
 
 
 def _write_html(report: Report, put: Put) -> None:

@@ -92,8 +92,8 @@ def saved(figure: Figure, kind: str) -> bytes:
     buffer = io.BytesIO()
     dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with styled():
-        if figure.get_layout_engine() is not None:
-            figure.draw_without_rendering()  # lays out once, where every file would anew
+        if (engine := figure.get_layout_engine()) is not None:
+            engine.execute(figure)  # once, where every file would lay it out anew
             figure.set_layout_engine(None)
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=dates[kind])
     return buffer.getvalue()
