@@ -1,6 +1,7 @@
 """`vigil view`, `vigil play` and `vigil review`: the pages on loopback; `vigil export`: pages to take along."""
 
 import errno
+import gc
 import os
 import signal
 import socket
@@ -208,6 +209,7 @@ def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser
     if open_browser:
         threading.Timer(1.0, open_page, [url]).start()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # so that what is open is closed then too
+    gc.freeze()  # what is loaded by now stays; reading long runs need not look through it for garbage
     config = uvicorn.Config(site, log_level="warning", server_header=False, ws="none")
     uvicorn.Server(config).run([listener])
 
