@@ -8,7 +8,7 @@ from pyarrow import json as arrow_json
 
 import vigil
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.assemble import FOUND_BY_TURNING
+from vigil.authoring.assemble import FOUND_BY_TURNING, HOUSE_USES
 from vigil.authoring.grammar import GRAMMAR
 from vigil.authoring.validate import validate_pack
 from vigil.episode import FAMILIES
@@ -55,7 +55,17 @@ def test_words_do_not_tell_the_state(pack: Pack) -> None:
 
 def test_no_house_carries_more_than_a_few(pack: Pack) -> None:
     uses = Counter((episode.family, episode.house.name) for episode in pack.episodes)
-    assert max(uses.values()) == pack.manifest.meta["strata"]["most_of_a_family_in_a_house"] <= 4
+    assert max(uses.values()) == pack.manifest.meta["strata"]["most_of_a_family_in_a_house"] <= HOUSE_USES
+
+
+def test_the_thousand_are_spread_over_houses_rooms_and_constraints() -> None:
+    pack = Pack.load("vigil_1000_v1")
+    strata = pack.manifest.meta["strata"]
+    assert pack.manifest.houses >= 100
+    assert len({episode.provenance.seed for episode in pack.episodes}) == pack.manifest.houses
+    assert max(strata["rooms"].values()) < 0.35 * len(pack.episodes)
+    assert sum(count for rooms, count in strata["rooms"].items() if int(rooms) >= 3) > 0.45 * len(pack.episodes)
+    assert set(strata["families"]["CR"].values()) == {25}
 
 
 def test_ids_have_the_papers_form(pack: Pack) -> None:
