@@ -5,6 +5,7 @@ import gzip
 import itertools
 import json
 
+import numpy as np
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
@@ -13,7 +14,7 @@ from vigil.house import House
 from vigil.pose import Vec3
 from vigil.sim import make_simulator
 from vigil.sim.build import build_scene
-from vigil.sim.geometry import whole_box
+from vigil.sim.geometry import prisms_of, whole_box
 from vigil.sim.supports import surface_frame, surface_named
 from vigil.sim.trial_house import DOOR, PANE, trial_house
 from vigil.world import Setup
@@ -64,6 +65,20 @@ def test_children_inside_get_a_level_and_drawers_carry_them(data):
     )
     assert watch.parent_joint is not None
     assert watch.parent_joint.startswith("drawer")
+
+
+@pytest.mark.parametrize("yaw", [0, 30, 90])
+def test_nothing_sticks_out_of_a_closed_drawer(data, yaw):
+    nodes(data)["Watch|1"]["position"] |= {"x": 7.5, "z": 0.5}
+    nodes(data)["Watch|1"]["rotation"]["y"] = yaw
+    scene = build_scene(House("h", data), SIZES)
+    watch, dresser = scene.things["Watch|1"], scene.things["Dresser|1"]
+    surface = surface_named(dresser, watch.surface)
+    assert surface is not None
+    frame = surface_frame(dresser, surface).inverse()
+    for prism in prisms_of(watch):
+        corners = frame(np.insert(prism.polygon, 1, 0.0, axis=1))
+        assert (np.abs(corners[:, [0, 2]]) <= np.array([surface.size_x, surface.size_z]) / 2 + 0.0101).all()
 
 
 def test_what_lies_under_its_bed_is_on_the_floor(data):

@@ -15,6 +15,9 @@ from vigil.pose import Vec3
 _DOUBLE_FROM_M = 1.5
 _LEAF_M = 0.04
 _JAMB_M = 0.05
+_GAP_M, _FLOOR_GAP_M = 0.004, 0.008
+"""Round a leaf, and below it."""
+_SEAL = "rubber"
 _GLASS = "glass/#d3e4ea"
 
 
@@ -27,10 +30,10 @@ def doorway(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     _frame(builder, frame.material, (-size.z / 2 + 0.7 * grip, size.z / 2 - 0.7 * grip))
     style = one_of(rng, ("panels", "panels", "flush", "glazed", "planks"))
     metal = one_of(rng, ("metal/steel", "metal/brass", "metal/black"))
-    low, high = -size.x / 2 + _JAMB_M + 0.004, size.x / 2 - _JAMB_M - 0.004
+    low, high = -size.x / 2 + _JAMB_M + _GAP_M, size.x / 2 - _JAMB_M - _GAP_M
     if size.x > _DOUBLE_FROM_M:
-        _leaf(builder, "left", (low, -0.002), -1, (style, finish.material, metal))
-        _leaf(builder, "right", (0.002, high), 1, (style, finish.material, metal))
+        _leaf(builder, "left", (low, -_GAP_M / 2), -1, (style, finish.material, metal))
+        _leaf(builder, "right", (_GAP_M / 2, high), 1, (style, finish.material, metal))
     else:
         side = -1 if rng.random() < 0.5 else 1
         _leaf(builder, "leaf", (low, high), side, (style, finish.material, metal))
@@ -56,10 +59,11 @@ def _frame(builder: Builder, material: str, z: Range) -> None:
 def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, str, str]) -> None:
     """Adds one leaf over the range `x`, hinged at its low (-1) or high (1) edge, with handles on both sides."""
     style, material, metal = looks
-    y0, y1, z1 = 0.008, builder.height - _JAMB_M - 0.004, _LEAF_M / 2
+    y0, y1, z1 = _FLOOR_GAP_M, builder.height - _JAMB_M - _GAP_M, _LEAF_M / 2
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)
     skin = Look(material, joint, bears_open=True)
     {"flush": _flush, "glazed": _glazed, "planks": _planked, "panels": _panelled}[style](builder, skin, x, (y0, y1))
+    _seal(builder, joint, x, (y0, y1))
     at = x[1] - 0.07 if hinge < 0 else x[0] + 0.07
     reach = builder.depth / 2 - z1
     grips = []
@@ -70,6 +74,16 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
         grips += [plate, stem, lever]
     builder.add(Look(metal, joint, bears_open=True), *grips)
     builder.solid((x[0], y0, -z1), (x[1], y1, z1), joint)
+
+
+def _seal(builder: Builder, joint: str, x: Range, y: Range) -> None:
+    """Adds strips round a leaf that fill the gaps while it is shut: nothing of the next room shows through them."""
+    rubber, z = Look(_SEAL, joint, bears_open=True), (-0.1 * _LEAF_M, 0.1 * _LEAF_M)
+    low, high = (x[0] - _GAP_M, y[0] - _FLOOR_GAP_M + 0.001), (x[1] + _GAP_M, y[1] + _GAP_M)
+    for a, b in ((low[0], x[0]), (x[1], high[0])):
+        builder.block(rubber, (a, b), (low[1], high[1]), z)
+    for a, b in ((low[1], y[0]), (y[1], high[1])):
+        builder.block(rubber, (low[0], high[0]), (a, b), z)
 
 
 def _flush(builder: Builder, skin: Look, x: Range, y: Range) -> None:

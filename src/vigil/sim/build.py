@@ -4,18 +4,19 @@ A house gives bounding-box centres. Children of ProcTHOR's houses hover a few ce
 things inside others (a fridge's shelf, a seat) lie at heights that the asset is asked to have a surface at.
 """
 
+import math
 import re
 
 import numpy as np
 
 from vigil.assets import make
-from vigil.assets.asset import Asset
+from vigil.assets.asset import Asset, Surface
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase, AssetEntry
 from vigil.errors import HouseError
 from vigil.house import Door, House, HouseObject, Opening
 from vigil.pose import Vec3, wrap_deg
-from vigil.sim.geometry import rotation_matrix, whole_box
+from vigil.sim.geometry import Motion, rotation_matrix, whole_box
 from vigil.sim.scene import Scene, Thing, WallPanel
 from vigil.sim.supports import level_surfaces, offset_from
 from vigil.sim.walls import panels_of, place_of_opening, rooms_of
@@ -27,6 +28,8 @@ HOVER_M = 0.07
 ADAPT_M, FALL_M = 0.25, 2.0
 """How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
 SURFACE_EDGE_M = 0.1
+OVERHANG_M = 0.01
+"""How far a thing inside another may stand out over the edge of what it lies on."""
 LEVEL_STEP_M = 0.005
 
 
@@ -127,15 +130,33 @@ def settle(thing: Thing, parent: Thing) -> None:
     """Rests `thing` on the parent's surface whose height is nearest to its bottom, when one is near enough."""
     bottom = whole_box(thing).bottom
     low = Vec3(thing.position.x, bottom, thing.position.z)
-    best: tuple[float, float, str, str | None] | None = None
+    best: tuple[float, float, Surface, Motion] | None = None
     for surface, frame in level_surfaces(parent):
         x, height, z = offset_from(frame, low)
         within = abs(x) <= surface.size_x / 2 + SURFACE_EDGE_M and abs(z) <= surface.size_z / 2 + SURFACE_EDGE_M
         if within and -ADAPT_M < height < FALL_M and (best is None or abs(height) < best[0]):
-            best = (abs(height), height, surface.name, surface.joint)
+            best = (abs(height), height, surface, frame)
     if best is not None:
-        _, height, thing.surface, thing.parent_joint = best
+        _, height, surface, frame = best
+        thing.surface, thing.parent_joint = surface.name, surface.joint
         thing.position = Vec3(thing.position.x, thing.position.y - height, thing.position.z)
+        if surface.is_inside:
+            _push_inside(thing, surface, frame)
+
+
+def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
+    """Moves a thing that would stick out of a closed drawer or door to where it does not, or does least."""
+    box, local = whole_box(thing), offset_from(frame, thing.position)
+    turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
+    cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
+    reach = (box.size.x * cos + box.size.z * sin) / 2, (box.size.x * sin + box.size.z * cos) / 2
+    shift = np.zeros(3)
+    for axis, side, length in ((0, surface.size_x, reach[0]), (2, surface.size_z, reach[1])):
+        room = max(0.0, side / 2 - length)
+        if abs(local[axis]) > room + OVERHANG_M:
+            shift[axis] = math.copysign(room, local[axis]) - local[axis]
+    if shift.any():
+        thing.position = Vec3(*(float(value) for value in np.array(thing.position) + frame.turn @ shift))
 
 
 def _lies_under(thing: Thing, parent: Thing) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.pose import Pose, Vec3
-from vigil.sim.engine import BEARS_OPEN, BEARS_TOGGLE, Engine
+from vigil.sim.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
 from vigil.sim.geometry import box_corners, part_boxes, part_motion
 from vigil.sim.scene import Thing
 
@@ -166,33 +166,50 @@ class Sight:
         return pixels[self._cast(agent, pixels, through_glass=False) == self._index[thing.id]]
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
-        """Returns which unit directions (n, 3) from any eye meet the thing before all else."""
-        return self._engine.cast(eye, rays, through_glass=through_glass).things == self._index[thing.id]
+        """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
+        hits = self._engine.cast(eye, rays, through_glass=through_glass)
+        is_met = hits.things == self._index[thing.id]
+        if through_glass and _has_glass(thing):
+            alone = self._engine.cast(eye, rays, through_glass=False, only=thing.id)
+            is_met |= alone.distances < hits.distances
+        return is_met
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
-        """Returns what is seen of each thing: its outline alone first, then one cast of all outlines into the scene."""
+        """Returns what is seen of each thing: its outline alone first, then one cast of all outlines into the scene.
+
+        Rays pass through the glass of other things; a thing's own, a vase of glass, is seen.
+        """
         found = {thing.id: UNSEEN for thing in things}
-        outlines: list[tuple[Thing, Window, np.ndarray]] = []
+        outlines: list[tuple[Thing, Window, np.ndarray, RayHits]] = []
         for thing in things:
             window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
             if window is not None:
                 rays = directions(agent, window.pixels())
-                alone = self._engine.cast(agent.eye, rays, through_glass=True, only=thing.id)
-                outlines.append((thing, window, rays[alone.things == self._index[thing.id]]))
+                alone = self._engine.cast(agent.eye, rays, through_glass=False, only=thing.id)
+                is_met = alone.things == self._index[thing.id]
+                outline = RayHits(alone.things[is_met], alone.roles[is_met], alone.distances[is_met])
+                outlines.append((thing, window, rays[is_met], outline))
         if not outlines:
             return found
-        hits = self._engine.cast(agent.eye, np.concatenate([rays for _, _, rays in outlines]), through_glass=True)
+        rays = np.concatenate([rays for _, _, rays, _ in outlines])
+        hits = self._engine.cast(agent.eye, rays, through_glass=True)
         first = 0
-        for thing, window, rays in outlines:
+        for thing, window, rays, outline in outlines:
             part = slice(first, first + len(rays))
             first += len(rays)
-            is_hit = hits.things[part] == self._index[thing.id]
+            is_own = hits.things[part] == self._index[thing.id]
+            is_hit = is_own | (outline.distances < hits.distances[part])
             if is_hit.any():
-                found[thing.id] = _sighting(thing, window, is_hit, hits.roles[part], hits.distances[part])
+                roles = np.where(is_own, hits.roles[part], outline.roles)
+                found[thing.id] = _sighting(thing, window, is_hit, roles, outline.distances)
         return found
 
     def _cast(self, agent: Pose, pixels: np.ndarray, *, through_glass: bool) -> np.ndarray:
         return self._engine.cast(agent.eye, directions(agent, pixels), through_glass=through_glass).things
+
+
+def _has_glass(thing: Thing) -> bool:
+    return any(part.is_glass for part in thing.asset.parts)
 
 
 def _sighting(thing: Thing, window: Window, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray) -> Sighting:
