@@ -322,7 +322,9 @@ def check_free(folder: Path, name: str) -> None:
     if not re.match(NAME_PATTERN, name):
         raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise SettingError(f"{str(folder)!r} is not empty, or no folder; freeze into a new one. Packs are never overwritten.")
+        raise SettingError(
+            f"{str(folder)!r} is not empty, or no folder. Packs are never overwritten: freeze into a new one."
+        )
 
 
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
