@@ -13,9 +13,9 @@ from typing import Any
 
 import psutil
 import pytest
-from chat_server import LOOK, REPORT, Answer, Asked, failure, serving
+from chat_server import LOOK, REPORT, Answer, Asked, ChatServer, failure, serving
 from inspect_ai import score
-from inspect_ai.log import read_eval_log
+from inspect_ai.log import EvalLog, read_eval_log
 from tiny_pack import tiny_pack
 
 from vigil.errors import InfrastructureError, ModelAPIError
@@ -268,36 +268,53 @@ def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path
     assert 1 <= len(read_run(tmp_path / "run")[1]) < 8
 
 
-def test_inspect_runs_the_pack_as_a_task_of_its_own(
-    pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def _key(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Inspect itself, unlike `vigil run`, wants a key for a server that takes none."""
     monkeypatch.setenv("LOCAL_API_KEY", "none")
+
+
+def inspect_eval(server: ChatServer, pack: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
     inspect = Path(sys.executable).with_name("inspect")
+    command = [inspect, "eval", "vigil/vigil", "--model", "openai-api/local/m", "--model-base-url", server.url]
+    task = [word for pair in (f"pack={pack}", "family=DA", "backend=fake", "workers=1") for word in ("-T", pair)]
+    environment = {**os.environ, "INSPECT_LOG_DIR": str(folder / "logs")}
+    return subprocess.run(
+        [*command, *task, "--display", "plain", *options], env=environment, cwd=folder, capture_output=True, text=True
+    )
+
+
+def inspect_log(folder: Path) -> EvalLog:
+    return read_eval_log(str(next((folder / "logs").glob("*.eval"))))
+
+
+@pytest.mark.usefixtures("_key")
+def test_inspect_runs_the_pack_as_a_task_of_its_own(pack: Path, tmp_path: Path) -> None:
     with serving(walk_and_report) as server:
-        command = [inspect, "eval", "vigil/vigil", "--model", "openai-api/local/m", "--model-base-url", server.url]
-        options = [
-            "-T",
-            f"pack={pack}",
-            "-T",
-            "family=DA",
-            "-T",
-            "backend=fake",
-            "-T",
-            "workers=1",
-            "--epochs",
-            "2",
-            "--display",
-            "plain",
-        ]
-        environment = {**os.environ, "INSPECT_LOG_DIR": str(tmp_path / "logs")}
-        done = subprocess.run([*command, *options], env=environment, cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode == 0, done.stdout + done.stderr
-        assert len(server.asked) == 2 * 2 * 4
-        assert all(len(asked.pictures) == 1 for asked in server.asked)
+        done = inspect_eval(server, pack, tmp_path, "--epochs", "2")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (server.preflights, len(server.asked)) == (1, 2 * 2 * 4)
+    assert all(len(asked.pictures) == 1 for asked in server.asked)
     assert "grouped_all" in done.stdout
-    log = read_eval_log(str(next((tmp_path / "logs").glob("*.eval"))))
+    log = inspect_log(tmp_path)
     samples = log.samples or []
     again = score(log, vigil_score(), action="overwrite", display="none").samples or []
     first, second = ([next(iter((row.scores or {}).values())).value for row in rows] for rows in (samples, again))
     assert first == second
     assert [(value["W"], value["B"]) for value in first] == [(1.0, 1.0)] * 4
+
+
+@pytest.mark.usefixtures("_key")
+def test_inspect_stops_at_a_blind_model_unless_told_not_to_look(pack: Path, tmp_path: Path) -> None:
+    (tmp_path / "blind").mkdir()
+    with serving(walk_and_report, can_see=False) as server:
+        done = inspect_eval(server, pack, tmp_path / "blind")
+        assert (server.preflights > 0, server.asked) == (True, [])
+        assert "Model 'openai-api/local/m' was shown a picture of the number" in done.stdout + done.stderr
+        failed = inspect_log(tmp_path / "blind")
+        assert failed.status == "error"
+        assert "-T preflight=false" in failed.error.message
+        before = server.preflights
+        inspect_eval(server, pack, tmp_path, "-T", "preflight=false")
+    assert (server.preflights, len(server.asked)) == (before, 2 * 4)
+    assert inspect_log(tmp_path).status == "success"

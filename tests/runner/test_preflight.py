@@ -28,6 +28,18 @@ def test_a_blind_model_does_not(text: str) -> None:
         check(text)
 
 
+@pytest.mark.parametrize(("address", "where"), [("http://host/v1", " at http://host/v1"), ("", "")])
+def test_a_model_that_does_not_answer_is_named_with_its_address_and_what_to_do(address: str, where: str) -> None:
+    async def ask(messages: list[Message]) -> Reply:
+        raise ModelAPIError("Connection error. (after 3 attempts)")
+
+    with pytest.raises(ModelAPIError) as raised:
+        asyncio.run(check_sight(ask, "some/model", "png", address))
+    said = str(raised.value)
+    assert said.startswith(f"Model 'some/model'{where} did not answer the call before the run: Connection error.")
+    assert "Check that it is served there under that name, and the key" in said
+
+
 def test_a_rejected_request_does_not() -> None:
     with pytest.raises(ModelAPIError, match="rejected the request"):
         check("", rejected=True)

@@ -1,7 +1,7 @@
 import pytest
 
 from vigil.errors import SettingError
-from vigil.runner.serving import NO_KEY, serving, without_secrets
+from vigil.runner.serving import NO_KEY, provider_hint, serving, without_login, without_secrets
 
 URL = "http://localhost:8000/v1"
 
@@ -65,3 +65,30 @@ def test_secrets_are_blanked() -> None:
         "max_tokens": 10,
         "top_k": 5,
     }
+
+
+@pytest.mark.parametrize(
+    ("model", "hint"),
+    [
+        ("opnai/gpt-4o", " Did you mean 'openai'?"),
+        ("antropic/claude", " Did you mean 'anthropic'?"),
+        ("openai/gpt-4o", ""),
+        ("openai-api/mine/m", ""),
+        ("somebody/m", ""),
+    ],
+)
+def test_a_mistyped_provider_is_recognised_and_a_known_one_left_alone(model: str, hint: str) -> None:
+    assert provider_hint(model) == hint
+
+
+@pytest.mark.parametrize(
+    ("url", "kept"),
+    [
+        ("http://me:p@ss@host:8000/v1?key=k#x", "http://host:8000/v1"),
+        ("https://[::1]:8000/v1", "https://[::1]:8000/v1"),
+        (URL, URL),
+        ("", ""),
+    ],
+)
+def test_an_address_is_kept_without_what_logs_in(url: str, kept: str) -> None:
+    assert without_login(url) == kept

@@ -4,6 +4,7 @@ Inspect brings the providers, the limit on connections, and a log for its viewer
 contract), the retries (`vigil.runner.ask`), the Env, and the records that decide: `episodes.jsonl`, not Inspect's log.
 """
 
+import asyncio
 import gc
 import json
 from collections.abc import Awaitable, Callable, Iterator, Sequence
@@ -48,7 +49,7 @@ from vigil.runner.ask import Ask, ModelTrouble, Patience, Send, is_rejection, pe
 from vigil.runner.live import play_live
 from vigil.runner.pool import SimulatorPool, usable_cpus
 from vigil.runner.preflight import check_sight
-from vigil.runner.serving import Serving
+from vigil.runner.serving import Serving, provider_hint, without_login
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.wire import Ticket
 from vigil.scoring import settle
@@ -92,7 +93,8 @@ class Endpoint:
                 **dict(self.serving.arguments),
             )
         except Exception as error:
-            raise SettingError(f"Model {self.serving.name!r} cannot be used: {error}") from error
+            hint = provider_hint(self.serving.name)
+            raise SettingError(f"Model {self.serving.name!r} cannot be used: {error}{hint}") from error
 
 
 # --- one attempt at one reply -----------------------------------------------------------------------------------------
@@ -199,7 +201,8 @@ async def preflight(endpoint: Endpoint, name: str, image_format: ImageFormat) ->
     model = endpoint.model()
     try:
         patience = replace(endpoint.patience, retries=min(endpoint.patience.retries, PREFLIGHT_RETRIES))
-        await check_sight(persistent(sender(model), patience), name, image_format)
+        ask = persistent(sender(model), patience)
+        await check_sight(ask, name, image_format, without_login(endpoint.serving.base_url or ""))
     finally:
         await model.api.aclose()
 
@@ -296,7 +299,10 @@ def _sample_id(ticket: Ticket) -> str:
     return ticket.episode.id if ticket.epoch == 1 else f"{ticket.episode.id}@{ticket.epoch}"
 
 
-def _agent(tickets: Sequence[Ticket], play_one: PlayOne, ask_of: Callable[[], Ask], stop: list[VigilError]) -> Solver:
+def _agent(
+    tickets: Sequence[Ticket], play_one: PlayOne, ask_of: Callable[[], Ask], stop: list[VigilError] | None = None
+) -> Solver:
+    """Returns Inspect's solver; what stops the run is put into `stop`, or raised for Inspect to tell without one."""
     by_id = {_sample_id(ticket): ticket for ticket in tickets}
 
     @solver(name="vigil_agent")
@@ -310,6 +316,8 @@ def _agent(tickets: Sequence[Ticket], play_one: PlayOne, ask_of: Callable[[], As
             try:
                 record = await play_one(ticket, ask_of())
             except VigilError as error:
+                if stop is None:
+                    raise
                 stop.append(error)
                 return state
             state.metadata["record"] = record.model_dump(mode="json")
@@ -360,6 +368,7 @@ def vigil(
     image_format: ImageFormat = "png",
     backend: str = "mujoco",
     workers: int | None = None,
+    preflight: bool = True,
 ) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
 
@@ -376,23 +385,30 @@ def vigil(
         image_format=image_format,
         backend=backend,
         workers=workers,
+        preflight=preflight,
     )
     _, episodes, spec = plan_run(settings)
     tickets = [Ticket(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
-    return _task(tickets, _agent(tickets, _Guest(settings).play_one, _active_ask, []), metadata=metadata)
+    return _task(tickets, _agent(tickets, _Guest(settings).play_one, _active_ask), metadata=metadata)
 
 
 class _Guest:
-    """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed."""
+    """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed.
+
+    Before a model's first episode a call proves that pictures reach it, as `vigil run` does.
+    """
 
     def __init__(self, settings: RunSettings) -> None:
         self._settings = settings
         self._pools: dict[Profile, SimulatorPool] = {}
+        self._seeing: set[str] = set()
+        self._one_at_a_time = asyncio.Lock()
 
     async def play_one(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
         settings = replace(self._settings, model=str(get_model()))
         profile = profile_of(settings)
+        await self._prove_sight(get_model())
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
             self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
@@ -400,6 +416,14 @@ class _Guest:
         if record.error is not None:
             raise RuntimeError(f"{record.error.boundary}: {record.error.message}")
         return record
+
+    async def _prove_sight(self, model: Model) -> None:
+        async with self._one_at_a_time:
+            if self._settings.preflight and str(model) not in self._seeing:
+                ask = persistent(sender(model), Patience(retries=PREFLIGHT_RETRIES))
+                address = without_login(model.api.base_url or "")
+                await check_sight(ask, str(model), self._settings.image_format, address)
+                self._seeing.add(str(model))
 
 
 def _active_ask() -> Ask:

@@ -33,14 +33,21 @@ def draw_number(number: str) -> np.ndarray:
     return np.asarray(image)
 
 
-async def check_sight(ask: Ask, model: str, image_format: ImageFormat) -> None:
-    """Raises ModelAPIError unless the model reads the number in a picture."""
+async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: str = "") -> None:
+    """Raises ModelAPIError unless the model, served at `address` if that is known, reads the number in a picture."""
     number = number_for(model)
-    reply = await ask([Message("user", QUESTION, encode(draw_number(number), image_format))])
+    try:
+        reply = await ask([Message("user", QUESTION, encode(draw_number(number), image_format))])
+    except ModelAPIError as error:
+        where = f" at {address}" if address else ""
+        raise ModelAPIError(
+            f"Model {model!r}{where} did not answer the call before the run: {error}. Check that it is served there "
+            "under that name, and the key in the environment; then give the same command again."
+        ) from error
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
         shown = "rejected the request" if reply.provider_rejected else f"answered {reply.text[:200]!r}"
         raise ModelAPIError(
             f"Model {model!r} was shown a picture of the number {number} and {shown}: pictures do not seem to reach "
             "it, or it cannot read. Check that the model takes images and that the server passes them on, or skip this "
-            "check with --no-preflight."
+            "check with --no-preflight (`inspect eval`: -T preflight=false)."
         )

@@ -8,9 +8,9 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import urlsplit, urlunsplit
 
-from vigil.errors import SettingError
+from vigil.errors import SettingError, did_you_mean
 
 OPENAI_STYLE = frozenset({"openai", "openai-api", "vllm", "sglang", "ollama", "lmstudio", "llama-cpp", "local"})
 OTHER_PROVIDERS = frozenset(
@@ -74,6 +74,18 @@ def serving(model: str, base_url: str | None, model_args: Mapping[str, Any]) -> 
     key = own_key or os.environ.get("OPENAI_API_KEY") or NO_KEY
     arguments = {"max_retries": 0, **model_args}
     return Serving(f"openai-api/{provider}/{name}", base_url, key, tuple(sorted(arguments.items())))
+
+
+def provider_hint(model: str) -> str:
+    """Returns " Did you mean 'x'?" for a provider that is nearly a known one; empty for a known one, or none near."""
+    provider, known = model.partition("/")[0], OPENAI_STYLE | OTHER_PROVIDERS
+    return "" if provider in known else did_you_mean(provider, known)
+
+
+def without_login(url: str) -> str:
+    """Returns an address without user name, password and query, fit for a run header."""
+    parts = urlsplit(url)
+    return urlunsplit((parts.scheme, parts.netloc.rpartition("@")[2], parts.path, "", ""))
 
 
 def without_secrets(settings: Mapping[str, Any]) -> dict[str, Any]:

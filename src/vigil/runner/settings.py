@@ -16,7 +16,7 @@ from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVar
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, RunSpec
 from vigil.runner.pool import PATIENCE_S
-from vigil.runner.serving import serving, without_secrets
+from vigil.runner.serving import serving, without_login, without_secrets
 from vigil.runner.wire import Plan, PrivilegedFactory, Quality, SimulatorFactory
 from vigil.sim import BACKENDS
 
@@ -86,7 +86,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
     spec = RunSpec(
         agent=settings.model or settings.agent or "",
         agent_kind=_kind(settings),
-        base_url=settings.base_url,
+        base_url=_address(settings),
         sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
         model_args=without_secrets(settings.model_args),
         profile=profile,
@@ -154,6 +154,14 @@ def log_dir(settings: RunSettings, spec: RunSpec) -> Path:
     identity = spec.model_copy(update={"base_url": None}).model_dump_json()
     words = "".join(char if char.isalnum() or char in "._" else "-" for char in f"{spec.pack}-{spec.agent}")
     return RUNS_FOLDER / f"{words[:80].strip('-')}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
+
+
+def _address(settings: RunSettings) -> str | None:
+    """Returns where the model is served, as the header keeps it; None when the provider decides."""
+    if settings.model is None:
+        return None
+    url = serving(settings.model, settings.base_url, settings.model_args).base_url
+    return None if url is None else without_login(url)
 
 
 def _kind(settings: RunSettings) -> AgentKind:
