@@ -1,6 +1,7 @@
 """`vigil run` and `vigil verify`."""
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,14 +11,22 @@ from vigil.agents.choose import is_exec
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
 from vigil.cli.options import Assets, PackName
-from vigil.cli.scores import print_families
+from vigil.cli.scores import label_of, print_families
 from vigil.cli.text import Live
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError, did_you_mean
-from vigil.profile import ACTION_FEEDBACK, BASELINE, Coordinates, ImageFormat, PromptVariant, ReplyPolicy
+from vigil.profile import (
+    ACTION_FEEDBACK,
+    BASELINE,
+    PROFILE_NAMES,
+    Coordinates,
+    ImageFormat,
+    PromptVariant,
+    ReplyPolicy,
+)
 from vigil.runner.dry_run import estimate
 from vigil.runner.run import RunResult, run_pack
-from vigil.runner.settings import RunSettings, plan_run
+from vigil.runner.settings import RunSettings, profile_of
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.sim import Quality
 from vigil.summary import settle_run
@@ -56,6 +65,7 @@ def run(
     seed: Annotated[int, typer.Option(help="For scheduling and scripted agents.")] = 0,
     preflight: Annotated[bool, typer.Option(help="First prove that pictures reach the model.")] = True,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say calls and tokens, play nothing.")] = False,
+    prices: Annotated[str | None, typer.Option(help="IN,OUT per million tokens: a dry run says costs too.")] = None,
 ) -> None:  # fmt: skip
     """Plays a pack with a model or an agent, and prints the table.
 
@@ -63,48 +73,22 @@ def run(
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     """
-    _check_agent(agent)
     settings = RunSettings(
-        pack=pack,
-        agent=agent,
-        agent_factory=privileged_agent if agent in PRIVILEGED else None,
-        model=model,
-        base_url=base_url,
-        log_dir=log_dir,
-        limit=limit,
-        families=_families(family or []),
-        episode_ids=tuple(episode or []),
-        workers=workers,
-        max_connections=max_connections,
-        profile=_SHORT_PROFILES.get(profile, profile),
-        prompt_variant=prompt_variant,
-        coordinates=coordinates,
-        reply_policy=reply_policy,
-        epochs=epochs,
-        temperature=temperature,
-        top_p=top_p,
-        max_tokens=max_tokens,
-        reasoning_effort=reasoning_effort,
-        model_args=_model_args(model_arg or []),
-        extra_body=_extra_body(extra_body),
-        image_format=image_format,
-        render_quality=render_quality,
-        save_frames=save_frames,
-        backend=backend,
-        asset_database=assets,
-        seed=seed,
-        preflight=preflight,
-    )
+        pack=pack, families=_families(family or []), episode_ids=tuple(episode or []), limit=limit, epochs=epochs,
+        agent=_known_agent(agent), agent_factory=privileged_agent if agent in PRIVILEGED else None, seed=seed,
+        model=model, base_url=base_url, model_args=_model_args(model_arg or []), extra_body=_extra_body(extra_body),
+        temperature=temperature, top_p=top_p, max_tokens=max_tokens, reasoning_effort=reasoning_effort,
+        profile=_profile(profile), prompt_variant=prompt_variant, coordinates=coordinates, reply_policy=reply_policy,
+        image_format=image_format, render_quality=render_quality, save_frames=save_frames, log_dir=log_dir,
+        backend=backend, asset_database=assets,
+        workers=workers, max_connections=max_connections, preflight=preflight,
+    )  # fmt: skip
     if dry_run:
-        _print_estimate(settings)
-        return
-    if model is not None and coordinates is None:
-        print(f"Coordinates: {plan_run(settings)[2].profile.coordinates} (published table; --coordinates overrides).")
-    with Live(model or agent or "") as live:
-        result = run_pack(settings, on_progress=live.show)
-    _print_result(result)
-    if not result.is_complete:
-        raise typer.Exit(1)
+        _print_estimate(settings, _prices(prices))
+    elif prices is not None:
+        raise SettingError("--prices is for an estimate: add --dry-run, or leave it out.")
+    else:
+        _play(settings)
 
 
 def verify(
@@ -124,18 +108,53 @@ def verify(
     for difference in found.differences:
         print(difference)
     kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
-    print(f"{found.checked} episodes played again, compared {kind}: {len(found.differences)} differences")
+    pictures = f" and {found.frames} frames" if frames else ""
+    print(f"{found.checked} episodes played again{pictures}, compared {kind}: {len(found.differences)} differences")
+    if frames and not found.frames:
+        print("No frame was compared: nobody looked at any in this run.")
     if found.errors:
         print(f"{found.errors} rows ended as errors: nothing to verify in them.")
     if not found.is_verified:
         raise typer.Exit(1)
 
 
-def _check_agent(name: str | None) -> None:
+def _play(settings: RunSettings) -> None:
+    if settings.model is not None and settings.coordinates is None:
+        print(f"Coordinates: {profile_of(settings).coordinates} (published table; --coordinates overrides).")
+    with Live(settings.model or settings.agent or "") as live:
+        result = run_pack(settings, on_progress=live.show)
+    _print_result(result)
+    if not result.is_complete:
+        raise typer.Exit(1)
+
+
+def _profile(name: str) -> str:
+    full = _SHORT_PROFILES.get(name, name)
+    if full not in PROFILE_NAMES:
+        known = (*_SHORT_PROFILES, *PROFILE_NAMES)
+        raise SettingError(f"Profile {name!r} does not exist.{did_you_mean(name, known)} Choose {' or '.join(known)}.")
+    return full
+
+
+def _prices(text: str | None) -> tuple[float, float] | None:
+    """Returns what a million input and output tokens cost."""
+    if text is None:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(","))
+    except ValueError:
+        low = high = -1.0
+    if not (math.isfinite(low + high) and min(low, high) >= 0):
+        raise SettingError(f"--prices {text!r} is not IN,OUT in money per million tokens, e.g. --prices 2.5,10.")
+    return low, high
+
+
+def _known_agent(name: str | None) -> str | None:
     known = (*PRIVILEGED, *SCRIPTS)
     if name is not None and name not in known and not is_exec(name):
         hint = did_you_mean(name, known)
         raise SettingError(f"Agent {name!r} does not exist.{hint} Choose one of {', '.join(known)}, or exec:COMMAND.")
+    return name
 
 
 def _families(names: list[str]) -> tuple[Family, ...]:
@@ -170,17 +189,24 @@ def _extra_body(text: str | None) -> dict[str, Any]:
     return found
 
 
-def _print_estimate(settings: RunSettings) -> None:
+def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -> None:
     expected = estimate(settings)
     print(f"{expected.episodes} episodes; nothing was sent. Bounds, from a report at once to every step used:")
     for name in ("calls", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)
         print(f"{name.replace('_', ' '):14} {low:>14,} .. {high:>14,}")
+    if prices is not None:
+        low, high = expected.cost(*prices)
+        print(f"{'cost':14} {low:>14,.2f} .. {high:>14,.2f}")
 
 
 def _print_result(result: RunResult) -> None:
     settlement = settle_run(result.episodes, result.records, result.header.spec.epochs)
-    print_families(result.header.spec.agent, settlement)
+    print_families(label_of(result.header), settlement)
+    if result.torn is not None:
+        print(f"The last run was cut off while it wrote a row; what there was of it is in {result.torn}.")
+    if result.resumed:
+        print(f"Played before, and not again: {result.resumed} of {len(result.records)} episodes.")
     print(f"Records: {result.folder}")
     if not result.is_complete:
         print(f"{result.errors} episodes ended as errors and are not scored; the same command plays them again.")

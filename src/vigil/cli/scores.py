@@ -1,6 +1,7 @@
 """`vigil score`, and the tables of runs."""
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +11,13 @@ from rich.table import Table
 from vigil.cli.text import COLUMNS, console, percent, with_interval
 from vigil.episode import FAMILIES
 from vigil.pack import Selection
+from vigil.record import RunHeader
 from vigil.runner.run_folder import read_run
 from vigil.runner.verify_run import pack_of
 from vigil.summary import Settlement, settle_run, summarise
+
+MAX_REASONS = 5
+MAX_REASON_CHARS = 300
 
 
 def score(
@@ -38,8 +43,12 @@ def score(
 def _settled(path: Path, pack: str | None) -> tuple[str, Settlement]:
     header, records = read_run(path)
     episodes = pack_of(header, pack).select(Selection(ids=header.spec.episode_ids))
-    name = header.spec.agent + (" (privileged)" if header.is_privileged else "")
-    return name, settle_run(episodes, records, header.spec.epochs)
+    return label_of(header), settle_run(episodes, records, header.spec.epochs)
+
+
+def label_of(header: RunHeader) -> str:
+    """Returns the name under which a run stands in tables: hidden sight is said."""
+    return header.spec.agent + (" (privileged)" if header.is_privileged else "")
 
 
 def print_families(name: str, settlement: Settlement) -> None:
@@ -94,3 +103,12 @@ def _warn(name: str, settlement: Settlement) -> None:
         print(f"{name}: {len(settlement.errors)} episodes ended as errors (more than 1 %); rates leave them out.")
     if not settlement.is_complete:
         print(f"{name}: INCOMPLETE, {len(settlement.outcomes)} of {sum(settlement.planned.values())} episodes scored.")
+    reasons = Counter((error.boundary, _last_line(error.message)) for error in settlement.errors)
+    for (boundary, message), count in reasons.most_common(MAX_REASONS):
+        print(f"{name}: {count} x error at the {boundary}: {message}")
+
+
+def _last_line(message: str) -> str:
+    """Returns what a message (maybe a traceback) comes to, in one line."""
+    lines = message.strip().splitlines()
+    return lines[-1][:MAX_REASON_CHARS] if lines else "(no message)"

@@ -45,6 +45,8 @@ class RunResult:
     """The rows that stand, errors included."""
     resumed: int
     """How many of them were there before."""
+    torn: Path | None = None
+    """Where the torn last line of a killed run was put aside; None when there was none."""
 
     @property
     def errors(self) -> int:
@@ -104,7 +106,8 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
         if tickets:
             _play_all(run, tickets)
         folder.note_end()
-        return RunResult(folder.path, folder.header, tuple(episodes), tuple(folder.records()), resumed)
+        rows = tuple(folder.records())
+        return RunResult(folder.path, folder.header, tuple(episodes), rows, resumed, folder.torn)
     finally:
         folder.close()
 

@@ -42,6 +42,8 @@ class Verification:
     """Rows that ended as an error: there is nothing to verify in them."""
     is_exact: bool
     differences: tuple[Difference, ...]
+    frames: int = 0
+    """How many frames were compared; 0 when that was not asked, or nobody looked at any during the run."""
 
     @property
     def is_verified(self) -> bool:
@@ -74,7 +76,8 @@ def verify_run(
     with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
         verify = _Verifying(pool, pack, settings.frames, is_exact)
         differences = asyncio.run(verify.all(records, workers, on_progress))
-    return Verification(header, len(records), errors, is_exact, tuple(differences))
+    seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
+    return Verification(header, len(records), errors, is_exact, tuple(differences), seen)
 
 
 @dataclass(frozen=True, slots=True)

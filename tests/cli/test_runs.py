@@ -1,0 +1,142 @@
+"""`vigil run`, `vigil verify` and `vigil score`: what they say and how they exit."""
+
+import shutil
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from tiny_pack import tiny_pack
+
+from vigil.cli import main
+from vigil.record import EPISODES_FILE
+from vigil.runner.run_folder import read_run
+
+MODEL = ("--model", "openai/m", "--dry-run")
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a command left behind."""
+
+    code: int
+    out: str
+    err: str
+
+
+Vigil = Callable[..., Said]
+
+
+@pytest.fixture
+def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
+    """Runs the command line in this process."""
+
+    def run(*arguments: str | Path) -> Said:
+        monkeypatch.setattr(sys, "argv", ["vigil", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return Said(int(ended.value.code or 0), *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pack of four episodes."""
+    folder = tmp_path_factory.mktemp("packs") / "tiny"
+    tiny_pack(folder, 4)
+    return folder
+
+
+@pytest.fixture
+def command(pack: Path, tmp_path: Path) -> tuple[str | Path, ...]:
+    """A run that takes a moment."""
+    return ("run", "--pack", pack, "--backend", "fake", "--workers", "1", "--log-dir", tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((*MODEL, "--profile", "basline"), ["'basline'", "Did you mean 'baseline'?", "action_feedback"]),
+        ((*MODEL, "--prices", "2.5"), ["--prices '2.5'", "IN,OUT", "2.5,10"]),
+        ((*MODEL, "--prices", "1,2,3"), ["--prices '1,2,3'"]),
+        ((*MODEL, "--prices", "-1,2"), ["--prices '-1,2'"]),
+        ((*MODEL, "--prices", "nan,2"), ["--prices 'nan,2'"]),
+        ((*MODEL, "--prices", "one,2"), ["--prices 'one,2'"]),
+        (("--agent", "noop", "--prices", "1,2"), ["--prices", "--dry-run"]),
+    ],
+)
+def test_bad_options_are_named(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path, arguments: tuple[str, ...], words: list[str]
+) -> None:
+    said = vigil(*command, *arguments)
+    assert said.code == 2
+    assert said.err.startswith("vigil: ")
+    for word in words:
+        assert word in said.err
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_dry_run_says_costs_at_the_prices_given(vigil: Vigil, command: tuple[str | Path, ...]) -> None:
+    def numbers(said: Said) -> dict[str, list[float]]:
+        rows = [line.replace(",", "").split() for line in said.out.splitlines() if " .. " in line]
+        return {" ".join(row[:-3]): [float(row[-3]), float(row[-1])] for row in rows}
+
+    assert "cost" not in numbers(vigil(*command, *MODEL))
+    priced = numbers(vigil(*command, *MODEL, "--prices", "2000,10000"))
+    for bound in (0, 1):
+        cost = (priced["input tokens"][bound] * 2000 + priced["output tokens"][bound] * 10000) / 1e6
+        assert priced["cost"][bound] == pytest.approx(cost, abs=0.01)
+
+
+def test_what_was_there_before_and_what_was_torn_is_told(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path
+) -> None:
+    path = tmp_path / "run" / EPISODES_FILE
+    first = vigil(*command, "--agent", "noop")
+    assert first.code == 0
+    assert "Played before" not in first.out
+    path.write_bytes(path.read_bytes()[:-100])
+    again = vigil(*command, "--agent", "noop")
+    assert (again.code, again.err.splitlines()[0].split(":")[0]) == (0, "noop")
+    assert "Played before, and not again: 3 of 4 episodes." in again.out
+    assert f"cut off while it wrote a row; what there was of it is in {path}.torn-1." in again.out
+
+
+def test_a_privileged_agent_is_marked_in_the_table_of_its_run(
+    vigil: Vigil, pack: Path, tmp_path: Path, command: tuple[str | Path, ...]
+) -> None:
+    vigil(*command, "--agent", "noop")
+    header = tmp_path / "run" / "run.json"
+    assert "(privileged)" not in vigil("score", tmp_path / "run").out
+    header.write_text(header.read_text().replace('"scripted"', '"privileged"'))
+    assert "noop (privileged): %" in vigil("score", tmp_path / "run").out
+
+
+def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:
+    vigil(*command, "--agent", "noop", "--limit", "2")
+    unseen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
+    assert unseen.code == 0
+    assert "2 episodes played again and 0 frames, compared exactly: 0 differences" in unseen.out
+    assert "No frame was compared: nobody looked at any in this run." in unseen.out
+    shutil.rmtree(tmp_path / "run")
+    vigil(*command, "--agent", "always_success", "--limit", "2", "--save-frames")
+    seen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
+    assert "2 episodes played again and 2 frames, compared exactly: 0 differences" in seen.out
+    assert "No frame" not in seen.out
+    plain = vigil("verify", tmp_path / "run", "--workers", "1")
+    assert "2 episodes played again, compared exactly: 0 differences" in plain.out
+
+
+def test_score_gives_the_reasons_of_errors(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:
+    ran = vigil(*command, "--agent", "exec:false", "--limit", "2")
+    assert ran.code == 1
+    assert [row.end for row in read_run(tmp_path / "run")[1]] == ["error", "error"]
+    reason = "exec:false: 2 x error at the agent: Agent program 'exec:false' ended"
+    scored = vigil("score", tmp_path / "run")
+    assert scored.code == 0
+    for said in (ran, scored):
+        assert reason in said.out
+        assert "0 of 2 episodes scored" in said.out
