@@ -197,3 +197,25 @@ def test_a_row_that_contradicts_itself_is_refused(path: Path, change: dict, mess
     path.write_text(json.dumps(fields) + "\n")
     with pytest.raises(RecordError, match=message):
         read_records(path)
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path: Path):
+    (tmp_path / "episodes.jsonl").mkdir()
+    with pytest.raises(RecordError, match=r"jsonl' cannot be written: Is a directory\. Choose another folder"):
+        RecordLog(tmp_path / "episodes.jsonl")
+
+
+def test_a_torn_line_that_cannot_be_put_aside_stays_where_it_is(path: Path, monkeypatch: pytest.MonkeyPatch):
+    def fail(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    whole = dump_line(row("a")) + dump_line(row("b"))[:-9]
+    path.write_bytes(whole)
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", fail)
+        with pytest.raises(RecordError, match=r"torn last line.*cannot be put aside: No space left.*command again"):
+            RecordLog(path)
+    assert path.read_bytes() == whole
+    log = RecordLog(path)
+    log.close()
+    assert list(log.rows) == [("a", 1)]

@@ -19,7 +19,9 @@ from vigil.profile import Profile
 from vigil.world import Effect, WorldState
 
 SCHEMA_VERSION = 1
-"""Of rows and headers; raised when a reader of the old ones would misunderstand the new ones. Others are refused."""
+"""Of rows and headers: 1 is the only one so far. It is raised by one when a field changes its meaning, its unit or its
+name, or goes away, so that an older reader would misunderstand a row; a new field with a default, which leaves old rows
+as they are, does not raise it. Any other version is refused by name. `tests/test_golden_records.py` guards it."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 
@@ -210,7 +212,10 @@ class RecordLog:
     def __init__(self, path: Path) -> None:
         """Opens or creates the file, cutting a torn last line to a side file. Raises RecordError."""
         self.path = path
-        self._file = path.open("ab+")
+        try:
+            self._file = path.open("ab+")
+        except OSError as error:
+            raise RecordError(f"{str(path)!r} cannot be written: {error.strerror}. Choose another folder.") from None
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -218,6 +223,12 @@ class RecordLog:
             raise RecordError(f"{str(path)!r} is being written by another process. Wait for it, or end it.") from None
         try:
             self.torn = self._repair()
+        except OSError as error:
+            self._file.close()
+            raise RecordError(
+                f"The torn last line of {str(path)!r} cannot be put aside: {error.strerror}. It is still there; mend "
+                "this and give the same command again."
+            ) from None
         except RecordError:
             self._file.close()
             raise

@@ -90,10 +90,10 @@ def test_the_header_says_what_was_run(pack: Path, tmp_path: Path) -> None:
 
 def test_the_same_command_plays_nothing_twice(pack: Path, tmp_path: Path) -> None:
     run_pack(settings(pack, tmp_path / "run"))
-    before = (tmp_path / "run" / EPISODES_FILE).read_bytes()
+    before = {name: (tmp_path / "run" / name).read_bytes() for name in (EPISODES_FILE, HEADER_FILE)}
     again = run_pack(settings(pack, tmp_path / "run", workers=2, patience_s=99.0))
-    assert (tmp_path / "run" / EPISODES_FILE).read_bytes() == before
-    assert (again.resumed, again.is_complete) == (8, True)
+    assert {name: (tmp_path / "run" / name).read_bytes() for name in before} == before
+    assert (again.resumed, again.torn, again.is_complete) == (8, None, True)
 
 
 @pytest.mark.parametrize(
@@ -135,8 +135,11 @@ def test_a_torn_last_line_is_put_aside_and_its_episode_played_again(pack: Path, 
     path.write_bytes(data[:-700])
     again = run_pack(settings(pack, tmp_path / "run"))
     assert (again.resumed, again.is_complete) == (7, True)
+    assert again.torn == tmp_path / "run" / f"{EPISODES_FILE}.torn-1"
+    assert again.header.started == whole.header.started
+    assert again.header.ended > whole.header.ended
     assert [without_times(row) for row in again.records] == [without_times(row) for row in whole.records]
-    assert (tmp_path / "run" / f"{EPISODES_FILE}.torn-1").read_bytes() == data.splitlines(keepends=True)[-1][:-700]
+    assert again.torn.read_bytes() == data.splitlines(keepends=True)[-1][:-700]
 
 
 def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_path: Path) -> None:
@@ -175,6 +178,35 @@ def test_a_run_that_was_killed_before_its_header_was_written_starts_anew(pack: P
     (tmp_path / "run" / EPISODES_FILE).touch()
     (tmp_path / "run" / f"{HEADER_FILE}.123").write_text('{"schema_ver')
     assert run_pack(settings(pack, tmp_path / "run", limit=1)).is_complete
+
+
+def test_a_run_goes_on_while_its_header_says_no_end(pack: Path, tmp_path: Path) -> None:
+    run_pack(settings(pack, tmp_path / "run", limit=2))
+    path = tmp_path / "run" / EPISODES_FILE
+    path.write_bytes(path.read_bytes().splitlines(keepends=True)[0])
+    ended = []
+    wanted = settings(pack, tmp_path / "run", limit=2)
+    run_pack(wanted, on_progress=lambda progress: ended.append(read_header(tmp_path / "run").ended))
+    assert ended == [None, None]
+
+
+def test_a_run_of_which_nothing_was_played_gives_way_to_another(pack: Path, tmp_path: Path) -> None:
+    mistyped = settings(pack, tmp_path / "run", agent="exec:/no/such/program")
+    with pytest.raises(SettingError, match="cannot be started"):
+        run_pack(mistyped)
+    assert read_header(tmp_path / "run").spec.agent == "exec:/no/such/program"
+    assert run_pack(settings(pack, tmp_path / "run", limit=1)).header.spec.agent == "noop"
+    with pytest.raises(RecordError, match="holds another run: agent: 'noop' there"):
+        run_pack(mistyped)
+
+
+def test_a_folder_that_cannot_be_made_or_written_is_named(pack: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(RecordError, match=r"file/run' cannot be made: Not a directory\. Choose another place"):
+        run_pack(settings(pack, tmp_path / "file" / "run"))
+    (tmp_path / "run" / HEADER_FILE).mkdir(parents=True)
+    with pytest.raises(RecordError, match=r"Cannot write to '.*run\.json': Is a directory"):
+        run_pack(settings(pack, tmp_path / "run"))
 
 
 def test_a_full_disk_stops_the_run(pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -259,7 +291,14 @@ def test_frames_are_kept_by_content_when_asked(pack: Path, tmp_path: Path) -> No
     for sha256 in hashes:
         assert store.keep(store.load(sha256)) == sha256
     assert len(list((tmp_path / "run" / "frames").rglob("*.png"))) == len(set(hashes))
-    assert verify_run(tmp_path / "run", VerifySettings(workers=1, frames=True)).is_verified
+    found = verify_run(tmp_path / "run", VerifySettings(workers=1, frames=True))
+    assert (found.is_verified, found.frames) == (True, len(hashes))
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1, limit=1)).frames == 0
+
+
+def test_a_run_at_which_nobody_looked_has_no_frames_to_verify(played: Path) -> None:
+    found = verify_run(played, VerifySettings(workers=1, frames=True))
+    assert (found.is_verified, found.frames) == (True, 0)
 
 
 def test_verification_finds_what_was_altered(pack: Path, tmp_path: Path) -> None:
@@ -320,6 +359,23 @@ def test_without_a_folder_the_same_settings_find_the_same_one(pack: Path) -> Non
     assert folder().parent == Path("runs")
     assert folder().name.startswith("tiny-noop-")
     assert len({folder(), folder(agent="sweep"), folder(limit=1), folder(seed=1)}) == 4
+
+
+@pytest.mark.parametrize(
+    ("model", "base_url", "environment", "kept"),
+    [
+        ("openai/m", "http://me:secret@host:8000/v1?key=k", None, "http://host:8000/v1"),
+        ("openai/m", None, "http://me:secret@host:8000/v1", "http://host:8000/v1"),
+        ("anthropic/m", None, "http://host:8000/v1", None),
+    ],
+)
+def test_the_header_says_where_the_model_is_served_and_not_how_to_log_in(
+    pack: Path, monkeypatch: pytest.MonkeyPatch, model: str, base_url: str | None, environment: str | None, kept: str
+) -> None:
+    monkeypatch.delenv("OPENAI_BASE_URL", raising=False)
+    if environment is not None:
+        monkeypatch.setenv("OPENAI_BASE_URL", environment)
+    assert plan_run(settings(pack, None, agent=None, model=model, base_url=base_url))[2].base_url == kept
 
 
 def test_a_dry_run_bounds_calls_and_tokens(pack: Path) -> None:

@@ -45,9 +45,14 @@ class RunFolder:
     def create_or_resume(cls, path: Path, spec: RunSpec, places: Mapping[str, str] | None = None) -> "RunFolder":
         """Returns the folder of the run `spec`, new or to be continued; `places` go into its header.
 
-        Raises RecordError when another run is there.
+        A run of which nothing was recorded gives way to any other. Raises RecordError when another run is there.
         """
-        path.mkdir(parents=True, exist_ok=True)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise RecordError(
+                f"Folder {str(path)!r} cannot be made: {error.strerror}. Choose another place with --log-dir."
+            ) from None
         rows = path / EPISODES_FILE
         if not (path / HEADER_FILE).exists() and rows.exists() and rows.stat().st_size:
             raise RecordError(
@@ -56,7 +61,7 @@ class RunFolder:
             )
         log = RecordLog(path / EPISODES_FILE)
         try:
-            header = _resume(path, spec) if (path / HEADER_FILE).exists() else _create(path, spec, places or {})
+            header = _resume(path, spec) if log.rows else _create(path, spec, places or {})
             _check_rows(path, header, log)
         except RecordError:
             log.close()
@@ -96,13 +101,10 @@ class RunFolder:
         try:
             self._log.append(record)
         except OSError as error:
-            raise RecordError(
-                f"Cannot write to {str(self.path / EPISODES_FILE)!r}: {error.strerror}. What was written before is "
-                "kept; make room and give the same command again."
-            ) from error
+            raise _unwritten(self.path / EPISODES_FILE, error) from error
 
     def note_facts(self, facts: Facts) -> None:
-        """Completes the header with what the backend says about itself.
+        """Completes the header with what the backend says about itself; from now on the run goes on.
 
         Raises RecordError when the run was begun with another version of the simulator.
         """
@@ -112,11 +114,12 @@ class RunFolder:
                 f"Run {str(self.path)!r} was begun with simulator {recorded!r}, this is {facts.simulator!r}. Continue "
                 "it with the same version, or start another run in another folder."
             )
-        self._update(simulator_version=facts.simulator, renderer=facts.renderer)
+        self._update(simulator_version=facts.simulator, renderer=facts.renderer, ended=None)
 
     def note_end(self) -> None:
-        """Completes the header with the time at which the run ended."""
-        self._update(ended=datetime.now(UTC))
+        """Completes the header with the time at which the run ended, unless it had ended before."""
+        if self.header.ended is None:
+            self._update(ended=datetime.now(UTC))
 
     def close(self) -> None:
         """Releases the folder to other processes."""
@@ -133,13 +136,16 @@ def read_run(path: Path) -> tuple[RunHeader, list[EpisodeRecord]]:
 
 
 def write_header(path: Path, header: RunHeader) -> None:
-    """Writes `run.json` whole or not at all."""
+    """Writes `run.json` whole or not at all. Raises RecordError when it cannot be written."""
     partial = path / f"{HEADER_FILE}.{os.getpid()}"
-    with partial.open("wb") as file:
-        file.write(header.model_dump_json(indent=1).encode() + b"\n")
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path / HEADER_FILE)
+    try:
+        with partial.open("wb") as file:
+            file.write(header.model_dump_json(indent=1).encode() + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path / HEADER_FILE)
+    except OSError as error:
+        raise _unwritten(path / HEADER_FILE, error) from error
 
 
 def package_version() -> str:
@@ -174,6 +180,13 @@ def _git(root: Path, *arguments: str) -> str | None:
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() if done.returncode == 0 else None
+
+
+def _unwritten(file: Path, error: OSError) -> RecordError:
+    return RecordError(
+        f"Cannot write to {str(file)!r}: {error.strerror}. What was written before is kept; mend this and give the "
+        "same command again."
+    )
 
 
 def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
