@@ -29,7 +29,7 @@ ALLOWED: dict[str, set[str]] = {
     "assets": PHYSICS,
     "sim": PHYSICS | {"assets", "observation"},
     "housegen": PHYSICS | {"assets"},
-    "agents": {"errors", "observation", "actions", "profile", "prompt"},
+    "agents": {"errors", "observation", "actions", "replies", "profile", "prompt"},
     "env": {*BASE, *PURE, "prompt", "sim"},
     "analysis": {*BASE, *PURE, "prompt"},
     "authoring": {*BASE, *PURE, "prompt", "assets", "sim", "housegen", "env", "agents"},

@@ -164,7 +164,30 @@ time.sleep(60)
     raise AssertionError("the child lives on")
 
 
-@pytest.mark.parametrize("command", ["", "'unclosed", "/no/such/program"])
-def test_commands_that_make_no_sense_are_refused(command: str) -> None:
-    with pytest.raises(SettingError):
+@pytest.mark.parametrize(
+    ("answer", "chars"),
+    [
+        ("<think>a mug</think>{}", 5),
+        (" <think>a</think> <think>b</think>", 1),
+        ("{} <think>late</think>", 0),
+        ("<think>on and on", 0),
+    ],
+)
+def test_what_stands_in_a_leading_think_block_is_counted_as_reasoning(make: Maker, answer: str, chars: int) -> None:
+    for written in (answer, json.dumps({"text": answer})):
+        reply = make(f"for line in sys.stdin:\n    if FRAME in line: print({written!r}, flush=True)").act(look())
+        assert (reply.text, reply.reasoning_chars) == (answer, chars)
+
+
+@pytest.mark.parametrize(
+    ("command", "named"),
+    [
+        ("", "names no command"),
+        ("'unclosed", "cannot be split into words"),
+        ("/no/such/program", r"'/no/such/program' cannot be started: No such file.*Give its path"),
+        ("/etc/passwd", r"'/etc/passwd' cannot be started: Permission denied.*or the program that runs it"),
+    ],
+)
+def test_commands_that_make_no_sense_are_refused(command: str, named: str) -> None:
+    with pytest.raises(SettingError, match=named):
         ExecAgent(command, Profile()).start("Find the mug.")

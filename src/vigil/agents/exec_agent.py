@@ -33,6 +33,7 @@ from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.profile import Profile
 from vigil.prompt import system_prompt
+from vigil.replies import split_reasoning
 
 PREFIX = "exec:"
 PROTOCOL = 1
@@ -75,7 +76,8 @@ class ExecAgent:
         self._send(message)
         line = self._read_line(started + self._reply_seconds)
         fields = {"text": _raw_reply(line), "seconds": time.monotonic() - started}
-        return Reply.model_validate(fields)
+        reply = Reply.model_validate(fields)
+        return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
 
     def close(self) -> None:
         """Closes the program's input, and kills it with all that it started when it does not end by itself."""
@@ -102,7 +104,10 @@ class ExecAgent:
                 self._arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True
             )
         except OSError as error:
-            raise SettingError(f"Agent program {self._arguments[0]!r} cannot be started: {error.strerror}.") from None
+            raise SettingError(
+                f"Agent program {self._arguments[0]!r} cannot be started: {error.strerror}. Give its path "
+                "(./agent.sh), or the program that runs it (exec:bash agent.sh)."
+            ) from None
         for pipe in (program.stdin, program.stdout):
             os.set_blocking(_fileno(pipe), False)
         return program
