@@ -258,6 +258,7 @@ def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path
 
     with serving(brain) as server:
         program = (
+            "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # ignored when started by `&`
             "from pathlib import Path; from vigil.runner.run import run_pack; "
             "from vigil.runner.settings import RunSettings\n"
             f"run_pack(RunSettings(pack=Path({str(pack)!r}), model='openai/loopback', base_url={server.url!r}, "

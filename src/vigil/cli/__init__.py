@@ -47,8 +47,16 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)
     except KeyboardInterrupt:
-        print("Interrupted. What was recorded is kept; the same command continues.", file=sys.stderr)
+        _say_interrupted()
         sys.exit(INTERRUPTED)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:  # typer's way of passing on ^C
+            _say_interrupted()
+        raise
+
+
+def _say_interrupted() -> None:
+    print("Interrupted. What a run has recorded is kept; the same command goes on with it.", file=sys.stderr)
 
 
 def _die(error: VigilError, code: int) -> None:

@@ -98,10 +98,10 @@ class Worker:
         self._jobs.put(None)
 
     def kill(self) -> None:
-        """Ends the process at once; the request at work fails."""
+        """Ends the process, with the agents' programs that it started; the request at work fails."""
         process = self._process
         if process is not None:
-            process.kill()
+            process.terminate()
 
     def join(self) -> None:
         """Waits for the end of the process."""

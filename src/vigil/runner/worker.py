@@ -5,12 +5,14 @@ other end is closed.
 """
 
 import faulthandler
+import signal
 import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection
+from typing import NoReturn
 
 from vigil.agents.agent import Agent, Closeable
 from vigil.agents.choose import is_exec, make_agent
@@ -208,6 +210,12 @@ def serve(connection: Connection) -> None:
             theatre.close()
 
 
+def _leave(*_: object) -> NoReturn:
+    """Unwinds what goes on, so that the agents' programs end too."""
+    raise SystemExit
+
+
 if __name__ == "__main__":
     faulthandler.enable()
+    signal.signal(signal.SIGTERM, _leave)
     serve(Connection(int(sys.argv[1])))
