@@ -121,9 +121,15 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
 
 def test_a_program_that_dies_is_an_infrastructure_failure(make: Maker) -> None:
     agent = make("sys.stdin.readline(); sys.exit(3)")
-    with pytest.raises(ModelAPIError, match="ended"):
+    with pytest.raises(ModelAPIError, match=r"ended without an answer \(exit code 3\)"):
         agent.act(look())
     agent.start("Another.")
+
+
+def test_a_program_that_dies_over_an_observation_is_named_with_its_exit_code(make: Maker) -> None:
+    agent = make("for line in sys.stdin:\n    if FRAME in line: sys.stdout.close(); time.sleep(0.3); os._exit(4)")
+    with pytest.raises(ModelAPIError, match=r"ended without an answer \(exit code 4\)"):
+        agent.act(look())
 
 
 def test_a_program_that_hangs_is_ended(make: Maker) -> None:

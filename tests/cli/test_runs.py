@@ -1,7 +1,11 @@
 """`vigil run`, `vigil verify` and `vigil score`: what they say and how they exit."""
 
+import os
 import shutil
+import signal
+import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,6 +70,8 @@ def command(pack: Path, tmp_path: Path) -> tuple[str | Path, ...]:
         ((*MODEL, "--prices", "nan,2"), ["--prices 'nan,2'"]),
         ((*MODEL, "--prices", "one,2"), ["--prices 'one,2'"]),
         (("--agent", "noop", "--prices", "1,2"), ["--prices", "--dry-run"]),
+        (("--agent", "noop", "--agent", "sweep"), ["--agent is given 2 times (noop, sweep)", "vigil score"]),
+        (("--model", "openai/a", "--model", "openai/b"), ["--model is given 2 times (openai/a, openai/b)"]),
     ],
 )
 def test_bad_options_are_named(
@@ -140,3 +146,34 @@ def test_score_gives_the_reasons_of_errors(vigil: Vigil, command: tuple[str | Pa
     for said in (ran, scored):
         assert reason in said.out
         assert "0 of 2 episodes scored" in said.out
+
+
+def test_an_interrupted_run_says_so_and_leaves_no_program_behind(
+    command: tuple[str | Path, ...], tmp_path: Path
+) -> None:
+    pid = tmp_path / "pid"
+    (tmp_path / "deaf.sh").write_text(f"echo $$ > {pid}.new && mv {pid}.new {pid} && exec sleep 60\n")
+    heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # ignored when started by `&`
+    program = f"{heed}; from vigil.cli import main; main()"
+    arguments = [*map(str, command), "--agent", f"exec:bash {tmp_path / 'deaf.sh'}"]
+    running = subprocess.Popen([sys.executable, "-c", program, *arguments], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not pid.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    said = running.communicate(timeout=60)[1]
+    assert running.returncode == 130
+    assert said.endswith("Interrupted. What a run has recorded is kept; the same command goes on with it.\n")
+    assert "Traceback" not in said
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(pid.read_text()), 0)
+
+
+def test_where_programs_left_their_last_words_is_told(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path
+) -> None:
+    said = vigil(*command, "--agent", "exec:bash -c 'echo no weights >&2; exit 3'", "--limit", "1")
+    assert said.code == 1
+    assert "(exit code 3)" in said.out
+    assert f"wrote to standard error: {tmp_path / 'run' / 'logs'}" in said.out
+    assert "no weights" in "".join(path.read_text() for path in (tmp_path / "run" / "logs").iterdir())

@@ -210,5 +210,14 @@ def test_a_rejection_that_goes_away_is_not(answer: Answer) -> None:
 
 
 def test_a_provider_that_does_not_exist_is_a_setting_error() -> None:
-    with pytest.raises(SettingError, match="nobody/m"):
-        Endpoint(Serving("nobody/m")).model()
+    with pytest.raises(SettingError, match=r"'opnai/m' cannot be used: .*\. Did you mean 'openai'\?$"):
+        Endpoint(Serving("opnai/m")).model()
+
+
+def test_a_key_that_is_missing_is_named_in_one_plain_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("OPENAI_API_KEY", "AZUREAI_OPENAI_API_KEY", "AZURE_OPENAI_API_KEY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(SettingError, match=r"'openai/m' cannot be used: .*No OPENAI_API_KEY.*\.$") as raised:
+        Endpoint(Serving("openai/m")).model()
+    said = str(raised.value)
+    assert not {"[", "\n", "ERROR"} & {said[index : index + size] for index in range(len(said)) for size in (1, 5)}

@@ -123,14 +123,14 @@ class ExecAgent:
             except BlockingIOError:
                 continue
             except BrokenPipeError:
-                raise self._failed("ended") from None
+                raise self._ended() from None
 
     def _read_line(self, deadline: float) -> bytes:
         """Returns the next line of output, cut to MAX_LINE_BYTES."""
         while b"\n" not in self._pending:
             self._wait([_fileno(self._running().stdout)], [], deadline, "does not answer")
             if not self._read_chunk():
-                raise self._failed("ended without an answer")
+                raise self._ended()
             if len(self._pending) > MAX_LINE_BYTES and b"\n" not in self._pending:
                 del self._pending[MAX_LINE_BYTES:]
         line, _, rest = bytes(self._pending).partition(b"\n")
@@ -145,7 +145,7 @@ class ExecAgent:
     def _refuse_stray_output(self) -> None:
         ready, _, _ = select.select([_fileno(self._running().stdout)], [], [], 0)
         if ready and not self._read_chunk():
-            raise self._failed("ended")
+            raise self._ended()
         if self._pending:
             shown = bytes(self._pending[:200]).decode(errors="backslashreplace")
             raise self._failed(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
@@ -159,6 +159,12 @@ class ExecAgent:
         if self._program is None:
             raise ModelAPIError(f"Agent program {self.name!r} is not running: `start` comes before `act`.")
         return self._program
+
+    def _ended(self) -> ModelAPIError:
+        """Returns the failure of a program that has closed its pipe; its exit code follows in a moment."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._running().wait(timeout=CLOSING_SECONDS)
+        return self._failed("ended without an answer")
 
     def _failed(self, what: str) -> ModelAPIError:
         program = self._running()

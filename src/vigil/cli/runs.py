@@ -26,6 +26,7 @@ from vigil.profile import (
 )
 from vigil.runner.dry_run import estimate
 from vigil.runner.run import RunResult, run_pack
+from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.sim import Quality
@@ -37,8 +38,8 @@ Reasoning = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
 
 def run(
     pack: PackName = "starter",
-    agent: Annotated[str | None, typer.Option(help="solver, random, noop ... or exec:COMMAND.")] = None,
-    model: Annotated[str | None, typer.Option(help="provider/model, as Inspect names it.")] = None,
+    agent: Annotated[list[str] | None, typer.Option(help="solver, random, noop ... or exec:COMMAND.")] = None,
+    model: Annotated[list[str] | None, typer.Option(help="provider/model, as Inspect names it.")] = None,
     base_url: Annotated[str | None, typer.Option(help="Address of an OpenAI-style server.")] = None,
     log_dir: Annotated[Path | None, typer.Option(help="The run's folder; the same command continues it.")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N episodes, by id.")] = None,
@@ -73,10 +74,12 @@ def run(
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     """
+    player = _known_agent(_only("--agent", agent))
     settings = RunSettings(
         pack=pack, families=_families(family or []), episode_ids=tuple(episode or []), limit=limit, epochs=epochs,
-        agent=_known_agent(agent), agent_factory=privileged_agent if agent in PRIVILEGED else None, seed=seed,
-        model=model, base_url=base_url, model_args=_model_args(model_arg or []), extra_body=_extra_body(extra_body),
+        agent=player, agent_factory=privileged_agent if player in PRIVILEGED else None, seed=seed,
+        model=_only("--model", model), base_url=base_url,
+        model_args=_model_args(model_arg or []), extra_body=_extra_body(extra_body),
         temperature=temperature, top_p=top_p, max_tokens=max_tokens, reasoning_effort=reasoning_effort,
         profile=_profile(profile), prompt_variant=prompt_variant, coordinates=coordinates, reply_policy=reply_policy,
         image_format=image_format, render_quality=render_quality, save_frames=save_frames, log_dir=log_dir,
@@ -149,6 +152,15 @@ def _prices(text: str | None) -> tuple[float, float] | None:
     return low, high
 
 
+def _only(option: str, values: list[str] | None) -> str | None:
+    if values is None or len(values) < 2:
+        return values[0] if values else None
+    raise SettingError(
+        f"{option} is given {len(values)} times ({', '.join(values)}); a run has one. Run each into a --log-dir of its "
+        "own, then put them side by side: vigil score RUN RUN."
+    )
+
+
 def _known_agent(name: str | None) -> str | None:
     known = (*PRIVILEGED, *SCRIPTS)
     if name is not None and name not in known and not is_exec(name):
@@ -210,3 +222,4 @@ def _print_result(result: RunResult) -> None:
     print(f"Records: {result.folder}")
     if not result.is_complete:
         print(f"{result.errors} episodes ended as errors and are not scored; the same command plays them again.")
+        print(f"What agents and simulators wrote to standard error: {result.folder / LOGS_FOLDER}")

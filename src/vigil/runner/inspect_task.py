@@ -15,6 +15,7 @@ from typing import Any
 
 from inspect_ai import Task, task
 from inspect_ai import eval as inspect_eval
+from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.event import ModelEvent
 from inspect_ai.log import EvalLog
@@ -36,6 +37,7 @@ from inspect_ai.model import (
 from inspect_ai.model._model import use_model_event_sink
 from inspect_ai.scorer import Score, Scorer, Target, grouped, mean, scorer
 from inspect_ai.solver import Generate, Solver, TaskState, solver
+from rich.text import Text
 
 from vigil.actions import Reply, Usage
 from vigil.agents.model import Message
@@ -94,7 +96,14 @@ class Endpoint:
             )
         except Exception as error:
             hint = provider_hint(self.serving.name)
-            raise SettingError(f"Model {self.serving.name!r} cannot be used: {error}{hint}") from error
+            raise SettingError(f"Model {self.serving.name!r} cannot be used: {_plain(error)}{hint}") from error
+
+
+def _plain(error: Exception) -> str:
+    """Returns in one line what an error says; Inspect marks up those that it means for a terminal."""
+    text = Text.from_markup(str(error)).plain if isinstance(error, PrerequisiteError) else str(error)
+    lines = [" ".join(line.split()) for line in text.strip().removeprefix("ERROR:").splitlines() if line.strip()]
+    return " ".join(line if line[-1] in ".:" else f"{line}." for line in lines)
 
 
 # --- one attempt at one reply -----------------------------------------------------------------------------------------

@@ -86,8 +86,8 @@ class _Run:
         if self.tally.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
             raise InfrastructureError(
                 f"{MAX_ERRORS_IN_A_ROW} episodes in a row ended as an error, the last one at the "
-                f"{record.error.boundary}: {record.error.message} What was played is kept; mend this and give the same "
-                "command again."
+                f"{record.error.boundary}: {record.error.message} What agents and simulators wrote to standard error "
+                f"is in {str(self.folder.logs)!r}. What was played is kept; mend this and give the same command again."
             )
 
 
