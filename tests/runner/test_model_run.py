@@ -15,6 +15,7 @@ import psutil
 import pytest
 from chat_server import LOOK, REPORT, Answer, Asked, ChatServer, failure, serving
 from inspect_ai import score
+from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.log import EvalLog, read_eval_log
 from tiny_pack import tiny_pack
 
@@ -25,7 +26,7 @@ from vigil.profile import ACTION_FEEDBACK
 from vigil.prompt import system_prompt
 from vigil.record import EPISODES_FILE, EpisodeRecord
 from vigil.runner import run as run_module
-from vigil.runner.inspect_task import vigil_score
+from vigil.runner.inspect_task import vigil, vigil_score
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header, read_run
 from vigil.runner.settings import RunSettings
@@ -319,3 +320,26 @@ def test_inspect_stops_at_a_blind_model_unless_told_not_to_look(pack: Path, tmp_
         inspect_eval(server, pack, tmp_path, "-T", "preflight=false")
     assert (server.preflights, len(server.asked)) == (before, 2 * 4)
     assert inspect_log(tmp_path).status == "success"
+
+
+@pytest.mark.usefixtures("_key")
+def test_inspect_names_a_model_that_does_not_answer(pack: Path, tmp_path: Path) -> None:
+    with serving(lambda asked: failure(503)) as server:
+        gone = server
+    inspect_eval(gone, pack, tmp_path)
+    said = inspect_log(tmp_path).error.message
+    assert f"at {gone.url} did not answer the call before the run" in said
+    assert "(after 3 attempts)" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ({"pack": "startr"}, "ERROR: .*'startr'.* Did you mean 'starter'"),
+        ({"profile": "pure_depth"}, "ERROR: Profile: name is 'pure_depth'"),
+        ({"backend": "unity"}, "ERROR: Simulator 'unity' does not exist"),
+    ],
+)
+def test_inspect_is_told_of_bad_arguments_in_its_own_way(arguments: dict[str, Any], named: str) -> None:
+    with pytest.raises(PrerequisiteError, match=named):
+        vigil(**arguments)

@@ -37,12 +37,13 @@ from inspect_ai.model import (
 from inspect_ai.model._model import use_model_event_sink
 from inspect_ai.scorer import Score, Scorer, Target, grouped, mean, scorer
 from inspect_ai.solver import Generate, Solver, TaskState, solver
+from rich.markup import escape
 from rich.text import Text
 
 from vigil.actions import Reply, Usage
 from vigil.agents.model import Message
 from vigil.episode import Episode, Family
-from vigil.errors import ModelAPIError, SettingError, VigilError
+from vigil.errors import InputError, ModelAPIError, SettingError, VigilError
 from vigil.pack import Pack
 from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVariant, ReplyPolicy
 from vigil.prompt import frame_stub
@@ -130,14 +131,15 @@ class _LastCall:
         return message if isinstance(message, dict) else None
 
 
-def sender(model: Model) -> Send:
-    """Returns the function that sends messages to `model` once."""
+def sender(model: Model, config: GenerateConfig | None = None) -> Send:
+    """Returns the function that sends messages to `model` once; `config` overrides the model's own."""
+    config = config or GenerateConfig()
 
     async def send(messages: Sequence[Message]) -> Reply:
         last_call = _LastCall()
         try:
             with use_model_event_sink(last_call):
-                output = await model.generate([_chat_message(message) for message in messages])
+                output = await model.generate([_chat_message(message) for message in messages], config=config)
         except Exception as error:
             raise _trouble(model, error) from error
         return _reply(output, last_call.message())
@@ -396,7 +398,10 @@ def vigil(
         workers=workers,
         preflight=preflight,
     )
-    _, episodes, spec = plan_run(settings)
+    try:
+        _, episodes, spec = plan_run(settings)
+    except InputError as error:
+        raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
     tickets = [Ticket(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
     return _task(tickets, _agent(tickets, _Guest(settings).play_one, _active_ask), metadata=metadata)
@@ -429,7 +434,8 @@ class _Guest:
     async def _prove_sight(self, model: Model) -> None:
         async with self._one_at_a_time:
             if self._settings.preflight and str(model) not in self._seeing:
-                ask = persistent(sender(model), Patience(retries=PREFLIGHT_RETRIES))
+                send = sender(model, GenerateConfig(max_retries=0))  # Inspect's own number has no end
+                ask = persistent(send, Patience(retries=PREFLIGHT_RETRIES))
                 address = without_login(model.api.base_url or "")
                 await check_sight(ask, str(model), self._settings.image_format, address)
                 self._seeing.add(str(model))
