@@ -32,7 +32,7 @@ def vigil(*arguments: str | Path, cwd: Path | None = None) -> subprocess.Complet
         (["render", "--out", "x.png"], ["--house", "--episode", "--asset"]),
         (["render", "--blind", "2", "--catalog", "--out", "x"], ["exactly one", "--blind"]),
         (["render", "--asset", "Frigde", "--out", "x.png"], ["'Frigde'", "Did you mean 'Fridge'?"]),
-        (["render", "--episode", "nothing_like_it", "--out", "x.png"], ["'nothing_like_it'", "starter"]),
+        (["render", "--episode", "nothing_like_it", "--out", "x.png"], ["'nothing_like_it'", "starter/episodes.jsonl"]),
         (["render", "--house", "no.json", "--out", "x.png"], ["'no.json'", "does not exist"]),
         (["houses", "check", "no.json"], ["no.json", "cannot be loaded"]),
         (["houses", "generate", "--seed", "1", "--out", "no/such/folder/h.json"], ["does not exist"]),

@@ -124,7 +124,8 @@ class Pack:
             if episode.id == episode_id:
                 return episode
         known = [episode.id for episode in self.episodes]
-        raise SettingError(f"Pack {self.name!r} has no episode {episode_id!r}.{_did_you_mean(episode_id, known)}")
+        hint = _did_you_mean(episode_id, known) or f" Its episodes are listed in {str(self.folder / EPISODES)!r}."
+        raise SettingError(f"Pack {self.name!r} has no episode {episode_id!r}.{hint}")
 
     def select(self, selection: Selection) -> list[Episode]:
         """Returns the selected episodes, sorted by id. Raises SettingError when there are none."""

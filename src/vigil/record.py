@@ -185,14 +185,16 @@ def read_header(path: Path) -> RunHeader:
         found_version = found.get("schema_version") if isinstance(found, dict) else None
         if found_version != SCHEMA_VERSION:
             raise RecordError(
-                f"{str(file)!r} has schema {found_version!r}; this version of vigil reads {SCHEMA_VERSION}."
+                f"{str(file)!r} has schema {found_version!r}, this version of vigil reads {SCHEMA_VERSION}. Read it "
+                "with the version that wrote it."
             )
         return RunHeader.model_validate(found)
     except ValidationError as error:
         fault = error.errors()[0]
-        raise RecordError(f"{str(file)!r}: {'.'.join(map(str, fault['loc']))}: {fault['msg']}.") from None
+        place = ".".join(map(str, fault["loc"]))
+        raise RecordError(f"{str(file)!r}: {place}: {fault['msg']}. Restore it from a copy.") from None
     except ValueError as error:
-        raise RecordError(f"{str(file)!r} is not JSON: {error}.") from None
+        raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:

@@ -177,3 +177,14 @@ def test_where_programs_left_their_last_words_is_told(
     assert "(exit code 3)" in said.out
     assert f"wrote to standard error: {tmp_path / 'run' / 'logs'}" in said.out
     assert "no weights" in "".join(path.read_text() for path in (tmp_path / "run" / "logs").iterdir())
+
+
+def test_a_run_without_rows_is_not_verified_and_that_is_said(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path
+) -> None:
+    vigil(*command, "--agent", "noop", "--limit", "1")
+    (tmp_path / "run" / EPISODES_FILE).write_bytes(b"")
+    said = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
+    assert said.code == 1
+    assert "Nothing was verified" in said.out
+    assert "No frame" not in said.out

@@ -1,5 +1,6 @@
 """The command `vigil`: each verb parses its arguments and calls one function."""
 
+import errno
 import os
 import sys
 
@@ -46,6 +47,11 @@ def main() -> None:
         # The reader (head, less) has gone; nothing is left to say, also not when Python closes its streams.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)
+    except OSError as error:
+        if error.filename is None and error.errno != errno.ENOSPC:
+            raise  # no file of the user's
+        where = "" if error.filename is None else f"{str(error.filename)!r}: "
+        _die(f"{where}{error.strerror}. Give a place that exists, has room and may be used.", BAD_INPUT)
     except KeyboardInterrupt:
         _say_interrupted()
         sys.exit(INTERRUPTED)
@@ -59,6 +65,6 @@ def _say_interrupted() -> None:
     print("Interrupted. What a run has recorded is kept; the same command goes on with it.", file=sys.stderr)
 
 
-def _die(error: VigilError, code: int) -> None:
-    print(f"vigil: {error}", file=sys.stderr)
+def _die(message: VigilError | str, code: int) -> None:
+    print(f"vigil: {message}", file=sys.stderr)
     sys.exit(code)

@@ -113,7 +113,9 @@ def verify(
     kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
     pictures = f" and {found.frames} frames" if frames else ""
     print(f"{found.checked} episodes played again{pictures}, compared {kind}: {len(found.differences)} differences")
-    if frames and not found.frames:
+    if not found.checked:
+        print("Nothing was verified: the run has no episode that ended without error.")
+    elif frames and not found.frames:
         print("No frame was compared: nobody looked at any in this run.")
     if found.errors:
         print(f"{found.errors} rows ended as errors: nothing to verify in them.")
