@@ -158,4 +158,4 @@ def test_the_commands_measure_and_show_a_pack(pack, tmp_path):
     assert told["solutions"]["steps"]["PG"]["budget"] == 5
     done = runner.invoke(app, ["sheet", str(pack.folder), "--n", "4", "--out", str(tmp_path / "sheets")])
     assert done.exit_code == 0, done.output
-    assert sorted(path.name for path in (tmp_path / "sheets").iterdir()) == ["AI.jpg", "DA.jpg", "PG.jpg", "SV.jpg"]
+    assert sorted(path.name for path in (tmp_path / "sheets").iterdir()) == ["AI.webp", "DA.webp", "PG.webp", "SV.webp"]

@@ -19,7 +19,7 @@ TEXT_COLUMNS = 62
 FONT_SIZE = 15
 GAP = 10
 INK, FAINT, GROUND = "#1c1f24", "#6a7079", "#ffffff"
-JPEG_QUALITY = 72
+QUALITY = 70
 
 
 def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[Episode]:
@@ -30,17 +30,15 @@ def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[
 def write_sheets(
     episodes: Sequence[Episode], house_of: Callable[[Episode], House], simulator: Simulator, folder: Path
 ) -> list[Path]:
-    """Writes a sheet (JPEG) for each family into `folder` and returns their paths."""
+    """Writes a sheet (WebP) for each family into `folder` and returns their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     for family in FAMILIES:
         shown = [episode for episode in episodes if episode.family == family]
         if shown:
             frames = [_start_frame(episode, house_of(episode), simulator) for episode in shown]
-            written.append(folder / f"{family}.jpg")
-            sheet_of([episode.instruction for episode in shown], frames).save(
-                written[-1], quality=JPEG_QUALITY, optimize=True
-            )
+            written.append(folder / f"{family}.webp")
+            sheet_of([episode.instruction for episode in shown], frames).save(written[-1], quality=QUALITY, method=6)
     return written
 
 
