@@ -1,5 +1,6 @@
 """`vigil run`, `vigil verify` and `vigil score`: what they say and how they exit."""
 
+import io
 import os
 import shutil
 import signal
@@ -11,10 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from tiny_pack import tiny_pack
 
-from vigil.cli import main
+from vigil.cli import main, text
 from vigil.record import EPISODES_FILE
+from vigil.runner.progress import Progress
 from vigil.runner.run_folder import read_run
 
 MODEL = ("--model", "openai/m", "--dry-run")
@@ -188,3 +191,35 @@ def test_a_run_without_rows_is_not_verified_and_that_is_said(
     assert said.code == 1
     assert "Nothing was verified" in said.out
     assert "No frame" not in said.out
+
+
+@pytest.mark.parametrize("width", [80, 160])
+def test_tables_are_cut_in_no_terminal(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    vigil(*command, "--agent", "noop")
+    header = tmp_path / "run" / "run.json"
+    header.write_text(header.read_text().replace('"noop"', '"exec:long_words [b]odd [/name]"'))
+    monkeypatch.setattr(text, "PIPED_WIDTH", width)
+    alone = vigil("score", tmp_path / "run").out
+    beside = vigil("score", tmp_path / "run", tmp_path / "run").out
+    for said in (alone, beside):
+        table = [line for line in said.splitlines() if line.strip()[:1] in tuple("┏┃┡│├└")]
+        assert max(map(len, table)) <= width
+        assert "…" not in said
+        assert "W_strict" in said
+        assert ("[95 % interval]" in said) == (width == 160)
+    assert "exec:long_words [b]odd [/name]: %" in alone
+    rates = next(line.replace("│", " ").split() for line in alone.splitlines() if "4/4" in line)
+    assert (rates[:2], rates[-1]) == (["all", "4/4"], "11.8")
+
+
+def test_a_name_that_looks_like_markup_is_shown_while_it_plays() -> None:
+    live = text.Live("exec:x [/b]")
+    live._is_terminal = True
+    with live:
+        live.show(Progress(total=2, done=1, errors=0, W=0.5, B=0.0, steps=3, elapsed_s=1.0, eta_s=1.0, latest=None))
+        rendered = live._bar.make_tasks_table(live._bar.tasks)
+    output = Console(width=120, file=io.StringIO())
+    output.print(rendered)
+    assert "exec:x [/b]" in output.file.getvalue()

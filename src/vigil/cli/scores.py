@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
-from vigil.cli.text import COLUMNS, console, percent, with_interval
+from vigil.cli.text import COLUMNS, percent, print_fitting, with_interval
 from vigil.episode import FAMILIES
 from vigil.pack import Selection
 from vigil.record import RunHeader
@@ -55,47 +56,69 @@ def print_families(name: str, settlement: Settlement) -> None:
     """Prints one run's table, a row a family."""
     _warn(name, settlement)
     summary = summarise(settlement)
-    table = Table(title=f"{name}: % [95 % interval]", title_justify="left")
-    for column in ("family", "episodes", *COLUMNS, "steps"):
-        table.add_column(column, justify="left" if column == "family" else "right")
-    rows = {**summary["families"], "all": summary["overall"]}
-    for family, rates in rows.items():
-        if family == "all":
-            table.add_section()
-        steps = "-" if rates["mean_steps"] is None else f"{rates['mean_steps']:.1f}"
-        cells = [with_interval(rates, column) if column in ("W", "B") else percent(rates[column]) for column in COLUMNS]
-        table.add_row(family, rates["complete"], *cells, steps)
-    if "macro" in summary:
-        macro = summary["macro"]
-        table.add_row(
-            "mean of families", "", *[percent(macro[column]) for column in COLUMNS], f"{macro['mean_steps']:.1f}"
-        )
-    console().print(table)
+
+    def build(is_full: bool) -> Table:
+        table = _rates_table(f"{escape(name)}: %", "family", is_full)
+        for family, rates in summary["families"].items():
+            table.add_row(family, *_cells(rates, is_full))
+        table.add_section()
+        table.add_row("all", *_cells(summary["overall"], is_full))
+        if "macro" in summary:
+            macro = summary["macro"]
+            rates = [percent(macro[column]) for column in COLUMNS]
+            table.add_row("mean of families", "", *rates, f"{macro['mean_steps']:.1f}")
+        return table
+
+    print_fitting(build)
 
 
 def _print_comparison(settled: list[tuple[str, Settlement]]) -> None:
     for name, settlement in settled:
         _warn(name, settlement)
-    overall = Table(title="All episodes, % [95 % interval]", title_justify="left")
-    for column in ("agent", "episodes", *COLUMNS, "steps"):
-        overall.add_column(column, justify="left" if column == "agent" else "right")
-    families = Table(title="W / B by family, %", title_justify="left")
-    families.add_column("agent")
-    for family in FAMILIES:
-        families.add_column(family, justify="right")
-    for name, settlement in settled:
-        summary = summarise(settlement)
-        rates = summary["overall"]
-        cells = [with_interval(rates, column) if column in ("W", "B") else percent(rates[column]) for column in COLUMNS]
-        steps = "-" if rates["mean_steps"] is None else f"{rates['mean_steps']:.1f}"
-        overall.add_row(name, rates["complete"], *cells, steps)
-        families.add_row(name, *[_pair(summary["families"].get(family)) for family in FAMILIES])
-    console().print(overall)
-    console().print(families)
+    rows = [(name, summarise(settlement)) for name, settlement in settled]
+
+    def overall(is_full: bool) -> Table:
+        table = _rates_table("All episodes, %", "agent", is_full)
+        for name, summary in rows:
+            table.add_row(escape(name), *_cells(summary["overall"], is_full))
+        return table
+
+    def families(is_full: bool) -> Table:
+        table = Table(title="W / B by family, %", title_justify="left", padding=(0, 1) if is_full else 0)
+        table.add_column("agent", overflow="fold")
+        for family in FAMILIES:
+            table.add_column(family, justify="right", no_wrap=True)
+        for name, summary in rows:
+            table.add_row(escape(name), *[_pair(summary["families"].get(family), is_full) for family in FAMILIES])
+        return table
+
+    print_fitting(overall)
+    print_fitting(families)
 
 
-def _pair(rates: dict | None) -> str:
-    return "-" if rates is None else f"{percent(rates['W'])} / {percent(rates['B'])}"
+def _rates_table(title: str, first: str, is_full: bool) -> Table:
+    table = Table(
+        title=f"{title} [95 % interval]" if is_full else title, title_justify="left", padding=(0, 1) if is_full else 0
+    )
+    table.add_column(first, overflow="fold")
+    for column in ("episodes", *COLUMNS, "steps"):
+        table.add_column(column, justify="right", no_wrap=True)
+    return table
+
+
+def _cells(rates: dict, is_full: bool) -> list[str]:
+    steps = "-" if rates["mean_steps"] is None else f"{rates['mean_steps']:.1f}"
+    with_intervals = ("W", "B") if is_full else ()
+    cells = [with_interval(rates, name) if name in with_intervals else percent(rates[name]) for name in COLUMNS]
+    return [rates["complete"], *cells, steps]
+
+
+def _pair(rates: dict | None, is_full: bool) -> str:
+    if rates is None or rates["W"] is None:
+        return "-"
+    if is_full:
+        return f"{percent(rates['W'])} / {percent(rates['B'])}"
+    return f"{100 * rates['W']:.0f}/{100 * rates['B']:.0f}"
 
 
 def _warn(name: str, settlement: Settlement) -> None:

@@ -1,14 +1,17 @@
 """Text for people: tables of runs, a line of progress."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rich.console import Console
+from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
 from vigil.runner.progress import Progress as RunProgress
 
 PIPED_WIDTH = 160
+UNBOUNDED_WIDTH = 10_000
 COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
 PLAIN_SECONDS = 10.0
 
@@ -17,6 +20,14 @@ def console(stderr: bool = False) -> Console:
     """Returns a console that does not fold tables when the output is no terminal."""
     stream = sys.stderr if stderr else sys.stdout
     return Console(stderr=stderr, width=None if stream.isatty() else PIPED_WIDTH, highlight=False)
+
+
+def print_fitting(build: Callable[[bool], Table]) -> None:
+    """Prints the full table, `build(True)`, where it fits on a line of the terminal, else the narrow one."""
+    output = console()
+    full = build(True)
+    width = Measurement.get(output, output.options.update(max_width=UNBOUNDED_WIDTH), full).maximum
+    output.print(full if width <= output.width else build(False))
 
 
 def percent(rate: float | None) -> str:
@@ -50,8 +61,8 @@ class Live:
         self._last_s = -PLAIN_SECONDS
         self._task: TaskID | None = None
         self._bar = Progress(
-            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[facts]}"), TimeElapsedColumn(),
-            console=console(stderr=True),
+            TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.fields[facts]}"),
+            TimeElapsedColumn(), console=console(stderr=True),
         )  # fmt: skip
 
     def __enter__(self) -> "Live":
