@@ -50,7 +50,17 @@ def test_the_environment_may_give_the_address(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize(
-    ("model", "url"), [("nameless", None), ("openai/", URL), ("openai/m", "localhost:8000"), ("m", "file:///etc")]
+    ("model", "url"),
+    [
+        ("nameless", None),
+        ("openai/", URL),
+        ("openai/m", "localhost:8000"),
+        ("m", "file:///etc"),
+        ("m", "http://"),
+        ("m", "http://:8000/v1"),
+        ("m", "http://host:port/v1"),
+        ("m", "http://[::1/v1"),
+    ],
 )
 def test_what_makes_no_sense_is_refused(model: str, url: str | None) -> None:
     with pytest.raises(SettingError):

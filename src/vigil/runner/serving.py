@@ -60,7 +60,7 @@ def serving(model: str, base_url: str | None, model_args: Mapping[str, Any]) -> 
         if not name:
             raise SettingError(f"Model {model!r} names no provider. Write provider/model, or add --base-url.")
         return Serving(model, arguments=tuple(sorted(model_args.items())))
-    if urlsplit(base_url).scheme not in ("http", "https"):
+    if not _is_address(base_url):
         raise SettingError(f"Base URL {base_url!r} is no http(s) address. Give e.g. http://localhost:8000/v1.")
     if provider in OTHER_PROVIDERS:
         return Serving(model, base_url, arguments=tuple(sorted(model_args.items())))
@@ -74,6 +74,14 @@ def serving(model: str, base_url: str | None, model_args: Mapping[str, Any]) -> 
     key = own_key or os.environ.get("OPENAI_API_KEY") or NO_KEY
     arguments = {"max_retries": 0, **model_args}
     return Serving(f"openai-api/{provider}/{name}", base_url, key, tuple(sorted(arguments.items())))
+
+
+def _is_address(url: str) -> bool:
+    try:
+        parts = urlsplit(url)
+        return parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:  # a port that is no number, an open bracket
+        return False
 
 
 def provider_hint(model: str) -> str:
