@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -223,3 +224,10 @@ def test_a_finding_names_episode_rule_and_reason() -> None:
     assert "procthor_fridge_seed001" in text
     assert "within_budget" in text
     assert OTHER_RULES["within_budget"] in text
+
+
+def test_the_documents_name_every_rule_with_its_reason():
+    text = (Path(__file__).parents[2] / "docs" / "packs.md").read_text(encoding="utf-8")
+    for name in (*RULES, *OTHER_RULES):
+        assert f"| `{name}` | " in text
+        assert f" | {reason_of(name)} |" in text
