@@ -212,6 +212,18 @@ def test_text_is_escaped_in_every_format():
     assert r"\& $<$i$>$50 \%" in latex(table)
 
 
+def test_a_long_table_runs_over_pages_with_its_head_on_each():
+    def of(rows: int) -> str:
+        return latex(Table("t", "T", (Column("model", "Model", "text"),), (Row({"model": "m"}),) * rows))
+
+    assert r"\begin{tabular}{l}" in of(60)
+    assert of(61).count(r"\toprule") == 2
+    assert r"\begin{longtable}{l}" in of(61)
+    for text in (of(60), of(61)):
+        assert text.count(r"\label{tab:t}") == 1
+        assert text.count("{") == text.count("}")
+
+
 def command(*arguments: object):
     return CliRunner().invoke(APP, [str(argument) for argument in arguments])
 

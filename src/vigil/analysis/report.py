@@ -216,7 +216,7 @@ def _latex_document(report: Report) -> str:
     lines = [
         r"\documentclass{article}",
         r"\usepackage[margin=2cm]{geometry}",
-        r"\usepackage{booktabs,graphicx}",
+        r"\usepackage{booktabs,graphicx,longtable}",
         r"\usepackage[table]{xcolor}",
         r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
         r"\begin{document}",
@@ -231,7 +231,8 @@ def _latex_document(report: Report) -> str:
 
 
 def _latex_figure(name: str, caption: str) -> str:
-    picture = rf"\includegraphics[width=\linewidth]{{figures/{name}.pdf}}"
+    size = r"width=\linewidth,height=.85\textheight,keepaspectratio"
+    picture = rf"\includegraphics[{size}]{{figures/{name}.pdf}}"
     return rf"\begin{{figure}}[t]\centering{picture}\caption{{{escaped(caption)}}}\end{{figure}}"
 
 

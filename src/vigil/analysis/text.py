@@ -2,6 +2,7 @@
 
 import html
 import re
+from collections.abc import Iterator
 from itertools import groupby
 
 from vigil.analysis.table import Column, Row, Table
@@ -25,6 +26,7 @@ _LATEX = {
     "·": r"$\cdot$",
     "\u00a0": "~",
 }
+ROWS_OF_A_PAGE = 60
 NO_ROWS = "No rows: nothing among these runs belongs here."
 
 
@@ -43,26 +45,27 @@ def markdown(table: Table) -> str:
 
 
 def latex(table: Table) -> str:
-    """Returns a table as LaTeX with booktabs, in a table environment labelled `tab:NAME`."""
+    """Returns a table as LaTeX with booktabs, labelled `tab:NAME`; a long one runs over pages (package longtable)."""
+    caption = rf"\caption{{{escaped(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
     kinds = "".join("l" if column.kind == "text" else "r" for column in table.columns)
-    lines = [
-        r"\begin{table}[t]",
-        r"\centering\small",
-        rf"\caption{{{escaped(' '.join((table.title + '.', *table.notes)))}}}",
-    ]
-    lines += [
-        rf"\label{{tab:{table.name}}}",
-        rf"\resizebox{{\linewidth}}{{!}}{{\begin{{tabular}}{{{kinds}}}",
-        r"\toprule",
-    ]
-    lines += [" & ".join(escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
-    for index, (group, rows) in enumerate(groupby(table.rows, key=lambda row: row.group)):
-        if index:
-            lines.append(r"\midrule")
-        if group:
-            lines.append(rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{escaped(group)}}}}} \\")
-        lines += [" & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\" for row in rows]
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}}", r"\end{table}"]) + "\n"
+    head = [r"\toprule", " & ".join(escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
+    if len(table.rows) > ROWS_OF_A_PAGE:
+        begin = [r"{\tiny\setlength{\tabcolsep}{2pt}", rf"\begin{{longtable}}{{{kinds}}}", caption + r" \\"]
+        lines = [
+            *begin,
+            *head,
+            r"\endfirsthead",
+            *head,
+            r"\endhead",
+            *_tex_rows(table),
+            r"\bottomrule",
+            r"\end{longtable}}",
+        ]
+    else:
+        fitted = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{"
+        begin = [r"\begin{table}[t]", r"\centering\small", caption, rf"{fitted}\begin{{tabular}}{{{kinds}}}", *head]
+        lines = [*begin, *_tex_rows(table), r"\bottomrule", r"\end{tabular}}", r"\end{table}"]
+    return "\n".join(lines) + "\n"
 
 
 def html_table(table: Table) -> str:
@@ -112,6 +115,16 @@ def _rule(column: Column) -> str:
 def escaped(text: str) -> str:
     """Returns a text as LaTeX."""
     return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>·\u00a0]", lambda found: _LATEX[found[0]], text)
+
+
+def _tex_rows(table: Table) -> Iterator[str]:
+    for index, (group, rows) in enumerate(groupby(table.rows, key=lambda row: row.group)):
+        if index:
+            yield r"\midrule"
+        if group:
+            yield rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{escaped(group)}}}}} \\"
+        for row in rows:
+            yield " & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\"
 
 
 def _tex_cell(table: Table, row: Row, column: Column) -> str:
