@@ -29,6 +29,7 @@ from vigil.analysis.style import (
     LABEL_HATCHES,
     LABEL_NAMES,
     canvas,
+    ink_on,
     styled,
 )
 
@@ -187,7 +188,6 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> 
         for row, width in enumerate(widths):
             if width >= MIN_SHARE_WITH_NUMBER:
                 box = {"boxstyle": "round,pad=0.12", "fc": colour, "ec": "none"}
-                ink = INK if colour in ("#f0c04a", "#56b4e9", "#e69f00") else "white"
                 axes.text(
                     left[row] + width / 2,
                     row,
@@ -195,7 +195,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> 
                     ha="center",
                     va="center",
                     fontsize=7.5,
-                    color=ink,
+                    color=ink_on(colour),
                     bbox=box,
                 )
         left = left + widths

@@ -18,6 +18,7 @@ FAINT = "#8b9098"
 GRID = "#dfdfdb"
 GREY = "#a9adb3"
 LABEL_COLOURS = {"B": "#009e73", "FR": "#d55e00", "Other": "#f0c04a", "NR": "#0072b2", "IL": "#555b66"}
+_PALE = ("#f0c04a", "#56b4e9", "#e69f00")
 LABEL_HATCHES = {"B": "", "FR": "////", "Other": "....", "NR": "\\\\\\\\", "IL": "xxxx"}
 LABEL_NAMES = {
     "B": "B: verified success",
@@ -97,3 +98,13 @@ def saved(figure: Figure, kind: str) -> bytes:
             figure.set_layout_engine(None)
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=dates[kind])
     return buffer.getvalue()
+
+
+def ink_on(colour: str) -> str:
+    """Returns the colour of letters that can be read on a surface of `colour`."""
+    return INK if colour in _PALE else "white"
+
+
+def ink_of(colour: str) -> str:
+    """Returns the colour of letters that mean what `colour` means: itself, where it can be read on paper."""
+    return INK if colour in _PALE else colour

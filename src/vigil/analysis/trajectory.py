@@ -4,6 +4,7 @@ Frames come from the caller (kept by the run, or drawn again from its actions); 
 """
 
 import io
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,7 +16,7 @@ from PIL import Image
 
 from vigil.actions import Action, InteractPixel, Navigate, Report
 from vigil.analysis.rows import Run
-from vigil.analysis.style import FAINT, INK, LABEL_COLOURS, canvas, styled
+from vigil.analysis.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_on, styled
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
 from vigil.goals import check
@@ -27,6 +28,7 @@ CLICK = "#ff2d95"
 DEFAULT_COLUMNS = 6
 ANIMATION_MS = 900
 FINAL_MS = 3000
+TITLE_LETTERS_PER_IN = 11.5
 _PANEL_IN = 1.75
 _ENDS: dict[Label, str] = {
     "B": "verified success",
@@ -72,8 +74,10 @@ def trajectory_figure(episode: Episode, tracks: Sequence[Track], columns: int = 
     """Draws one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
-        figure = canvas(1.15 + _PANEL_IN * width, 0.75 + len(tracks) * (_PANEL_IN * 0.75 + 0.42))
-        figure.suptitle(_title(episode, tracks), x=0.008, ha="left", fontsize=9.5, fontweight="bold", linespacing=1.5)
+        width_in = 1.15 + _PANEL_IN * width
+        title = _title(episode, tracks, width_in)
+        figure = canvas(width_in, 0.35 + 0.2 * len(title.splitlines()) + len(tracks) * (_PANEL_IN * 0.75 + 0.42))
+        figure.suptitle(title, x=0.008, ha="left", fontsize=9.5, fontweight="bold", linespacing=1.5)
         grid = figure.subplots(len(tracks), width + 1, squeeze=False, width_ratios=[0.62, *[1.0] * width])
         for row, one in enumerate(tracks):
             _name(grid[row][0], one)
@@ -145,10 +149,12 @@ def verdict(one: Track) -> str:
     return f"{w}  {b}\n{_ENDS[outcome.label]}{kind}"
 
 
-def _title(episode: Episode, tracks: Sequence[Track]) -> str:
+def _title(episode: Episode, tracks: Sequence[Track], width_in: float) -> str:
+    """Returns what the episode is, folded to the width of a figure."""
     expected = next((f"   expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
     what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
-    return f"{episode.id}   ({what})\n“{episode.instruction}”{expected}"
+    lines = (f"{episode.id}   ({what})", f"“{episode.instruction}”{expected}")
+    return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in)) for line in lines)
 
 
 def _name(axes: Axes, one: Track) -> None:
@@ -179,7 +185,7 @@ def _panel(axes: Axes, one: Track, index: int) -> None:
         pad=2,
         fontweight="normal",
     )
-    colour = LABEL_COLOURS[one.outcome.label] if is_last else INK
+    colour = ink_of(LABEL_COLOURS[one.outcome.label]) if is_last else INK
     axes.text(
         0.5,
         -0.04,
@@ -198,8 +204,9 @@ def _moment(episode: Episode, tracks: Sequence[Track], step: int) -> Image.Image
     columns = min(2, len(tracks)) if len(tracks) <= 4 else 3
     rows = -(-len(tracks) // columns)
     with styled():
-        figure = canvas(4.2 * columns, 0.75 + 3.75 * rows)
-        figure.suptitle(_title(episode, tracks), x=0.01, ha="left", fontsize=9.5, fontweight="bold")
+        title = _title(episode, tracks, 4.2 * columns)
+        figure = canvas(4.2 * columns, 0.41 + 0.17 * len(title.splitlines()) + 3.75 * rows)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=9.5, fontweight="bold")
         for place, one in zip(figure.subplots(rows, columns, squeeze=False).flat, tracks, strict=False):
             last = len(one.record.steps) - 1
             index = min(step, last)
@@ -215,7 +222,7 @@ def _moment(episode: Episode, tracks: Sequence[Track], step: int) -> Image.Image
                     va="center",
                     fontsize=13,
                     fontweight="bold",
-                    color="white",
+                    color=ink_on(LABEL_COLOURS[one.outcome.label]),
                     bbox={"fc": LABEL_COLOURS[one.outcome.label], "ec": "none", "pad": 7},
                 )
         for place in figure.axes:
