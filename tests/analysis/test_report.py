@@ -111,6 +111,32 @@ def test_faults_and_limits_stand_before_any_number(mixed: Study):
         assert page.index(text) < page.index("<table")
 
 
+def test_the_latex_document_says_what_the_page_says_before_its_tables(mixed: Study, tmp_path: Path):
+    write_report(mixed, tmp_path, ("latex",))
+    document = (tmp_path / "report.tex").read_text(encoding="utf-8")
+    for text in (
+        "empty: no episode is scored",
+        r"\item W is what the simulator's hidden state",
+        r"$^\ddagger$ privileged",
+    ):
+        assert document.index(text) < document.index(r"\input{")
+    assert r"\subsection*{Read this first}" in document
+    assert balanced(document)
+
+
+def test_names_in_sentences_are_set_as_code():
+    table = Table("t", "T", (Column("model", "Model", "text"),), (), ("NR is `fail_no_report` alone.",))
+    assert r"NR is \texttt{fail\_no\_report} alone." in latex(table)
+    assert "NR is <code>fail_no_report</code> alone." in html_table(table)
+    assert "NR is `fail_no_report` alone." in markdown(table)
+
+
+def test_long_texts_are_folded_in_latex():
+    columns = (Column("a", "A", "text"), Column("b", "B", "text"), Column("n", "n", "count"))
+    rows = (Row({"a": "short", "b": "long " * 20, "n": 1}),)
+    assert r"\begin{tabular}{lp{11cm}r}" in latex(Table("t", "T", columns, rows))
+
+
 def test_the_page_needs_nothing_beside_it(mixed: Study):
     page = html_report(make_report(mixed))
     sources = re.findall(r"""(?:src|href)=["']([^"']*)""", page)

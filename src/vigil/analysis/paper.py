@@ -11,10 +11,10 @@ from importlib.resources import files
 from typing import Any, Literal
 
 Panel = Literal["full_panel", "excluded", "supplementary"]
-MARK = "published"
 NOTE = (
-    "Rows marked `published` are figures printed in the paper, measured on its own 1,000 episodes in AI2-THOR: another "
-    "pack and another simulator. They are a reference to read beside one's own, not a baseline to be tested against."
+    "Rows marked † (`published` in CSV and JSON) are figures printed in the paper, measured on its own 1,000 "
+    "episodes in AI2-THOR: another pack and another simulator. They are a reference to read beside one's own, not "
+    "a baseline to be tested against."
 )
 NR_NOTE = (
     "NR is `fail_no_report` alone; NoRep is NR + IL. The paper prints NoRep under the name NR in its extended panel."

@@ -22,7 +22,7 @@ from vigil.analysis.study import Study
 from vigil.analysis.style import saved
 from vigil.analysis.table import Table
 from vigil.analysis.tables import PAPER_TABLES, tables
-from vigil.analysis.text import LEGEND, escaped, html_table, latex, markdown
+from vigil.analysis.text import LEGEND, html_table, html_text, latex, latex_text, markdown
 from vigil.errors import SettingError
 
 Drawn = tuple[Figure, str]
@@ -220,6 +220,11 @@ def _latex_document(report: Report) -> str:
         r"\usepackage[table]{xcolor}",
         r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
         r"\begin{document}",
+        r"\section*{VIGIL report}",
+        *_latex_list("Read this first", report.study.warnings),
+        latex_text(_summary(report.study)),
+        *_latex_list("What these numbers do and do not say", LIMITS),
+        latex_text(LEGEND),
         *(_latex_figure(name, report.captions[name]) for name in report.figures),
         *(
             r"\clearpage" * (index % 4 == 0) + rf"\input{{tables/{name}.tex}}"
@@ -233,7 +238,7 @@ def _latex_document(report: Report) -> str:
 def _latex_figure(name: str, caption: str) -> str:
     size = r"width=\linewidth,height=.85\textheight,keepaspectratio"
     picture = rf"\includegraphics[{size}]{{figures/{name}.pdf}}"
-    return rf"\begin{{figure}}[t]\centering{picture}\caption{{{escaped(caption)}}}\end{{figure}}"
+    return rf"\begin{{figure}}[t]\centering{picture}\caption{{{latex_text(caption)}}}\end{{figure}}"
 
 
 def _summary(study: Study) -> str:
@@ -248,10 +253,17 @@ def _md_list(heading: str, lines: tuple[str, ...]) -> list[str]:
     return [f"**{heading}**", "", *(f"- {line}" for line in lines), ""] if lines else []
 
 
+def _latex_list(heading: str, lines: tuple[str, ...]) -> list[str]:
+    if not lines:
+        return []
+    items = (rf"\item {latex_text(line)}" for line in lines)
+    return [rf"\subsection*{{{latex_text(heading)}}}", r"\begin{itemize}", *items, r"\end{itemize}"]
+
+
 def _html_list(kind: str, heading: str, lines: tuple[str, ...]) -> str:
     if not lines:
         return ""
-    items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
+    items = "".join(f"<li>{html_text(line)}</li>" for line in lines)
     return f'<aside class="{kind}"><h2>{html.escape(heading)}</h2><ul>{items}</ul></aside>'
 
 

@@ -27,6 +27,9 @@ _LATEX = {
     "\u00a0": "~",
 }
 ROWS_OF_A_PAGE = 60
+LONG_TEXT, LONG_TEXT_CM = 80, 11
+"""Texts of more letters are folded to that width in LaTeX."""
+_CODE = re.compile(r"`([^`]+)`")
 NO_ROWS = "No rows: nothing among these runs belongs here."
 
 
@@ -46,8 +49,8 @@ def markdown(table: Table) -> str:
 
 def latex(table: Table) -> str:
     """Returns a table as LaTeX with booktabs, labelled `tab:NAME`; a long one runs over pages (package longtable)."""
-    caption = rf"\caption{{{escaped(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
-    kinds = "".join("l" if column.kind == "text" else "r" for column in table.columns)
+    caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
+    kinds = "".join(_tex_kind(table, column) for column in table.columns)
     head = [r"\toprule", " & ".join(escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
     if len(table.rows) > ROWS_OF_A_PAGE:
         begin = [r"{\tiny\setlength{\tabcolsep}{2pt}", rf"\begin{{longtable}}{{{kinds}}}", caption + r" \\"]
@@ -78,7 +81,7 @@ def html_table(table: Table) -> str:
         bodies.append(f"<tbody>{head}{''.join(_html_row(table, row) for row in rows)}</tbody>")
     if not table.rows:
         bodies.append(f'<tbody><tr><td class="none" colspan="{len(table.columns)}">{NO_ROWS}</td></tr></tbody>')
-    notes = "".join(f"<p class='note'>{_html(note)}</p>" for note in table.notes)
+    notes = "".join(f"<p class='note'>{html_text(note)}</p>" for note in table.notes)
     link = f'<a class="name" href="#{table.name}">{table.name}</a>'
     return (
         f'<section id="{table.name}"><h3>{_html(table.title)} {link}</h3>'
@@ -115,6 +118,23 @@ def _rule(column: Column) -> str:
 def escaped(text: str) -> str:
     """Returns a text as LaTeX."""
     return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>·\u00a0]", lambda found: _LATEX[found[0]], text)
+
+
+def latex_text(text: str) -> str:
+    """Returns a sentence as LaTeX; what stands between back-ticks is set as code."""
+    return _CODE.sub(r"\\texttt{\1}", escaped(text))
+
+
+def html_text(text: str) -> str:
+    """Returns a sentence as HTML; what stands between back-ticks is set as code."""
+    return _CODE.sub(r"<code>\1</code>", _html(text))
+
+
+def _tex_kind(table: Table, column: Column) -> str:
+    if column.kind != "text":
+        return "r"
+    longest = max((len(table.cell(row, column)) for row in table.rows), default=0)
+    return rf"p{{{LONG_TEXT_CM}cm}}" if longest > LONG_TEXT else "l"
 
 
 def _tex_rows(table: Table) -> Iterator[str]:
