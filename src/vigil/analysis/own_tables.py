@@ -38,7 +38,7 @@ def overview(study: Study) -> Table:
         *counts(errors="Errors"),
         *(Column(name, f"{name} % [95\u00a0%]", "rate") for name in _RATES),
         *intervals(Delta="Δ (pp)"),
-        *numbers(W_macro="W, mean of families", B_macro="B, mean of families", steps="Steps"),
+        *numbers(W_macro="W, mean of families %", B_macro="B, mean of families %", steps="Steps"),
     )
     rows = []
     for entry in by_b(study.entries):
