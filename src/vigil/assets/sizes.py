@@ -11,7 +11,7 @@ import re
 import zlib
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +147,10 @@ class AssetDatabase:
     def __len__(self) -> int:
         return len(self._known)
 
+    def __contains__(self, asset_id: str) -> bool:
+        """Whether the database's file names this asset."""
+        return asset_id in self._known
+
     def of_category(self, category: str) -> list[tuple[str, Vec3]]:
         """Returns the assets of a category that the database's file names: id and bounding box."""
         return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
@@ -222,6 +226,7 @@ def _side(value: Any) -> float | None:
     return max(float(value), MIN_SIDE_M) if math.isfinite(value) and 0.0 <= value <= MAX_SIDE_M else None
 
 
+@lru_cache(maxsize=4096)
 def _own_entry(asset_id: str, category: str) -> AssetEntry:
     row = CATALOG[category]
     variant = _variant(asset_id)

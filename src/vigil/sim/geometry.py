@@ -60,6 +60,7 @@ class Motion:
 STILL = Motion(np.eye(3), np.zeros(3))
 
 
+@lru_cache(maxsize=4096)
 def axis_turn(axis: Vec3, angle_deg: float) -> np.ndarray:
     """Returns the (3, 3) rotation of Rodrigues' formula about a unit axis, as `assets.asset.Joint` defines it."""
     x, y, z = axis
