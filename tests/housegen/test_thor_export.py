@@ -1,5 +1,6 @@
 import copy
 import json
+import re
 
 import pytest
 
@@ -8,6 +9,7 @@ from vigil.errors import SettingError
 from vigil.house import House
 from vigil.housegen import check_house, generate, spec_for
 from vigil.housegen.thor_export import export_thor, load_materials
+from vigil.pose import Vec3
 
 BOX = {"x": 0.5, "y": 0.5, "z": 0.5}
 SAID_TO_BE_MISSING = {"Cabinet", "Drawer", "Shelf", "Stove", "Curtains", "Bathtub", "Mirror", "CeilingLamp", "Rug"}
@@ -26,7 +28,7 @@ def materials(procthor):
 @pytest.fixture(scope="module", params=["kitchen", "bathroom", "2"])
 def pair(request, thor, materials):
     house = generate(4, spec_for(request.param))
-    result = export_thor(house, AssetDatabase.default(), thor, materials)
+    result = export_thor(house, thor, materials)
     return house, House("exported", result.data), result
 
 
@@ -63,7 +65,7 @@ def test_the_exported_house_is_sound(pair, thor):
 
 def test_sizes_are_near_those_before(thor):
     house = generate(4, spec_for("bedroom"))
-    result = export_thor(house, AssetDatabase.default(), thor, {})
+    result = export_thor(house, thor, {})
     before = {node.id: AssetDatabase.default().look_up(node.asset_id, node.id).size for node, _ in house.objects()}
     for node, _ in House("exported", result.data).objects():
         if node.id.startswith(("Bed|", "Dresser|")):
@@ -74,7 +76,7 @@ def test_sizes_are_near_those_before(thor):
 def test_the_house_itself_stays_as_it_was(thor):
     house = generate(4, spec_for("bathroom"))
     data = copy.deepcopy(house.data)
-    export_thor(house, AssetDatabase.default(), thor, {})
+    export_thor(house, thor, {})
     assert house.data == data
 
 
@@ -83,7 +85,7 @@ def test_unknown_materials_become_names_alike(thor, materials):
     data = copy.deepcopy(house.data)
     data["rooms"][0]["floorMaterial"] = {"name": "wood/oak"}
     data["walls"][0]["material"] = {"name": "no such thing"}
-    result = export_thor(House("odd", data), AssetDatabase.default(), thor, materials)
+    result = export_thor(House("odd", data), thor, materials)
     known = {name for names in materials.values() for name in names}
     floor = result.data["rooms"][0]["floorMaterial"]["name"]
     assert floor in known
@@ -104,8 +106,52 @@ def test_a_small_database_is_enough_to_export(tmp_path):
     (tmp_path / "assets.json").write_text(json.dumps(rows))
     small = AssetDatabase.load(tmp_path / "assets.json")
     house = generate(4, spec_for("bathroom"))
-    result = export_thor(house, AssetDatabase.default(), small, {})
+    result = export_thor(house, small, {})
     exported = House("exported", result.data)
     assert {node.asset_id for node, _ in exported.objects()} == {"Toilet_9"}
     toilet = next(node for node, _ in exported.objects())
     assert toilet.position.y == pytest.approx(0.25, abs=0.01)
+
+
+def test_windows_and_front_doors_that_nothing_fits_are_left_out(tmp_path):
+    rows = {"Toilet": [{"assetId": "Toilet_9", "boundingBox": BOX}]}
+    (tmp_path / "assets.json").write_text(json.dumps(rows))
+    house = generate(4, spec_for("bathroom"))
+    result = export_thor(house, AssetDatabase.load(tmp_path / "assets.json"), {})
+    openings = {opening.id for opening in [*house.document.doors, *house.document.windows]}
+    assert openings <= set(result.left_out)
+    assert result.data["doors"] == result.data["windows"] == []
+
+
+def test_inner_doors_that_nothing_fits_are_named(thor):
+    beds = AssetDatabase({name: ("Bed", size) for name, size in thor.of_category("Bed")})
+    house = generate(0, spec_for("bedroom-living"))
+    inner = next(door.id for door in house.document.doors if door.room0 != door.room1)
+    with pytest.raises(SettingError, match=rf"no Door\w+ that fits {re.escape(repr(inner))}.*whole asset-database"):
+        export_thor(house, beds, {})
+
+
+def test_a_database_without_any_of_the_types_is_refused():
+    beds = AssetDatabase({"Bed_1": ("Bed", Vec3(1.5, 0.6, 2.0))})
+    with pytest.raises(SettingError, match=r"none of its things.*whole asset-database"):
+        export_thor(generate(0, spec_for("kitchen")), beds, {})
+
+
+@pytest.mark.parametrize("name", ["house_0", "house_1", "house_2"])
+def test_a_house_of_thors_assets_stays_as_it_is(procthor, thor, materials, name):
+    house = House.load(procthor / f"{name}.json")
+    result = export_thor(house, thor, materials)
+    assert result.left_out == result.crowded_out == []
+    assert result.data == house.data
+
+
+def test_things_of_thor_on_changed_furniture_stay_themselves(procthor, thor):
+    house = House.load(procthor / "house_1.json")
+    data = copy.deepcopy(house.data)
+    carrier = next(node for node in data["objects"] if node.get("children") and "Table" in node["id"])
+    held = {node["id"]: node["assetId"] for node in carrier["children"]}
+    carrier["assetId"] = "vigil_DiningTable_3"
+    result = export_thor(House("mixed", data), thor, {})
+    assert result.data["objects"][data["objects"].index(carrier)]["assetId"] != "vigil_DiningTable_3"
+    after = {node.id: node.asset_id for node, _ in House("after", result.data).objects()}
+    assert all(after.get(name, asset) == asset for name, asset in held.items())

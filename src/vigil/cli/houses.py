@@ -176,7 +176,7 @@ def export(
         raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house, assets = House.load(file), AssetDatabase.load(asset_database)
     materials = load_materials(material_database) if material_database else {}
-    result = export_thor(house, AssetDatabase.default(), assets, materials)
+    result = export_thor(house, assets, materials)
     exported = House(out.stem, result.data)
     exported.save(out)
     faults = Counter(fault.rule for fault in check_house(exported, assets))
@@ -188,7 +188,8 @@ def export(
     if result.crowded_out:
         print(f"  taken away, no room for them among the new sizes: {', '.join(result.crowded_out)}")
     if faults:
-        print(f"  with the new sizes: {', '.join(f'{number} {rule}' for rule, number in sorted(faults.items()))}")
+        found = ", ".join(f"{number} {rule}" for rule, number in sorted(faults.items()))
+        print(f"  vigil houses check finds in it: {found}")
 
 
 def _houses(files: list[Path]) -> Iterator[tuple[str, House | HouseError]]:

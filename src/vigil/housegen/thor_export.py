@@ -1,8 +1,8 @@
 """A house with AI2-THOR's assets: each thing becomes THOR's asset nearest in type and size, materials THOR's names.
 
 Places are kept as far as other sizes allow: backs stay at their wall, things stay on what carries them. What THOR's
-database has no type for is left out and said so. The result has the form that AI2-THOR takes (ProcTHOR's, schema
-1.0.0); it has not been run there.
+database has no type for is left out and said so; what is one of its assets already stays as it is. The result has the
+form that AI2-THOR takes (ProcTHOR's, schema 1.0.0); it has not been run there.
 """
 
 import copy
@@ -42,7 +42,7 @@ class Export:
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
-    """Without an asset of their type, or carried by such a thing."""
+    """Without an asset of their type, or carried by such a thing; windows and front doors that no asset fits."""
     crowded_out: list[str] = field(default_factory=list)
     """Small things without room among the other sizes."""
 
@@ -70,29 +70,38 @@ class _Box:
         return Polygon([(self.centre.x + x, self.centre.z + z) for x, z in turned])
 
 
-def export_thor(house: House, own: AssetDatabase, thor: AssetDatabase, materials: dict[str, list[str]]) -> Export:
-    """Returns the house with `thor`'s assets; `own` gives the sizes of its present ones.
+def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> Export:
+    """Returns the house with `thor`'s assets.
 
-    `materials` are THOR's names by kind; none: the names stay as they are. Raises HouseError for unknown assets.
+    `materials` are THOR's names by kind; none: the names stay as they are. Raises SettingError when `thor` has none of
+    the house's types, or nothing that fits a door between two rooms.
     """
     export = Export(copy.deepcopy(house.data))
-    exporter = _Exporter(house, own, thor, export)
+    exporter = _Exporter(house, thor, export)
     nodes = zip(house.document.objects, export.data["objects"], strict=True)
     export.data["objects"] = [data for node, data in nodes if exporter.replace(node, data, None)]
+    if house.document.objects and not export.data["objects"]:
+        raise SettingError(
+            f"House {house.name!r}: none of its things has an asset of its type in the asset database. "
+            "Give AI2-THOR's whole asset-database.json."
+        )
     for key, openings in (("doors", house.document.doors), ("windows", house.document.windows)):
-        for opening, data in zip(openings, export.data[key], strict=True):
-            exporter.replace_opening(opening, data)
+        pairs = zip(openings, export.data[key], strict=True)
+        export.data[key] = [data for opening, data in pairs if exporter.replace_opening(opening, data)]
     if materials:
         _rename_materials(export.data, materials)
-    _thin_out(export, House(house.name, export.data), thor)
+    _thin_out(export, House(house.name, export.data), thor, exporter.changed)
     return export
 
 
-def _thin_out(export: Export, exported: House, thor: AssetDatabase) -> None:
-    """Takes away carried things that run into others, the smaller of two, or hang over out of the room."""
+def _thin_out(export: Export, exported: House, thor: AssetDatabase, changed: set[str]) -> None:
+    """Takes away carried things that run into others, the smaller of two, or hang over out of the room.
+
+    Faults among things that are as they were are the house's own, and stay.
+    """
     carried = {node.id: thor.look_up(node.asset_id, node.id).size for node, up in exported.objects() if up is not None}
     for fault in check_house(exported, thor):
-        if fault.rule not in ("overlap", "outside-room"):
+        if fault.rule not in ("overlap", "outside-room") or not {fault.subject, fault.other} & changed:
             continue
         concerned = [name for name in (fault.subject, fault.other) if name in carried]
         if concerned and not {fault.subject, fault.other} & set(export.crowded_out):
@@ -127,11 +136,12 @@ def load_materials(path: Path) -> dict[str, list[str]]:
 class _Exporter:
     """Replaces the assets of one house."""
 
-    def __init__(self, house: House, own: AssetDatabase, thor: AssetDatabase, export: Export) -> None:
+    def __init__(self, house: House, thor: AssetDatabase, export: Export) -> None:
         self.house = house
-        self.own = own
         self.thor = thor
         self.export = export
+        self.changed: set[str] = set()
+        """Ids of things that have another asset or another place than before."""
         rooms = [floor_of(room) for room in house.document.rooms]
         self.floors = [floor for floor in rooms if floor.is_valid]
         self.ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=math.inf)
@@ -141,15 +151,17 @@ class _Exporter:
 
         `above` is the box of what carries it, before and after.
         """
-        entry = self.own.look_up(node.asset_id, node.id)
-        asset = self._nearest(entry.category, entry.size, node.asset_id)
-        if asset is None:
-            self._leave_out(node)
-            return False
-        before = _Box(node.position.vec, entry.size, node.rotation.y)
-        after = self._placed(before, asset[1]) if above is None else _carried(before, asset[1], *above)
-        data["assetId"] = asset[0]
-        data["position"] = {axis: round(value, 4) + 0.0 for axis, value in zip("xyz", after.centre, strict=True)}
+        entry = self.thor.look_up(node.asset_id, node.id)
+        before = after = _Box(node.position.vec, entry.size, node.rotation.y)
+        if node.asset_id not in self.thor or (above is not None and above[0] != above[1]):
+            asset = self._nearest(entry.category, entry.size, node.asset_id)
+            if asset is None:
+                self._leave_out(node)
+                return False
+            after = self._placed(before, asset[1]) if above is None else _carried(before, asset[1], *above)
+            data["assetId"] = asset[0]
+            data["position"] = {axis: round(value, 4) + 0.0 for axis, value in zip("xyz", after.centre, strict=True)}
+            self.changed.add(node.id)
         children = zip(node.children, data.get("children", []), strict=True)
         kept = [below for child, below in children if self.replace(child, below, (before, after))]
         if "children" in data:
@@ -162,7 +174,9 @@ class _Exporter:
             self._leave_out(child)
 
     def _nearest(self, category: str, size: Vec3, asset_id: str) -> tuple[str, Vec3] | None:
-        """Returns THOR's asset of the type that is nearest in size; of countertops, one of the same shape if any."""
+        """Returns the asset itself if it is THOR's, else the nearest in size; countertops of the same shape, if any."""
+        if asset_id in self.thor:
+            return asset_id, size
         choices = self.thor.of_category(category)
         if category == "CounterTop":
             alike = [choice for choice in choices if _counter_shape(choice[0]) == _counter_shape(asset_id)]
@@ -187,26 +201,37 @@ class _Exporter:
                     return moved
         return box
 
-    def replace_opening(self, opening: Door | Window, data: dict[str, Any]) -> None:
-        """Gives a door or window THOR's asset, and its hole the asset's size; as it is where nothing fits the wall."""
+    def replace_opening(self, opening: Door | Window, data: dict[str, Any]) -> bool:
+        """Gives a door or window THOR's asset, and its hole its size; False, with the id noted, where none fits.
+
+        Raises SettingError when none fits a door between two rooms: they would be cut off from each other.
+        """
+        if opening.asset_id in self.thor:
+            return True
         xs, ys = [point.x for point in opening.hole_polygon], [point.y for point in opening.hole_polygon]
         size = Vec3(max(xs) - min(xs), max(ys) - min(ys), 0.1)
         wall = next(wall for wall in self.house.document.walls if wall.id == opening.wall0).polygon
         length = math.dist((wall[0].x, wall[0].z), (wall[1].x, wall[1].z))
         height = max(point.y for point in wall) - min(point.y for point in wall)
-        category = self.own.look_up(opening.asset_id, opening.id).category
+        category = self.thor.look_up(opening.asset_id, opening.id).category
         fitting = [
             choice for choice in self.thor.of_category(category) if choice[1].x <= length and choice[1].y <= height
         ]
+        if not fitting and isinstance(opening, Door) and opening.room0 != opening.room1:
+            raise SettingError(
+                f"House {self.house.name!r}: the asset database has no {category} that fits {opening.id!r} in its wall "
+                f"of {length:.2f} x {height:.2f} m. Give AI2-THOR's whole asset-database.json."
+            )
         if not fitting:
             self.export.left_out.append(opening.id)
-            return
+            return False
         asset_id, new = min(fitting, key=lambda choice: (_unlike(size, choice[1]), choice[0]))
         left = float(np.clip((min(xs) + max(xs) - new.x) / 2, 0.0, length - new.x))
         low = 0.0 if min(ys) <= GAP_M else float(np.clip(max(ys) - new.y, 0.0, height - new.y))
         data["assetId"] = asset_id
         data["holePolygon"] = [_point(left, low), _point(left + new.x, low + new.y)]
         data["assetPosition"] = _point(left + new.x / 2, low + new.y / 2)
+        return True
 
 
 def _point(x: float, y: float) -> dict[str, float]:
