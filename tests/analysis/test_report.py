@@ -202,6 +202,7 @@ def test_labels_in_the_plane_cover_neither_each_other_nor_the_frame(tmp_path: Pa
     ]
     assert len(boxes) == 14
     assert not [1 for index, box in enumerate(boxes) for other in boxes[:index] if box.overlaps(other)]
+    assert axes.get_title(loc="left") == "World completion and terminal commitment (n=1,000)"
     frame = axes.get_window_extent(renderer)
     assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 for box in boxes)
 

@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import pytest
+from matplotlib.patches import FancyBboxPatch
 from PIL import Image
 from published import Plot, Write, played, small_records
 from stories import episode
@@ -78,6 +79,23 @@ def test_figures_draw_and_animations_have_all_steps():
     shown = Image.open(io.BytesIO(trajectory_animation(AI, [SILENT, SHORT], "gif")))
     assert getattr(shown, "n_frames", 1) == 4
     assert trajectory_animation(AI, [SHORT], "webp")[8:12] == b"WEBP"
+
+
+@pytest.mark.parametrize("shown", [SHORT, SILENT, LONG], ids=["two", "four", "fourteen"])
+def test_pictures_of_the_pipeline_stay_above_its_boxes(shown: Track):
+    figure = pipeline_figure(AI, shown)
+    boxes, *pictures = figure.axes
+    top = max(patch.get_window_extent().y1 for patch in boxes.patches if isinstance(patch, FancyBboxPatch))
+    assert len(pictures) == min(5, len(shown.record.steps))
+    assert all(picture.get_window_extent().y0 > top + 20 for picture in pictures)
+
+
+def test_long_instructions_stay_inside_the_pipeline():
+    wordy = AI.model_copy(update={"instruction": "Open the drawers of the dresser, take the clock out. " * 8})
+    figure = pipeline_figure(wordy, SHORT)
+    figure.canvas.draw()
+    width = figure.bbox.width
+    assert all(text.get_window_extent().x1 <= width for text in figure.axes[0].texts)
 
 
 def test_the_protocol_draws_without_every_family():

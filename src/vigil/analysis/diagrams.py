@@ -20,6 +20,8 @@ _TIER_TEXTS = {
 _HEIGHT = 49.0
 """Of the pipeline's drawing, in tenths of an inch."""
 _BOXES_TOP = 19.0
+_WIDEST = 21.2
+"""Of a picture with the gap beside it: a wider one would reach down into the boxes."""
 _TESTS: dict[Family, str] = {
     "PG": "point at the named object",
     "DA": "walk up to it",
@@ -74,13 +76,16 @@ def pipeline_figure(episode: Episode, track: Track, columns: int = 5) -> Figure:
         top = _HEIGHT
         axes.text(2, top - 2.6, "Evaluation pipeline", fontsize=11, fontweight="bold", va="center")
         name = f"{episode.id}, {FAMILIES[episode.family].name}"
-        axes.text(2, top - 5.2, f"“{episode.instruction}”   {name}", fontsize=8.5, color=FAINT, va="center")
-        width = 106 / len(chosen)
+        axes.text(108, top - 2.6, name, fontsize=8.5, color=FAINT, va="center", ha="right")
+        axes.text(2, top - 5.2, _wrapped(f"“{episode.instruction}”", 145, 1), fontsize=8.5, color=FAINT, va="center")
+        pitch = 106 / len(chosen)
+        width = min(pitch, _WIDEST) - 2.5
         for place, index in enumerate(chosen):
-            _step(figure, axes, track, index, left=2 + place * width, width=width - 2.5)
+            left = 2 + place * pitch
+            _step(figure, axes, track, index, left=left, width=width)
             if place:
-                middle = top - 9.2 - 0.375 * (width - 2.5)
-                _arrow(axes, (2 + place * width - 2.4, middle), (2 + place * width - 0.2, middle))
+                middle = top - 9.2 - 0.375 * width
+                _arrow(axes, (left - pitch + width + 0.1, middle), (left - 0.2, middle))
         _interface(axes, episode, track)
         return figure
 
@@ -112,7 +117,7 @@ def _step(figure: Figure, axes: Axes, track: Track, index: int, *, left: float, 
     step = track.record.steps[index]
     axes.text(left + width / 2, top - height - 0.9, said(step), fontsize=8, ha="center", va="top", fontweight="bold")
     reply = _wrapped(
-        step.reply.text.replace(",", ", ").replace(":", ": "),
+        " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split()),
         int(1.9 * width),
         lines=max(1, int((top - height - 3.4 - _BOXES_TOP) / 1.1)),
     )

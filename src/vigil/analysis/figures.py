@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from vigil.analysis.metrics import CLOSURE_STEPS, LABELS, after_goal_shares, closure_curve
+from vigil.analysis.metrics import CLOSURE_STEPS, LABELS, Measures, after_goal_shares, closure_curve, measure
 from vigil.analysis.place_labels import place_labels
 from vigil.analysis.rows import KINDS
 from vigil.analysis.study import Entry, Study, by_b
@@ -35,6 +35,7 @@ from vigil.analysis.style import (
 
 MIN_SHARE_WITH_NUMBER = 6.0
 _WIDTH = 8.6
+_W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed by a matching report (%)"
 
 
 def outcome_partition(study: Study) -> Figure | None:
@@ -70,6 +71,8 @@ def belief_closure(study: Study) -> Figure | None:
         shares = [after_goal_shares(entry.run.rows) for entry in entries]
         values = np.array([[100 * (pair[0] if (pair := share[kind]) else 0.0) for kind in KINDS] for share in shares])
         _stack(right, values, [(KIND_COLOURS[kind], KIND_HATCHES[kind]) for kind in KINDS])
+        for row, entry in enumerate(entries):
+            right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=7.5)
         right.tick_params(left=False)
         right.set_xlabel("share of actions after the goal first held (%)")
         right.set_title("(b) What follows attainment (W=1, pooled)")
@@ -95,7 +98,7 @@ def plane(study: Study) -> Figure | None:
             texts.append(_own_point(axes, entry, CYCLE[index % len(CYCLE)]))
         axes.set(xlim=(-0.02 * top, top), ylim=(-0.02 * top, top))
         others = [(w, b) for _, w, b in study.published.points()] if study.published else []
-        place_labels(figure, axes, texts, others)
+        place_labels(figure, axes, texts, [*others, *(place for entry in entries for place in _cross(entry))])
         _plane_legend(figure, study, entries)
         return figure
 
@@ -137,21 +140,27 @@ def feedback_shift(study: Study) -> Figure | None:
     """Draws where action feedback moves each paired model in the plane of W and B."""
     if not study.pairing.feedback:
         return None
-    by_name = {entry.name: entry for entry in study.entries}
     with styled():
         figure = canvas(_WIDTH, 5.4)
         axes = figure.add_subplot()
         texts, values = [], [5.0]
         for index, pair in enumerate(study.pairing.feedback):
-            start, end = (_point(by_name[run.name]) for run in (pair.base, pair.other))
+            base, other = (measure(rows) for rows in pair.tables())
+            if not base.n:
+                continue
+            start, end = _place(base), _place(other)
             colour = CYCLE[index % len(CYCLE)]
             axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
-            axes.plot(*start, "o", color=GROUND, mec=colour, mew=1.5)
-            axes.plot(*end, "o", color=colour)
-            texts.append((end, pair.base.name, colour, 8.5))
+            axes.plot(*start, "o", ms=9, color=GROUND, mec=colour, mew=1.5)
+            axes.plot(*end, "o", ms=6, color=colour)
+            texts.append((end, f"{pair.base.name} (n={base.n:,})", colour, 8.5))
             values += [*start, *end]
-        top = min(100.0, 1.15 * max(values))
-        axes.set(xlim=(-0.02 * top, top), ylim=(-0.02 * top, top), xlabel="W (%)", ylabel="B (%)")
+        top = min(104.0, 1.15 * max(values))
+        labels = {
+            "xlabel": "W: the world reached the goal (%)",
+            "ylabel": "B: reached, and closed by a matching report (%)",
+        }
+        axes.set(xlim=(-0.03 * top, top), ylim=(-0.03 * top, top), **labels)
         axes.axline((0, 0), slope=1, color=FAINT, lw=0.8)
         axes.set_title("Action feedback: from the base contract (hollow) to +FB (filled)")
         axes.grid(visible=True)
@@ -175,7 +184,7 @@ CAPTIONS = {
     "simulator.",
     "closure_curves": "Of the episodes whose goal held at the end, the share closed by a matching report within k "
     "steps of attainment.",
-    "feedback_shift": "Paired runs with and without action feedback.",
+    "feedback_shift": "Paired runs with and without action feedback, over the episodes that both have scored.",
 }
 
 
@@ -226,7 +235,12 @@ def _lags(axes: Axes, entries: Sequence[Entry]) -> None:
 
 
 def _point(entry: Entry) -> tuple[float, float]:
-    return 100 * (entry.overall.share("W") or 0.0), 100 * (entry.overall.share("B") or 0.0)
+    return _place(entry.overall)
+
+
+def _place(measures: Measures) -> tuple[float, float]:
+    """Returns W and B in percent: a place in the plane."""
+    return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
 
 
 def _plane_frame(axes: Axes, study: Study, entries: Sequence[Entry]) -> float:
@@ -242,9 +256,9 @@ def _plane_frame(axes: Axes, study: Study, entries: Sequence[Entry]) -> float:
         )
         if gap:
             axes.text(top + 0.006 * top, top - gap, f"Δ={gap}", fontsize=6.5, color=FAINT, ha="left", va="center")
-    axes.text(0.30 * top, 0.36 * top, "B cannot exceed W", fontsize=8, color=FAINT, ha="center", rotation=42)
-    axes.set(xlabel="W: the world reached the goal (%)", ylabel="B: reached, and closed by a matching report (%)")
-    axes.set_title("World completion and terminal commitment")
+    axes.text(0.03 * top, 0.95 * top, "B cannot exceed W", fontsize=8, color=FAINT)
+    axes.set(xlabel=_W_AXIS, ylabel=_B_AXIS)
+    axes.set_title(f"World completion and terminal commitment ({_sizes(entries)})")
     return top
 
 
@@ -254,6 +268,23 @@ def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float
     for model, w, b in study.published.points():
         axes.plot(w, b, GROUP_MARKERS[model.group], ms=4.5, color=GREY, mec="white", mew=0.4, zorder=2)
     return [((w, b), model.name, "#7d828a", 6.2) for model, w, b in study.published.points() if model.anchor]
+
+
+def _sizes(entries: Sequence[Entry]) -> str:
+    """Returns over how many episodes these runs are."""
+    sizes = sorted(entry.overall.n for entry in entries)
+    return f"n={sizes[0]:,}" if sizes[0] == sizes[-1] else f"n={sizes[0]:,} to {sizes[-1]:,}"
+
+
+def _cross(entry: Entry) -> list[tuple[float, float]]:
+    """Returns points along the intervals of W and B, in percent."""
+    w, b = _point(entry)
+    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
+    along = np.linspace(0.0, 100.0, 7)
+    return [
+        *((w_low * (100 - t) + w_high * t, b) for t in along),
+        *((w, b_low * (100 - t) + b_high * t) for t in along),
+    ]
 
 
 def _own_point(axes: Axes, entry: Entry, colour: str) -> tuple[tuple[float, float], str, str, float]:

@@ -263,6 +263,7 @@ def runs(study: Study) -> Table:
     rows = []
     for entry in study.entries:
         header, spec = entry.run.header, entry.run.header.spec
+        policy = spec.prompt_policy.split("/")[0]
         facts = {
             "model": entry.name,
             "run_id": header.run_id,
@@ -270,7 +271,7 @@ def runs(study: Study) -> Table:
             "thinking": {True: "yes", False: "no", None: "not said"}[entry.run.model.is_thinking],
             "sampling": ", ".join(f"{key}={value}" for key, value in sorted(spec.sampling.items())) or "none sent",
             "profile": spec.profile.name,
-            "prompt": f"{spec.profile.prompt_variant}, {spec.prompt_policy} {spec.prompt_policy_sha256[:8]}",
+            "prompt": f"{spec.profile.prompt_variant}, {policy} {spec.prompt_policy_sha256[:8]}",
             "coordinates": f"{spec.profile.coordinates}, {spec.profile.reply_policy}, {spec.profile.image_format}",
             "pack": f"{spec.pack} {spec.pack_sha256[:12]}",
             "simulator": header.simulator_version or spec.simulator,

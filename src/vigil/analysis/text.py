@@ -167,6 +167,8 @@ def _html_row(table: Table, row: Row) -> str:
     cells = []
     for column in table.columns:
         text = _html(_named(table, row, column))
+        if column.kind == "text" and column is not table.columns[0]:
+            text = text.replace("_", "_<wbr>")
         if column.kind == "rate":
             text = re.sub(r" (\[.*\])$", r' <span class="ci">\1</span>', text)
         if column.key in row.bold:
