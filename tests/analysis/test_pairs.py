@@ -1,5 +1,6 @@
 """Pairs: what is recognised from headers alone, and what is refused by name."""
 
+from datetime import timedelta
 from typing import Any
 
 import numpy as np
@@ -139,6 +140,23 @@ def test_intervention_table_counts_events_and_differences(write: Write):
     assert row.cells["dW"] == 0.0
     assert row.cells["n"] == 16
     assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
+    assert np.isclose(row.cells["p_NR"], 2 * 0.5**8)
+    assert row.cells["p_W"] == row.cells["p_FR"] == 1.0
+
+
+def test_shifts_of_the_prompt_are_tested(write: Write):
+    runs = runs_of(write, {"records": missed()}, {"profile": NEUTRAL})
+    row = tables(study(runs))["prompt_sensitivity"].rows[0]
+    assert row.cells["dB"] == pytest.approx(50.0)
+    assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
+    assert row.cells["p_W"] == 1.0
+
+
+def test_copies_of_a_run_are_named(write: Write):
+    first, second = read_runs([write("one/run"), write("two/run")])
+    assert "are copies of one run" in study([first, second]).warnings[0]
+    later = second.header.model_copy(update={"started": second.header.started + timedelta(seconds=1)})
+    assert study([first, Run(**{**vars(second), "header": later})]).warnings == ()
 
 
 def test_packs_are_never_mixed(write: Write):

@@ -45,12 +45,12 @@ class Pair:
         base, other = shared(self.base.rows, self.other.rows)
         return base.reset_index(), other.reset_index()
 
-    def p(self, column: str) -> float | None:
-        """Returns McNemar's exact p of a yes/no column over the shared episodes; None without any."""
+    def p(self, name: str) -> float | None:
+        """Returns McNemar's exact p of W, B or a label over the shared episodes; None without any."""
         base, other = self.tables()
         if not len(base):
             return None
-        return mcnemar(base[column].to_numpy(dtype=bool), other[column].to_numpy(dtype=bool)).p
+        return mcnemar(_has(base, name), _has(other, name)).p
 
 
 @dataclass(frozen=True)
@@ -162,6 +162,11 @@ def mean_difference(pair_of: Pair, column: str) -> tuple[float, Interval | None]
         return None
     first, second = (np.asarray(rows[column], dtype=float) for rows in (base, other))
     return paired_difference(first, second, _houses(base))
+
+
+def _has(rows: pd.DataFrame, name: str) -> np.ndarray:
+    """Returns of which rows a yes/no column, or a label, is true."""
+    return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)
 
 
 def _houses(rows: pd.DataFrame) -> np.ndarray:

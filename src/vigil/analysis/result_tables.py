@@ -20,6 +20,8 @@ MODEL = Column("model", "Model", "text")
 _FAMILY_COLUMNS = tuple(Column(family, f"{family} W/B", "pair") for family in FAMILIES)
 _ALL = Column("All", "All W/B", "pair")
 _DELTA = Column("Delta", "Δ (pp)")
+_TESTED = ("W", "B", "FR", "NR")
+_P_NOTE = "p: McNemar, exact, not corrected for the number of tests."
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 
 
@@ -84,20 +86,16 @@ def proprio_minimal(study: Study) -> Table:
             for event in events
             for side, shown in (("base", "base"), ("fb", "+FB"))
         ),
-        *(Column(f"d{name}", f"Δ{name} (pp)", "signed1") for name in ("W", "B", "FR", "NR")),
-        Column("p_W", "p (W)", "p"),
-        Column("p_B", "p (B)", "p"),
+        *(Column(f"d{name}", f"Δ{name} (pp)", "signed1") for name in _TESTED),
+        *(Column(f"p_{name}", f"p ({name})", "p") for name in _TESTED),
     )
     rows = [_intervention_row(study, pair) for pair in study.pairing.feedback]
     if study.published:
         for model, row in study.published.rows("proprio_minimal"):
             cells = {f"{event} {side}": row[event][i] for event in events for i, side in enumerate(("base", "fb"))}
-            rows.append(
-                _published_row(model, {**cells, **{f"d{name}": row[f"d{name}"] for name in ("W", "B", "FR", "NR")}})
-            )
+            rows.append(_published_row(model, {**cells, **{f"d{name}": row[f"d{name}"] for name in _TESTED}}))
     notes = (
-        "Means per episode over the episodes that both runs have scored; differences: +FB minus base. p: "
-        "McNemar, exact.",
+        f"Means per episode over the episodes that both runs have scored; differences: +FB minus base. {_P_NOTE}",
         "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
     )
     return Table("proprio_minimal", "Intervention: action feedback", columns, tuple(rows), notes)
@@ -198,6 +196,7 @@ def prompt_sensitivity(study: Study) -> Table:
         _ALL,
         Column("dW", "ΔW (pp)", "signed1"),
         Column("dB", "ΔB (pp)", "signed1"),
+        *(Column(f"p_{name}", f"p ({name})", "p") for name in "WB"),
         *_FAMILY_COLUMNS,
         *texts(largest="Largest shift of W or B in a family (pp)"),
     )
@@ -206,10 +205,13 @@ def prompt_sensitivity(study: Study) -> Table:
     for pair in study.pairing.prompt:
         base, other = by_run[pair.base.name], by_run[pair.other.name]
         shifts = {"dW": _shift(pair, "W"), "dB": _shift(pair, "B"), "largest": _largest_shift(base, other)}
-        rows.append(_row(other, {**_cross_section(other), **shifts}))
+        tests = {f"p_{name}": pair.p(name) for name in "WB"}
+        rows.append(_row(other, {**_cross_section(other), **shifts, **tests}))
     rows += _published(study, "prompt_sensitivity", lambda row: {**_pairs(row), "All": (row["W"], row["B"])})
     notes = (
-        "Neutral prompt: both anti-hallucination lines left out, nothing else changed. Shifts: neutral minus default.",
+        "Neutral prompt: both anti-hallucination lines left out, nothing else changed. Shifts: neutral minus default, "
+        f"over the episodes that both runs have scored. {_P_NOTE} The largest shift is the widest of sixteen: "
+        "a pointer, not a finding.",
     )
     return Table(
         "prompt_sensitivity", "Prompt sensitivity: neutral-report variant, W/B in %", columns, tuple(rows), notes
@@ -341,16 +343,16 @@ def _intervention_row(study: Study, pair: Pair) -> Row:
     cells: dict[str, Any] = {"n": base.n, **tests}
     for event in ("too_far", "path_blocked", "retry"):
         cells |= {f"{event} base": base.means[event], f"{event} fb": other.means[event]}
-    for name in ("W", "B", "FR", "NR"):
+    for name in _TESTED:
         first, second = base.share(name), other.share(name)
         cells[f"d{name}"] = None if first is None or second is None else 100 * (second - first)
     return _row(entry, cells)
 
 
 def pair_measures(pair: Pair) -> tuple[Measures, Measures, dict[str, float | None]]:
-    """Returns both runs' measures over the episodes that they share, with McNemar's p for W and B."""
+    """Returns both runs' measures over the episodes that they share, with McNemar's p for W, B, FR and NR."""
     base, other = pair.tables()
-    tests: dict[str, float | None] = {f"p_{name}": pair.p(name) for name in ("W", "B")}
+    tests: dict[str, float | None] = {f"p_{name}": pair.p(name) for name in _TESTED}
     return measure(base), measure(other), tests
 
 

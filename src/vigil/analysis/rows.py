@@ -74,7 +74,10 @@ class Run:
         if not self.n:
             found.append("no episode is scored: the run is empty")
         elif self.n < self.n_planned:
-            found.append(f"INCOMPLETE: {self.n} of {self.n_planned} episodes are scored")
+            scored = set(self.rows["family"])
+            without = [family for family in self.planned if family not in scored]
+            none_of = f", none of {', '.join(without)}" if without else ""
+            found.append(f"INCOMPLETE: {self.n} of {self.n_planned} episodes are scored{none_of}")
         absent = [family for family in FAMILIES if family not in self.planned]
         if absent:
             found.append(f"without episodes of {', '.join(absent)}; overall rates are not those of a balanced pack")
@@ -89,6 +92,8 @@ def read_runs(folders: Sequence[Path], pack: str | None = None, *, use_cache: bo
 
     `pack` is where their pack is now, when not where they say. Raises RecordError or PackMismatch.
     """
+    if pack is not None:
+        find(pack)  # rows kept beside a run need no pack, but a mistyped one is to be named all the same
     unique = sorted({folder.resolve() for folder in folders})
     kept = {folder: _kept_run(folder) if use_cache else None for folder in unique}
     missing = [folder for folder in unique if kept[folder] is None]
@@ -308,9 +313,10 @@ def _named(runs: Iterable[Run]) -> list[Run]:
     found = list(runs)
     models = Counter(run.model.name for run in found)
     names = [_marked(run) if models[run.model.name] > 1 else run.model.name for run in found]
-    for more in ([run.header.run_id for run in found], [str(run.folder) for run in found]):
-        counts = Counter(names)
-        names = [f"{name} · {extra}" if counts[name] > 1 else name for name, extra in zip(names, more, strict=True)]
+    above = Path(os.path.commonpath([run.folder for run in found] or [""]))
+    for more in ([run.header.run_id for run in found], [str(run.folder.relative_to(above)) for run in found]):
+        told = Counter(name for name, _ in set(zip(names, more, strict=True)))
+        names = [f"{name} · {extra}" if told[name] > 1 else name for name, extra in zip(names, more, strict=True)]
     named = [replace(run, name=name) for run, name in zip(found, names, strict=True)]
     return sorted(named, key=lambda run: run.name)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 from vigil.analysis.metrics import COMPARABLE_W_PP, Measures, by_family, is_excluded, measure
 from vigil.analysis.models import GROUPS
@@ -75,12 +76,13 @@ def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
     """Returns the runs measured, paired and compared."""
     entries = tuple(Entry(run, measure(run.rows), by_family(run.rows)) for run in runs)
     pairing = recognise(runs)
+    faults = [fault for run in runs for fault in run.faults]
     return Study(
         entries=entries,
         pairing=pairing,
         comparisons=tuple(_comparisons(entries)),
         published=paper() if with_paper else None,
-        warnings=(*(fault for run in runs for fault in run.faults), *_mixtures(runs), *pairing.refusals),
+        warnings=(*faults, *_copies(runs), *_mixtures(runs), *pairing.refusals),
     )
 
 
@@ -113,6 +115,17 @@ def _are_alike(first: Entry, second: Entry) -> bool:
     """Whether two runs have comparable W, so that their difference in B is worth a test."""
     apart = abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
     return 100 * apart <= COMPARABLE_W_PP + 1e-9
+
+
+def _copies(runs: Sequence[Run]) -> list[str]:
+    """Returns which runs are the same one twice: side by side they would pass for a perfect repeat."""
+    return [
+        f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
+        for first, second in combinations(runs, 2)
+        if first.n
+        and (first.header.run_id, first.header.started) == (second.header.run_id, second.header.started)
+        and first.rows.equals(second.rows)
+    ]
 
 
 def _mixtures(runs: Sequence[Run]) -> list[str]:

@@ -100,7 +100,9 @@ def _further(
     for number, episode_id in enumerate(episodes, start=1):
         having = [run for run in found.runs if episode_id in set(run.rows["episode_id"])]
         if not having:
-            raise SettingError(f"No run has a scored record of episode {episode_id!r}.")
+            known = sorted({str(known) for run in found.runs for known in run.rows["episode_id"]})
+            guess = did_you_mean(episode_id, known)
+            raise SettingError(f"No run has a scored record of episode {episode_id!r}.{guess}")
         episode, tracks = _tracks(having, pack, episode_id, 1, assets)
         drawn[f"trajectory_{number}"] = (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}.")
         best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
