@@ -206,7 +206,8 @@ class House:
     def load(cls, path: Path) -> "House":
         """Returns the house in a JSON file; its name is the file's stem. Raises HouseError."""
         if not path.is_file():
-            raise HouseError(f"House file {str(path)!r} does not exist. Give the path of a ProcTHOR house JSON file.")
+            what = "is no file" if path.exists() else "does not exist"
+            raise HouseError(f"House file {str(path)!r} {what}. Give the path of a ProcTHOR house JSON file.")
         if path.stat().st_size > MAX_HOUSE_BYTES:
             raise HouseError(f"House file {str(path)!r} is over {MAX_HOUSE_BYTES // 2**20} MiB; is it one house?")
         try:

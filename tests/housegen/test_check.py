@@ -166,9 +166,11 @@ def test_holes_far_away(data):
     assert ("extent", data["windows"][0]["id"]) in [(fault.rule, fault.subject) for fault in faults(data)]
 
 
-def test_states_of_doors_out_of_range(data):
-    data["doors"][0]["openness"] = float("nan")
-    assert ("extent", data["doors"][0]["id"]) in [(fault.rule, fault.subject) for fault in faults(data)]
+@pytest.mark.parametrize("openness", [float("nan"), -0.5, 7.0])
+def test_states_out_of_range(data, openness):
+    door, dresser = data["doors"][0], find(data, "Dresser")
+    door["openness"] = dresser["openness"] = openness
+    assert [(fault.rule, fault.subject) for fault in faults(data)] == [("state", door["id"]), ("state", dresser["id"])]
 
 
 def test_holes_without_width(data):

@@ -20,6 +20,20 @@ def test_too_many_rooms_for_the_area_are_refused_with_what_would_fit():
         HouseSpec(name="shed", choices=(("Kitchen", "LivingRoom", "Bedroom", "Bathroom"),), area_m2=20.0)
 
 
+@pytest.mark.parametrize(("name", "meant"), [("kichen", "kitchen"), ("4-rooms", "4-room")])
+def test_misspelt_specs_are_guessed(name, meant):
+    with pytest.raises(SettingError, match=f"Did you mean '{meant}'"):
+        spec_for(name)
+
+
+@pytest.mark.parametrize("kind", ["Attic", "bedroom", 3])
+def test_unknown_kinds_of_rooms_are_refused_with_what_would_fit(kind):
+    with pytest.raises(
+        SettingError, match=f"no kind of room {kind!r}; Kitchen, LivingRoom, Bedroom, Bathroom would fit"
+    ):
+        HouseSpec(name="odd", choices=(("Kitchen", kind),))
+
+
 def test_ceilings_that_no_house_has_are_refused():
     with pytest.raises(SettingError, match="ceiling_m"):
         HouseSpec(name="burrow", choices=(("Kitchen",),), ceiling_m=(1.0, 2.0))

@@ -1,9 +1,11 @@
 """ProcTHOR's ways with walls: point orders, coincident panels, holes along the first wall."""
 
 import copy
+import re
 
 import pytest
 
+from vigil.errors import HouseError
 from vigil.house import House
 from vigil.sim.trial_house import DOOR, trial_house
 from vigil.sim.walls import panels_of, place_of_opening, rooms_of
@@ -73,3 +75,12 @@ def test_lights_come_from_the_document_else_from_the_rooms_middle(data):
     assert bedroom.light_intensity == 0.5
     assert (kitchen.light.x, kitchen.light.z) == pytest.approx((3.0, 2.5))
     assert kitchen.height == bedroom.height == 2.5
+
+
+def test_a_floor_that_crosses_itself_is_named(data):
+    corners = data["rooms"][0]["floorPolygon"]
+    corners[0], corners[1] = corners[1], corners[0]
+    with pytest.raises(
+        HouseError, match=rf"room '{re.escape(data['rooms'][0]['id'])}': its floor is no simple polygon"
+    ):
+        rooms_of(House("bow", data))

@@ -123,9 +123,9 @@ def _extent(house: House) -> list[Fault]:
             faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
         elif low != high:
             faults.append(Fault("wall-outline", wall.id, "is no upright rectangle; it is taken to be one"))
-    for door in document.doors:
-        if door.openness is not None and not 0.0 <= door.openness <= 1.0:
-            faults.append(Fault("extent", door.id, f"openness {door.openness} is not within 0 and 1"))
+    for node in (*document.doors, *(node for node, _ in house.objects())):
+        if node.openness is not None and not 0.0 <= node.openness <= 1.0:
+            faults.append(Fault("state", node.id, f"openness {node.openness} is not within 0 and 1"))
     return faults
 
 

@@ -239,7 +239,7 @@ def _opening_body(opening: Opening, start: np.ndarray, end: np.ndarray) -> Body:
         position=Vec3(float(middle[0]), (min(ys) + max(ys)) / 2, float(middle[1])),
         yaw=float(np.degrees(np.arctan2(normal[0], normal[1]))),
         room=opening.room0,
-        openness=float(opening.openness or 0.0) if is_door and asset.can_open else 0.0,
+        openness=min(1.0, max(0.0, opening.openness or 0.0)) if is_door and asset.can_open else 0.0,
         is_opening=True,
         can_open=is_door and bool(opening.openable) and asset.can_open,
         gap=0.0,

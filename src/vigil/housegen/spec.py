@@ -1,11 +1,11 @@
 """What kind of house is wanted: rooms, areas, ceiling. Named specs are a literal table."""
 
 from collections import Counter
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
-from vigil.errors import SettingError
+from vigil.errors import SettingError, did_you_mean
 
 RoomKind = Literal["Kitchen", "LivingRoom", "Bedroom", "Bathroom"]
 
@@ -36,6 +36,18 @@ class HouseSpec(BaseModel):
     """Lowest and highest ceiling."""
     clutter: float = Field(default=1.0, ge=0.0, le=2.0)
     """Scales how many small things lie about."""
+
+    @field_validator("choices", mode="before")
+    @classmethod
+    def _are_known(cls, choices: Any, info: ValidationInfo) -> Any:
+        named = [kind for rooms in choices for kind in rooms] if isinstance(choices, tuple | list) else []
+        for kind in named:
+            if kind not in AREA_M2:
+                raise SettingError(
+                    f"House spec {info.data.get('name')!r}: there is no kind of room {kind!r}; "
+                    f"{', '.join(AREA_M2)} would fit.{did_you_mean(str(kind), AREA_M2)}"
+                )
+        return choices
 
     @model_validator(mode="after")
     def _is_possible(self) -> "HouseSpec":
@@ -96,5 +108,8 @@ def spec_for(name: str) -> HouseSpec:
     """Returns the spec of that name; "4" means "4-room". Raises SettingError."""
     wanted = f"{name}-room" if name.isdigit() else name
     if wanted not in SPECS:
-        raise SettingError(f"House spec {name!r} is not known. Known: {', '.join(SPECS)}; or 1 to {MAX_ROOMS} rooms.")
+        raise SettingError(
+            f"House spec {name!r} is not known.{did_you_mean(name, SPECS)} Known: {', '.join(SPECS)}; "
+            f"or 1 to {MAX_ROOMS} rooms."
+        )
     return SPECS[wanted]

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import shapely
 
+from vigil.errors import HouseError
 from vigil.house import House, HouseDocument, Light, MaterialRef, Opening, Wall
 from vigil.house import Room as RoomNode
 from vigil.pose import Vec3, wrap_deg, yaw_towards
@@ -23,8 +24,17 @@ PROBE_M = 0.01
 
 
 def rooms_of(house: House) -> list[RoomShape]:
-    """Returns the rooms with heights from their walls and lights from the document, else from their middle."""
+    """Returns the rooms with heights from their walls and lights from the document, else from their middle.
+
+    Raises HouseError when a floor crosses itself.
+    """
     document = house.document
+    for room in document.rooms:
+        if not (floor := _floor(room)).is_valid:
+            raise HouseError(
+                f"House {house.name!r}: room {room.id!r}: its floor is no simple polygon "
+                f"({shapely.is_valid_reason(floor)}). Put its corners in their order round the room."
+            )
     points = [light for light in document.procedural_parameters.lights if light.type == "point"]
     return [_room(room, document, points) for room in document.rooms]
 
@@ -85,8 +95,7 @@ def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Li
 
 
 def _floor(room: RoomNode) -> shapely.Polygon:
-    polygon = shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
-    return polygon if polygon.is_valid else shapely.convex_hull(polygon)  # type: ignore[return-value]
+    return shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
 
 
 def _is_exterior(wall: Wall) -> bool:
