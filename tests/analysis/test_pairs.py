@@ -40,6 +40,15 @@ def test_interventions_are_recognised_from_headers(write: Write):
     assert found.repeats == ()
 
 
+def test_another_revision_of_the_prompt_is_no_variant(write: Write):
+    base, other = runs_of(write, {}, {"profile": NEUTRAL})
+    policy = other.header.spec.prompt_policy.replace(".v1/", ".v2/")
+    spec = other.header.spec.model_copy(update={"prompt_policy": policy})
+    other = Run(**{**vars(other), "header": other.header.model_copy(update={"spec": spec})})
+    with pytest.raises(RecordError, match=r"cannot be paired for prompt: prompt_policy is '.*v2"):
+        pair(base, other, "prompt")
+
+
 def test_pairing_is_symmetric(write: Write):
     base, other = runs_of(write, {}, {"profile": FEEDBACK})
     assert pair(base, other, "feedback") == pair(other, base, "feedback")
@@ -148,6 +157,7 @@ def test_shifts_of_the_prompt_are_tested(write: Write):
     runs = runs_of(write, {"records": missed()}, {"profile": NEUTRAL})
     row = tables(study(runs))["prompt_sensitivity"].rows[0]
     assert row.cells["dB"] == pytest.approx(50.0)
+    assert row.cells["largest"] == "PG B +50.0"
     assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
     assert row.cells["p_W"] == 1.0
 

@@ -14,6 +14,7 @@ from stories import Story, episode, thing
 from vigil.analysis.paper import paper
 from vigil.episode import FAMILIES, Episode, Family, HouseRef
 from vigil.profile import Profile
+from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, EpisodeRecord, RunHeader, RunSpec
 
 PER_FAMILY = 125
@@ -233,8 +234,8 @@ def write_run(
             agent=agent,
             agent_kind=kind,
             profile=profile,
-            prompt_policy="native_embodied_public_evidence/1",
-            prompt_policy_sha256=hashlib.sha256(profile.prompt_variant.encode()).hexdigest(),
+            prompt_policy=policy_version(profile),
+            prompt_policy_sha256=policy_sha256(profile),
             pack="synthetic",
             pack_sha256=hashlib.sha256((pack / "manifest.json").read_bytes()).hexdigest(),
             episode_ids=tuple(sorted(planned or records)),

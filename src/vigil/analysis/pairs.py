@@ -215,6 +215,9 @@ def _condition(run: Run) -> tuple[bool, bool, str]:
 
 def _settings(run: Run) -> Iterator[tuple[str, Any]]:
     spec = run.header.spec
+    # The policy's name says the variant once more; the variant has a place of its own among the settings.
+    policy = spec.prompt_policy.replace(f"/{spec.profile.prompt_variant}/", "/")
+    spec = spec.model_copy(update={"prompt_policy": policy})
     free = _FREE | ({"seed"} if spec.agent_kind in _SEED_IS_FREE else set())
     for name, value in spec.model_dump(mode="json").items():
         if name not in free:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from vigil.analysis.metrics import Measures, measure
+from vigil.analysis.metrics import Measures, by_family, measure
 from vigil.analysis.pairs import Pair, mean_difference
 from vigil.analysis.paper import NOTE, NR_NOTE, PublishedModel
 from vigil.analysis.study import Entry, Study, by_b, by_group
-from vigil.analysis.table import Column, Row, Table, counts, numbers, percent, texts, with_best_bold
+from vigil.analysis.table import Column, Row, Table, counts, numbers, percent, printed, texts, with_best_bold
 from vigil.episode import FAMILIES
 
 PUBLISHED = "Published: the paper's own pack and simulator"
@@ -203,8 +203,8 @@ def prompt_sensitivity(study: Study) -> Table:
     by_run = {entry.name: entry for entry in study.entries}
     rows = []
     for pair in study.pairing.prompt:
-        base, other = by_run[pair.base.name], by_run[pair.other.name]
-        shifts = {"dW": _shift(pair, "W"), "dB": _shift(pair, "B"), "largest": _largest_shift(base, other)}
+        other = by_run[pair.other.name]
+        shifts = {"dW": _shift(pair, "W"), "dB": _shift(pair, "B"), "largest": _largest_shift(pair)}
         tests = {f"p_{name}": pair.p(name) for name in "WB"}
         rows.append(_row(other, {**_cross_section(other), **shifts, **tests}))
     rows += _published(study, "prompt_sensitivity", lambda row: {**_pairs(row), "All": (row["W"], row["B"])})
@@ -361,14 +361,14 @@ def _shift(pair: Pair, column: str) -> float | None:
     return None if found is None else 100 * found[0]
 
 
-def _largest_shift(base: Entry, other: Entry) -> str | None:
+def _largest_shift(pair: Pair) -> str | None:
+    base, other = (by_family(rows) for rows in pair.tables())
     shifts = [
-        (100 * ((other.families[family].share(name) or 0.0) - (base.families[family].share(name) or 0.0)), family, name)
-        for family in FAMILIES
-        if family in base.families and family in other.families
+        (100 * ((other[family].share(name) or 0.0) - (base[family].share(name) or 0.0)), family, name)
+        for family in base
         for name in ("W", "B")
     ]
     if not shifts:
         return None
     size, family, name = max(shifts, key=lambda shift: abs(shift[0]))
-    return f"{family} {name} {size:+.1f}".replace("-", "−")
+    return f"{family} {name} {printed(size, 'signed1')}" if size else "none"
