@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import itertools
 import json
 import warnings
 import zlib
@@ -11,11 +12,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli.options import Assets, database
+from vigil.cli.text import counting
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
@@ -99,10 +99,13 @@ def show(
 
     Example: vigil houses show house.json --out plan.png
     """
-    house, sizes = House.load(file), database(assets)
     if not out.parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
-    beside(draw_plan(house, sizes), render_birdseye(build_scene(house, sizes))).save(out)
+    if out.suffix.lower() != ".png":
+        raise SettingError(f"--out {str(out)!r}: the picture is a PNG; give a name that ends in .png.")
+    house, sizes = House.load(file), database(assets)
+    scene = build_scene(house, sizes)
+    beside(draw_plan(house, sizes), render_birdseye(scene)).save(out)
     print(out)
 
 
@@ -119,14 +122,16 @@ def sweep_houses(
     Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10 --workers 2
     """
     first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
+    if first >= end:
+        raise SettingError(f"--seeds {seeds!r} names no seed; END comes after FIRST, e.g. 0:1000.")
     counts = _whole_numbers(rooms, ",", "--rooms", "numbers of rooms, e.g. 1,2,4", None)
     for count in counts:
         spec_for(str(count))
-    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=Console(stderr=True)) as progress:
-        task = progress.add_task("houses", total=len(counts) * max(0, end - first))
+    total, done = len(counts) * (end - first), itertools.count(1)
+    with counting("houses") as show:
 
         def told(problems: list[str]) -> None:
-            progress.advance(task)
+            show(next(done), total)
             for problem in problems:
                 print(problem)
 

@@ -12,7 +12,7 @@ from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
 from vigil.cli.options import Assets, PackName
 from vigil.cli.scores import label_of, print_families
-from vigil.cli.text import Live
+from vigil.cli.text import Live, counting
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError, did_you_mean
 from vigil.profile import (
@@ -107,7 +107,8 @@ def verify(
     Example: vigil verify runs/solver
     """
     settings = VerifySettings(pack=pack, asset_database=assets, workers=workers, limit=limit, frames=frames)
-    found = verify_run(run, settings)
+    with counting("verify") as show:
+        found = verify_run(run, settings, on_progress=show)
     for difference in found.differences:
         print(difference)
     kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"

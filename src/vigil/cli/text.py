@@ -1,11 +1,12 @@
 """Text for people: tables of runs, a line of progress."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.measure import Measurement
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from vigil.runner.progress import Progress as RunProgress
@@ -20,6 +21,14 @@ def console(stderr: bool = False) -> Console:
     """Returns a console that does not fold tables when the output is no terminal."""
     stream = sys.stderr if stderr else sys.stdout
     return Console(stderr=stderr, width=None if stream.isatty() else PIPED_WIDTH, highlight=False)
+
+
+@contextmanager
+def counting(label: str) -> Iterator[Callable[[int, int], None]]:
+    """Shows how many of how many are done: yields what is told (done, total)."""
+    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console(stderr=True)) as progress:
+        task = progress.add_task(label, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:
