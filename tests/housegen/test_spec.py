@@ -28,10 +28,9 @@ def test_misspelt_specs_are_guessed(name, meant):
 
 @pytest.mark.parametrize("kind", ["Attic", "bedroom", 3])
 def test_unknown_kinds_of_rooms_are_refused_with_what_would_fit(kind):
-    with pytest.raises(
-        SettingError, match=f"no kind of room {kind!r}; Kitchen, LivingRoom, Bedroom, Bathroom would fit"
-    ):
-        HouseSpec(name="odd", choices=(("Kitchen", kind),))
+    fitting = "Kitchen, LivingRoom, Bedroom, Bathroom would fit"
+    with pytest.raises(SettingError, match=f"no kind of room {kind!r}; {fitting}"):
+        HouseSpec.model_validate({"name": "odd", "choices": [["Kitchen", kind]]})
 
 
 def test_ceilings_that_no_house_has_are_refused():
