@@ -8,7 +8,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from vigil.cli.houses import app
-from vigil.errors import SettingError
+from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
 
@@ -33,14 +33,20 @@ def test_what_is_no_house_is_named(tmp_path, text):
     assert "cannot be loaded" in said
 
 
-def test_a_self_intersecting_room_is_named(tmp_path, bedroom):
+@pytest.fixture
+def bow(tmp_path, bedroom) -> Path:
+    """A house with a room whose floor crosses itself."""
     data = json.loads(json.dumps(bedroom.data))
     polygon = data["rooms"][0]["floorPolygon"]
     polygon[0], polygon[1] = polygon[1], polygon[0]
     (tmp_path / "bow.json").write_text(json.dumps(data))
-    code, said = check(tmp_path / "bow.json")
+    return tmp_path / "bow.json"
+
+
+def test_a_self_intersecting_room_is_named(bow, bedroom):
+    code, said = check(bow)
     assert code == 2
-    assert f"{data['rooms'][0]['id']}: floor is no simple polygon" in said
+    assert f"{bedroom.document.rooms[0].id}: floor is no simple polygon" in said
 
 
 def test_schemas_holes_and_assets_are_named_without_failing(tmp_path, bedroom):
@@ -90,7 +96,9 @@ def test_a_sweep_is_the_same_in_several_processes():
     assert swept() == swept("--workers", "2")
 
 
-@pytest.mark.parametrize("option", [("--seeds", "6"), ("--seeds", "a:b"), ("--rooms", "1;2")])
+@pytest.mark.parametrize(
+    "option", [("--seeds", "6"), ("--seeds", "a:b"), ("--seeds", "5:2"), ("--seeds", "3:3"), ("--rooms", "1;2")]
+)
 def test_sweeps_of_another_form_are_refused(option):
     done = CliRunner().invoke(app, ["sweep", *option])
     assert isinstance(done.exception, SettingError)
@@ -103,6 +111,26 @@ def test_show_draws_plan_and_view_side_by_side(tmp_path, bedroom):
     assert done.exit_code == 0, done.output
     with Image.open(tmp_path / "plan.png") as picture:
         assert picture.width > 1.5 * picture.height
+
+
+@pytest.mark.parametrize("name", ["plan", "plan.xyz", "plan.jpg"])
+def test_show_draws_only_png(tmp_path, bedroom, name):
+    bedroom.save(tmp_path / "house.json")
+    done = CliRunner().invoke(app, ["show", str(tmp_path / "house.json"), "--out", str(tmp_path / name)])
+    assert isinstance(done.exception, SettingError)
+    assert "ends in .png" in str(done.exception)
+
+
+def test_show_names_a_room_that_crosses_itself(tmp_path, bow):
+    done = CliRunner().invoke(app, ["show", str(bow), "--out", str(tmp_path / "plan.png")])
+    assert isinstance(done.exception, HouseError)
+    assert "no simple polygon" in str(done.exception)
+
+
+def test_a_folder_is_no_house_file(tmp_path):
+    code, said = check(tmp_path)
+    assert code == 2
+    assert "is no file" in said
 
 
 def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, procthor):
