@@ -158,7 +158,7 @@ def test_bad_names_and_other_runs_are_refused(pack: Pack, tmp_path: Path) -> Non
     with pytest.raises(SettingError, match="--player"):
         open_sitting(settings(pack, tmp_path / "run", player="../x"))
     open_sitting(settings(pack, tmp_path / "run", limit=1)).close()
-    with pytest.raises(RecordError, match="another run"):
+    with pytest.raises(RecordError, match="another order"):
         open_sitting(settings(pack, tmp_path / "run", limit=2))
 
 
