@@ -1,6 +1,9 @@
 """Fixtures for every test."""
 
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -8,6 +11,7 @@ from hypothesis import HealthCheck, settings
 settings.register_profile("vigil", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("vigil")
 
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 PROCTHOR = Path(__file__).parents[2] / "shared" / "procthor"
 
 
@@ -17,3 +21,15 @@ def procthor() -> Path:
     if not PROCTHOR.is_dir():
         pytest.skip(f"no real houses at {PROCTHOR}")
     return PROCTHOR
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """A headless browser; skips where none is installed."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pip install playwright")
+    if CHROMIUM is None:
+        pytest.skip("no Chromium is installed: apt-get install chromium")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()

@@ -1,7 +1,5 @@
 """The page in a browser: on a screen, on a phone, in the dark and on paper."""
 
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +11,6 @@ from vigil.analysis.report import html_report, make_report
 from vigil.analysis.rows import read_runs
 from vigil.analysis.study import study
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 PAPER = {"width": 1031, "height": 703}
 """A landscape A4 page within its margins, in CSS pixels."""
 TOO_WIDE = """() => [...document.querySelectorAll("section")]
@@ -30,28 +27,17 @@ def report_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return page
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pip install playwright")
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed: apt-get install chromium")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
-
-
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_every_word_stands_out_from_its_ground(report_page: Path, browser: Any, scheme: str):
-    page = browser.new_page(color_scheme=scheme)
+def test_every_word_stands_out_from_its_ground(report_page: Path, chromium: Any, scheme: str):
+    page = chromium.new_page(color_scheme=scheme)
     page.goto(report_page.as_uri())
     assert page.evaluate(CONTRAST) == []
     page.close()
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-def test_only_tables_scroll_sideways(report_page: Path, browser: Any, width: int):
-    page = browser.new_page(viewport={"width": width, "height": 800})
+def test_only_tables_scroll_sideways(report_page: Path, chromium: Any, width: int):
+    page = chromium.new_page(viewport={"width": width, "height": 800})
     page.goto(report_page.as_uri())
     assert page.evaluate("document.documentElement.scrollWidth") == width
     if width == 1280:
@@ -59,8 +45,8 @@ def test_only_tables_scroll_sideways(report_page: Path, browser: Any, width: int
     page.close()
 
 
-def test_no_table_is_cut_off_on_paper(report_page: Path, browser: Any):
-    page = browser.new_page(viewport=PAPER)
+def test_no_table_is_cut_off_on_paper(report_page: Path, chromium: Any):
+    page = chromium.new_page(viewport=PAPER)
     page.emulate_media(media="print")
     page.goto(report_page.as_uri())
     assert page.evaluate(TOO_WIDE) == []

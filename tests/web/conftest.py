@@ -1,10 +1,8 @@
 """Two small runs on the engine-free backend, served on loopback; and a browser, where there is one."""
 
-import shutil
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -26,8 +24,6 @@ from vigil.sim import make_simulator
 from vigil.web.drawing import Drawer, Look
 from vigil.web.library import Library
 from vigil.web.view import make_view
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
 @pytest.fixture(scope="session")
@@ -81,18 +77,6 @@ def drawer() -> Iterator[Drawer]:
 def view(runs: Path, pack: Pack, drawer: Drawer) -> Iterator[Site]:
     with served(make_view(Library([runs], [pack.folder]), drawer, look=Look("fake"))) as site:
         yield site
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[SimpleNamespace]:
-    """A headless browser; skips where none is installed."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pip install playwright")
-    if CHROMIUM is None:
-        pytest.skip("no Chromium is installed: apt-get install chromium")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(params=[(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
