@@ -100,10 +100,12 @@ class Builder:
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
         """Returns the asset, stretched to its size; without solids its body's box is one, if it `takes_room`."""
-        resting = [part for look, parts in self._meshes.items() if look.shown != "on" for part in parts]
-        low, high = bounds(resting)
+        merged = {look: merge(parts) for look, parts in self._meshes.items()}
+        low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _Fit(low, high, np.asarray(self._size, np.float64))
-        parts = tuple(self._part(index, look, fit) for index, look in enumerate(self._meshes))
+        parts = tuple(
+            _part(f"{look.joint or 'body'}_{n}", look, fit.mesh(merged[look])) for n, look in enumerate(merged)
+        )
         still = [part.mesh for part in parts if part.joint is None and part.shown != "on"]
         box = bounds(still or [part.mesh for part in parts])
         solids = tuple(clipped for solid in self._solids if (clipped := fit.solid(solid)) is not None)
@@ -123,18 +125,19 @@ class Builder:
             tags=frozenset(tags),
         )
 
-    def _part(self, index: int, look: Look, fit: "_Fit") -> Part:
-        return Part(
-            name=f"{look.joint or 'body'}_{index}",
-            mesh=fit.mesh(merge(self._meshes[look])),
-            material=look.material,
-            material_on=look.on,
-            joint=look.joint,
-            bears_open=look.bears_open,
-            bears_toggle=look.bears_toggle,
-            is_glass=look.is_glass,
-            shown=look.shown,
-        )
+
+def _part(name: str, look: Look, whole: Mesh) -> Part:
+    return Part(
+        name=name,
+        mesh=whole,
+        material=look.material,
+        material_on=look.on,
+        joint=look.joint,
+        bears_open=look.bears_open,
+        bears_toggle=look.bears_toggle,
+        is_glass=look.is_glass,
+        shown=look.shown,
+    )
 
 
 class _Fit:

@@ -15,7 +15,7 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.ndarray) -> Mesh:
     """Returns a Mesh with the types it promises and normals of unit length."""
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    lengths = np.sqrt(np.add.reduce(normals * normals, axis=1, keepdims=True))
     return Mesh(
         np.ascontiguousarray(vertices, np.float32),
         np.ascontiguousarray(faces, np.int32),

@@ -111,13 +111,15 @@ def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 _BOX_SIGNS, _BOX_AXES, _BOX_FLAT, _BOX_BEVELS = _box_topology()
 _BOX_NORMALS = _BOX_SIGNS * np.eye(3)[_BOX_AXES]
+_BOX_SIDES = tuple(np.flatnonzero(axis == _BOX_AXES) for axis in range(3))
+_BOX_IS_FACED = _BOX_AXES[:, None] == np.arange(3)
 
 
 def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
     """Returns a box: 12 triangles, or 44 with bevelled edges that shade as if rounded."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     cut = min(bevel, 0.45 * half.min() * 2)
-    inset = np.where(np.arange(3)[None] == _BOX_AXES[:, None], half, half - cut)
+    inset = np.where(_BOX_IS_FACED, half, half - cut)
     vertices = _BOX_SIGNS * inset + np.asarray(center, np.float64)
     faces = np.concatenate([_BOX_FLAT, _BOX_BEVELS]) if cut > 0 else _BOX_FLAT
     return mesh(vertices, faces, _BOX_NORMALS, _box_uvs(vertices, half))
@@ -125,10 +127,9 @@ def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
 
 def _box_uvs(vertices: np.ndarray, half: np.ndarray) -> np.ndarray:
     uvs = np.empty((len(vertices), 2))
-    for axis in range(3):
-        b, c = (1, 2) if axis == 0 else (0, 2) if axis == 1 else (0, 1)
+    for side, (b, c) in zip(_BOX_SIDES, ((1, 2), (0, 2), (0, 1)), strict=True):
         u, v = (b, c) if half[b] >= half[c] else (c, b)
-        uvs[axis == _BOX_AXES] = vertices[axis == _BOX_AXES][:, [u, v]]
+        uvs[side, 0], uvs[side, 1] = vertices[side, u], vertices[side, v]
     return uvs
 
 
