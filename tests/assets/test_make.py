@@ -1,12 +1,12 @@
 """Every registered category, at several variants and sizes, is a sound asset."""
 
-import time
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from vigil import assets
 from vigil.assets import MAKERS, make
 from vigil.assets.asset import Asset
 from vigil.assets.catalog import CATALOG
@@ -151,7 +151,7 @@ def _fingerprint(asset: Asset) -> list[object]:
 
 def test_same_arguments_same_bytes() -> None:
     before = {category: _fingerprint(make(category, _usual(category), 7)) for category in sorted(MAKERS)}
-    make.cache_clear()
+    assets._made.cache_clear()
     for category, fingerprint in before.items():
         assert _fingerprint(make(category, _usual(category), 7)) == fingerprint
 
@@ -162,12 +162,11 @@ def test_variants_differ(category: str) -> None:
     assert len(looks) >= 2
 
 
-def test_making_is_quick() -> None:
-    make.cache_clear()
-    start = time.perf_counter()
-    for category in sorted(MAKERS):
-        make(category, _usual(category), 11)
-    assert (time.perf_counter() - start) / len(MAKERS) < 0.05  # about 3 ms each
+def test_no_shape_is_made_twice() -> None:
+    size = _usual("Fridge")
+    usual = make("Fridge", size, 3)
+    assert make("Fridge", size, 3, ()) is usual
+    assert make("Fridge", size=size, variant=3) is usual
 
 
 def test_an_unknown_category_becomes_a_box() -> None:

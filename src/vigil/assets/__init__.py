@@ -74,24 +74,24 @@ _NEAR_M = 0.025
 """A surface so near to a level serves it."""
 
 
-@lru_cache(maxsize=4096)
 def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()) -> Asset:
     """Returns the asset of a category that fills `size`; a category without a maker becomes a labelled box.
 
     `levels` are heights (m) above the bottom at which things rest in or on it: they change the shape only where the
-    usual one has no surface at such a height. Same arguments, same bytes.
+    usual one has no surface at such a height. Same arguments, same bytes; asked again, the same object.
     """
+    usual = _made(category, size, variant, ())
+    return usual if _serves(usual, levels) else _made(category, size, variant, tuple(sorted(levels)))
+
+
+def _serves(asset: Asset, levels: tuple[float, ...]) -> bool:
+    tops = [surface.center.y + asset.size.y / 2 for surface in asset.surfaces]
+    return all(any(abs(level - top) < _NEAR_M for top in tops) for level in levels)
+
+
+@lru_cache(maxsize=4096)
+def _made(category: str, size: Vec3, variant: int, levels: tuple[float, ...]) -> Asset:
     room = Vec3(*(max(float(length), _SMALLEST_M) for length in size))
     maker = MAKERS.get(category)
-    if maker is None:
-        return plain.labelled_box(category, room, _stream(category, variant))
-    if levels:
-        usual = make(category, size, variant)
-        tops = [surface.center.y + room.y / 2 for surface in usual.surfaces]
-        if all(any(abs(level - top) < _NEAR_M for top in tops) for level in levels):
-            return usual
-    return maker(room, _stream(category, variant), tuple(sorted(levels)))
-
-
-def _stream(category: str, variant: int) -> np.random.Generator:
-    return np.random.default_rng([zlib.crc32(category.encode()), variant])
+    stream = np.random.default_rng([zlib.crc32(category.encode()), variant])
+    return plain.labelled_box(category, room, stream) if maker is None else maker(room, stream, levels)
