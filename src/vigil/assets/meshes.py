@@ -1,6 +1,7 @@
 """Whole meshes: made, joined, moved, turned, scaled and measured (see `vigil.assets.shapes` for primitives)."""
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -72,6 +73,20 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
     return product
+
+
+def norms(vectors: np.ndarray) -> np.ndarray:
+    """Returns the lengths of vectors along the last axis."""
+    return np.sqrt(np.add.reduce(vectors * vectors, axis=-1))
+
+
+@cache
+def grid_faces(rows: int, columns: int, flip: bool = False) -> np.ndarray:
+    """Returns two triangles per cell of a grid of vertices in row-major order; not to be written to."""
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return faces[:, ::-1] if flip else faces
 
 
 def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
