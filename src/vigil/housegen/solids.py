@@ -12,6 +12,7 @@ from shapely import Polygon
 
 from vigil.assets import make
 from vigil.assets.asset import Asset, Joint, Solid, Surface
+from vigil.assets.meshes import cross
 from vigil.assets.sizes import AssetDatabase, AssetEntry
 from vigil.house import Door, House, HouseObject, Opening
 from vigil.pose import Vec3, heading, rotate_floor
@@ -106,8 +107,7 @@ def moved_solid(solid: Solid, joint: Joint | None, openness: float) -> tuple[np.
     corners = np.array(solid.polygon, dtype=float)
     if joint is None or openness == 0.0:
         return corners, solid.bottom, solid.top
-    points = np.array([(x, y, z) for y in (solid.bottom, solid.top) for x, z in corners])
-    points = moved_points(points, joint, openness)
+    points = moved_points(solid_corners(solid), joint, openness)
     low, high = float(points[:, 1].min()), float(points[:, 1].max())
     if joint.kind == "slide" or abs(joint.axis[1]) > 0.999:
         return points[: len(corners), [0, 2]], low, high
@@ -115,19 +115,20 @@ def moved_solid(solid: Solid, joint: Joint | None, openness: float) -> tuple[np.
     return np.array([(x0, z0), (x1, z0), (x1, z1), (x0, z1)]), low, high
 
 
-def moved_points(points: np.ndarray, joint: Joint, openness: float) -> np.ndarray:
-    """Returns where points (n, 3) that a joint carries are at an openness."""
-    axis = np.array(joint.axis)
+def solid_corners(solid: Solid) -> np.ndarray:
+    """Returns the corners (2 n, 3) of a solid, those of its bottom first."""
+    return np.array([(x, y, z) for y in (solid.bottom, solid.top) for x, z in solid.polygon])
+
+
+def moved_points(points: np.ndarray, joint: Joint, openness: float | np.ndarray) -> np.ndarray:
+    """Returns where points (n, 3) that a joint carries are at an openness; (k, n, 3) for an array of k."""
+    axis, travel = np.array(joint.axis), joint.travel * np.asarray(openness)[..., None, None]
     if joint.kind == "slide":
-        return points + axis * joint.travel * openness
-    origin, angle = np.array(joint.origin), np.radians(joint.travel * openness)
+        return points + axis * travel
+    origin, angle = np.array(joint.origin), np.radians(travel)
     arm = points - origin
-    return (
-        origin
-        + arm * np.cos(angle)
-        + np.cross(axis, arm) * np.sin(angle)
-        + np.outer(arm @ axis, axis) * (1 - np.cos(angle))
-    )
+    along = np.outer(arm @ axis, axis)
+    return origin + arm * np.cos(angle) + cross(axis, arm) * np.sin(angle) + along * (1 - np.cos(angle))
 
 
 def bodies_of(house: House, assets: AssetDatabase) -> tuple[list[Body], list[str]]:

@@ -8,10 +8,10 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, own_asset_id
-from vigil.housegen.solids import moved_points, moved_solid
+from vigil.housegen.solids import moved_points, solid_corners
 from vigil.pose import Vec3, rotate_floor
 
-SWEEP = tuple(step / 20 for step in range(1, 21))
+SWEEP = np.arange(1, 21) / 20
 """Openness at which moving parts are looked at."""
 VARIANTS = 24
 """Own asset ids that the generator draws from, per category."""
@@ -120,13 +120,9 @@ def swept(model: Model) -> Rect | None:
     Flaps and lids that are drawn only, and stop nobody, count where there are no others.
     """
     joints = {joint.name: joint for joint in model.asset.joints}
-    moving = [solid for solid in model.asset.solids if solid.joint in joints]
-    drawn = [part for part in model.asset.parts if part.joint in joints]
-    places = [moved_solid(solid, joints[solid.joint or ""], openness)[0] for solid in moving for openness in SWEEP] or [
-        moved_points(part.mesh.vertices, joints[part.joint or ""], openness)[:, [0, 2]]
-        for part in drawn
-        for openness in SWEEP
-    ]
+    moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]
+    drawn = [(joints[part.joint], part.mesh.vertices) for part in model.asset.parts if part.joint in joints]
+    places = [moved_points(points, joint, SWEEP).reshape(-1, 3)[:, [0, 2]] for joint, points in moving or drawn]
     if not places:
         return None
     corners = np.concatenate(places)
