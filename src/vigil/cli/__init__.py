@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from vigil.cli import doctor, houses, packs, render, reports, runs, scores, web
+from vigil.cli.verbs import Verbs
 from vigil.errors import InfrastructureError, VigilError
 
 BAD_INPUT = 2
@@ -15,24 +15,17 @@ INTERRUPTED = 130
 
 app = typer.Typer(
     name="vigil",
+    cls=Verbs,
     help="Evaluates embodied agents from egocentric RGB: did they finish, and do they know?",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run")(runs.run)
-app.command("score")(scores.score)
-app.command("verify")(runs.verify)
-app.command("report")(reports.report)
-app.command("figure")(reports.figure)
-app.command("view")(web.view)
-app.command("play")(web.play)
-app.command("review")(web.review)
-app.command("export")(web.export)
-app.command("render")(render.render)
-app.command("doctor")(doctor.doctor)
-app.add_typer(houses.app, name="houses")
-app.add_typer(packs.app, name="pack")
+
+
+@app.callback()
+def _nothing_before_a_verb() -> None:
+    """Typer wants a function for the options before a verb; there are none."""
 
 
 def main() -> None:

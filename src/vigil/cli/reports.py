@@ -130,7 +130,7 @@ def figure(
     assets: Assets = None,
     are_runs: Annotated[bool, typer.Option("--runs", help="May stand before the runs.")] = False,
 ) -> None:  # fmt: skip
-    """Draws one figure of saved runs, or a diagram of the protocol; frames that a run kept are used, others redrawn.
+    """Draws one figure of saved runs, or a diagram of the protocol; kept frames are used, others redrawn.
 
     Examples:
     vigil figure plane runs/* --out plane.pdf
