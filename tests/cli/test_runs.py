@@ -151,6 +151,16 @@ def test_score_gives_the_reasons_of_errors(vigil: Vigil, command: tuple[str | Pa
         assert "0 of 2 episodes scored" in said.out
 
 
+def test_a_hanging_program_costs_what_the_run_allows(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path
+) -> None:
+    ran = vigil(*command, "--agent", "exec:sleep 600", "--limit", "1", "--reply-seconds", "1")
+    assert ran.code == 1
+    assert "'exec:sleep 600' does not answer for 1 s" in ran.out
+    (row,) = read_run(tmp_path / "run")[1]
+    assert row.end == "error"
+
+
 def test_an_interrupted_run_says_so_and_leaves_no_program_behind(
     command: tuple[str | Path, ...], tmp_path: Path
 ) -> None:

@@ -39,9 +39,9 @@ def _collect() -> Iterator[None]:
     gc.collect()
 
 
-def ask(brain: Brain, request_seconds: int = 30, **sampling: object) -> tuple[Reply, ChatServer]:
+def ask(brain: Brain, reply_seconds: int = 30, **sampling: object) -> tuple[Reply, ChatServer]:
     with serving(brain) as server:
-        endpoint = Endpoint(serving_of("openai/m", server.url, {}), sampling, 4, request_seconds)
+        endpoint = Endpoint(serving_of("openai/m", server.url, {}), sampling, 4, reply_seconds)
 
         async def main() -> Reply:
             model = endpoint.model()
@@ -153,7 +153,7 @@ def test_the_provider_says_how_long_to_wait() -> None:
 
 
 def test_a_slow_answer_is_given_up_and_asked_for_again() -> None:
-    reply, server = ask(after(Answer(REPORT, delay_s=1.6)), request_seconds=1)
+    reply, server = ask(after(Answer(REPORT, delay_s=1.6)), reply_seconds=1)
     assert reply.text == REPORT
     assert len(server.asked) == 2
 

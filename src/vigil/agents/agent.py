@@ -5,6 +5,9 @@ from typing import Protocol, runtime_checkable
 from vigil.actions import Reply
 from vigil.observation import Observation
 
+REPLY_SECONDS = 600
+"""How long one reply of a model or a program may take, unless a run says otherwise."""
+
 
 class Agent(Protocol):
     """Plays one episode at a time: `start`, then one reply to each observation."""

@@ -1,6 +1,6 @@
 """Agents by name, as `--agent` takes them: a scripted agent, or `exec:COMMAND`."""
 
-from vigil.agents.agent import Agent
+from vigil.agents.agent import REPLY_SECONDS, Agent
 from vigil.agents.exec_agent import PREFIX, ExecAgent
 from vigil.agents.scripted import SCRIPTS, scripted_agent
 from vigil.errors import SettingError
@@ -17,10 +17,13 @@ def is_known(name: str) -> bool:
     return is_exec(name) or name in SCRIPTS
 
 
-def make_agent(name: str, profile: Profile, seed: int = 0) -> Agent:
-    """Returns the agent of that name; `seed` is for the scripted ones. Raises SettingError on an unknown one."""
+def make_agent(name: str, profile: Profile, seed: int = 0, reply_seconds: float = REPLY_SECONDS) -> Agent:
+    """Returns the agent of that name. Raises SettingError on an unknown one.
+
+    `seed` is for the scripted ones; a program may take `reply_seconds` for a reply.
+    """
     if is_exec(name):
-        return ExecAgent(name.removeprefix(PREFIX), profile)
+        return ExecAgent(name.removeprefix(PREFIX), profile, reply_seconds)
     if name in SCRIPTS:
         return scripted_agent(name, seed)
     known = ", ".join(SCRIPTS)

@@ -28,6 +28,7 @@ import time
 from typing import Any
 
 from vigil.actions import Reply
+from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
@@ -37,7 +38,6 @@ from vigil.replies import split_reasoning
 
 PREFIX = "exec:"
 PROTOCOL = 1
-REPLY_SECONDS = 300.0
 CLOSING_SECONDS = 2.0
 MAX_LINE_BYTES = 128 * 1024
 """What is kept of an answer: twice what a valid reply may have."""

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.choose import is_exec
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
@@ -63,6 +64,7 @@ def run(
     save_frames: Annotated[bool, typer.Option("--save-frames", help="Keep every frame, by content hash.")] = False,
     backend: Annotated[str, typer.Option(help="Simulator: mujoco, or fake (no engine).")] = "mujoco",
     assets: Assets = None,
+    reply_seconds: Annotated[int, typer.Option(min=1, help="How long one reply may take.")] = REPLY_SECONDS,
     seed: Annotated[int, typer.Option(help="For scheduling and scripted agents.")] = 0,
     preflight: Annotated[bool, typer.Option(help="First prove that pictures reach the model.")] = True,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say calls and tokens, play nothing.")] = False,
@@ -84,7 +86,7 @@ def run(
         profile=_profile(profile), prompt_variant=prompt_variant, coordinates=coordinates, reply_policy=reply_policy,
         image_format=image_format, render_quality=render_quality, save_frames=save_frames, log_dir=log_dir,
         backend=backend, asset_database=assets,
-        workers=workers, max_connections=max_connections, preflight=preflight,
+        workers=workers, max_connections=max_connections, reply_seconds=reply_seconds, preflight=preflight,
     )  # fmt: skip
     if dry_run:
         _print_estimate(settings, _prices(prices))

@@ -41,6 +41,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from vigil.actions import Reply, Usage
+from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.model import Message
 from vigil.episode import Episode, Family
 from vigil.errors import InputError, ModelAPIError, SettingError, VigilError
@@ -57,7 +58,6 @@ from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.wire import Ticket
 from vigil.scoring import settle
 
-REQUEST_SECONDS = 600
 PREFLIGHT_RETRIES = 2
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
@@ -75,7 +75,7 @@ class Endpoint:
     sampling: dict[str, Any] = field(default_factory=dict)
     """Fields of Inspect's GenerateConfig; only what the user set."""
     max_connections: int = 16
-    request_seconds: int = REQUEST_SECONDS
+    reply_seconds: int = REPLY_SECONDS
     patience: Patience = field(default_factory=Patience)
 
     def model(self) -> Model:
@@ -85,7 +85,7 @@ class Endpoint:
                 **self.sampling,
                 max_connections=self.max_connections,
                 max_retries=0,
-                attempt_timeout=self.request_seconds,
+                attempt_timeout=self.reply_seconds,
             )
             return get_model(
                 self.serving.name,

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vigil.agents.exec_agent import REPLY_SECONDS
 from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.pack import Pack
@@ -125,7 +124,7 @@ def _play_all(run: _Run, tickets: list[Ticket]) -> None:
     is_model = settings.model is not None
     frames = run.folder.frames if settings.save_frames else None
     plan = worker_plan(settings, run.pack, run.spec.profile, run_id=run.folder.header.run_id, frames=frames)
-    patience_s = settings.patience_s + (REPLY_SECONDS if run.spec.agent_kind == "exec" else 0.0)
+    patience_s = settings.patience_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
     workers = min(settings.workers or usable_cpus(), len(tickets))
     with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
         run.folder.note_facts(pool.facts())
@@ -165,7 +164,7 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
         serving=serving(run.spec.agent, settings.base_url, settings.model_args),
         sampling={**run.spec.sampling, **({"extra_body": dict(settings.extra_body)} if settings.extra_body else {})},
         max_connections=settings.max_connections,
-        request_seconds=settings.request_seconds,
+        reply_seconds=settings.reply_seconds,
         patience=Patience(settings.retries, settings.first_wait_s, rng=np.random.default_rng(settings.seed)),
     )
     if settings.preflight:

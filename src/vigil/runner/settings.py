@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
 from vigil.episode import Episode, Family
 from vigil.errors import SettingError
@@ -65,7 +66,8 @@ class RunSettings:
     preflight: bool = True
     retries: int = 8
     first_wait_s: float = 1.0
-    request_seconds: int = 600
+    reply_seconds: int = REPLY_SECONDS
+    """How long one reply of a model or a program may take."""
     patience_s: float = PATIENCE_S
     seed: int = 0
 
@@ -136,6 +138,7 @@ def worker_plan(
         frames=frames,
         agent=settings.agent or "",
         agent_factory=settings.agent_factory,
+        reply_seconds=settings.reply_seconds,
         seed=settings.seed,
     )
 
@@ -175,7 +178,7 @@ def _kind(settings: RunSettings) -> AgentKind:
 def _check(settings: RunSettings) -> None:
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
-    for name, least in (("epochs", 1), ("max_connections", 1), ("retries", 0), ("request_seconds", 1)):
+    for name, least in (("epochs", 1), ("max_connections", 1), ("retries", 0), ("reply_seconds", 1)):
         if getattr(settings, name) < least:
             raise SettingError(f"Setting {name} is {getattr(settings, name)}; it must be {least} or more.")
     if settings.workers is not None and settings.workers < 1:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from vigil.actions import Reply
-from vigil.agents.agent import Agent
+from vigil.agents.agent import REPLY_SECONDS, Agent
 from vigil.agents.picture import Picture
 from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
@@ -44,6 +44,8 @@ class Plan:
     agent: str = ""
     """Name of the agent that plays inside the worker; empty when agents play outside."""
     agent_factory: PrivilegedFactory | None = None
+    reply_seconds: float = REPLY_SECONDS
+    """How long the agent may take for a reply when it is a program."""
     seed: int = 0
 
 

@@ -130,7 +130,7 @@ class Theatre:
             return plan.agent_factory(plan.agent, ticket.episode, simulator)
         seed = 0 if is_exec(plan.agent) else plan.seed + ticket.epoch - 1
         if seed not in self._agents:
-            self._agents[seed] = make_agent(plan.agent, plan.profile, seed)
+            self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds)
         return self._agents[seed]
 
     def _begin(self, session: int, ticket: Ticket) -> View | EpisodeRecord:
