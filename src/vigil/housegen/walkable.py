@@ -50,10 +50,11 @@ class Walkable:
 
     def can_serve(self, body: Body, reach_m: float) -> bool:
         """Whether someone can stand within reach of a body, clear of its leaves wherever they swing."""
-        box = Polygon(body.box_corners())
-        xs, zs = self.xs[self.main], self.zs[self.main]
-        points = shapely.points(xs, zs)
-        ok = shapely.distance(points, box) <= reach_m
+        corners = body.box_corners()
+        (x0, z0), (x1, z1) = corners.min(axis=0) - reach_m, corners.max(axis=0) + reach_m
+        near = self.main & (self.xs >= x0) & (self.xs <= x1) & (self.zs >= z0) & (self.zs <= z1)
+        points = shapely.points(self.xs[near], self.zs[near])
+        ok = shapely.distance(points, Polygon(corners)) <= reach_m
         for openness in (0.5, 1.0):
             for prism in body.leaves(openness):
                 if _is_in_way(prism):

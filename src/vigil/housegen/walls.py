@@ -3,13 +3,14 @@
 import itertools
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from shapely import Point
 
 from vigil.housegen.floorplan import Corner, Plan, RoomPlan
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class WallPiece:
     """A straight stretch of a room's wall with one neighbour behind it; the room lies to its right."""
 
@@ -19,23 +20,23 @@ class WallPiece:
     start: Corner
     end: Corner
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Metres."""
         return math.dist(self.start, self.end)
 
-    @property
+    @cached_property
     def direction(self) -> Corner:
         """Unit vector from start to end."""
         return (self.end[0] - self.start[0]) / self.length, (self.end[1] - self.start[1]) / self.length
 
-    @property
+    @cached_property
     def inward(self) -> Corner:
         """Unit normal into the room."""
         x, z = self.direction
         return z, -x
 
-    @property
+    @cached_property
     def yaw(self) -> float:
         """Yaw of a thing that stands with its back to it."""
         x, z = self.inward
