@@ -47,7 +47,7 @@ def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segme
     uvs[..., 0], uvs[..., 1] = angles * points[:, 0].max(), travel[:, None]
     is_flat = np.abs(outward[:, 1]) > 0.97 * norms(outward)
     uvs[is_flat] = vertices[is_flat][..., ::2]
-    faces = _lathe_faces(tuple((rings[:, 0] > _NO_RADIUS_M).tolist()), segments)
+    faces = _lathe_faces(tuple((np.abs(rings[:, 0]) > _NO_RADIUS_M).tolist()), segments)
     return mesh(vertices.reshape(-1, 3) + np.asarray(center), faces, normals.reshape(-1, 3), uvs.reshape(-1, 2))
 
 
