@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,7 +11,15 @@ from stories import Story, episode, thing
 from vigil.errors import RecordError
 from vigil.record import EpisodeRecord
 from vigil.scoring import settle
-from vigil.summary import RATES, Settlement, assert_identities, settle_run, summarise, wilson
+from vigil.summary import (
+    RATES,
+    Settlement,
+    assert_identities,
+    independent_trials,
+    settle_run,
+    summarise,
+    wilson,
+)
 
 PG = [episode("PG", id=f"pg{index}") for index in range(4)]
 SV = [episode("SV", id=f"sv{index}") for index in range(2)]
@@ -85,6 +94,41 @@ def test_a_broken_identity_is_named(change: dict):
     assert_identities([outcome])
     with pytest.raises(RuntimeError, match="identities"):
         summarise(Settlement((replace(outcome, **change),)))
+
+
+def test_epochs_that_agree_make_no_interval_narrower():
+    once = summarise(settle_run(PG, RECORDS[:3]))
+    again = [named(record, record.episode_id, epoch) for record in RECORDS[:3] for epoch in (1, 2, 3)]
+    thrice = summarise(settle_run(PG, again, epochs=3))
+    assert thrice["overall"]["episodes"] == 9
+    assert thrice["overall"]["intervals"] == once["overall"]["intervals"]
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=40))
+def test_single_plays_are_worth_their_number(hits: list[bool]):
+    assert independent_trials([int(hit) for hit in hits], [1] * len(hits)) == len(hits)
+
+
+@given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)).map(sorted), max_size=30))
+def test_plays_are_worth_at_least_their_episodes_and_at_most_their_number(counts: list[list[int]]):
+    hits, trials = [hit for hit, _ in counts], [count for _, count in counts]
+    worth = independent_trials(hits, trials)
+    assert sum(count > 0 for count in trials) <= worth <= sum(trials)
+
+
+@pytest.mark.parametrize("spread", [0.3, 3.0, 300.0])
+def test_intervals_over_epochs_hold_the_truth_as_often_as_they_say(spread: float):
+    """Sixty episodes whose difficulty is beta-distributed, from all or nothing to all alike, five epochs each."""
+    rng = np.random.default_rng(3)
+    hits = rng.binomial(5, rng.beta(0.4 * spread, 0.6 * spread, size=(600, 60)))
+    held, widths = 0, []
+    for row in hits.tolist():
+        n = independent_trials(row, [5] * 60)
+        low, high = wilson(n * sum(row) / 300, n)
+        held += low <= 0.4 <= high
+        widths.append((high - low) / (wilson(sum(row), 300)[1] - wilson(sum(row), 300)[0]))
+    assert held / 600 >= 0.93
+    assert np.mean(widths) < 1.05 or spread < 300
 
 
 def test_wilson_against_published_values():

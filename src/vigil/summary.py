@@ -5,6 +5,7 @@ All rates are fractions of the scored episodes; episodes that ended as `error` a
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -104,7 +105,25 @@ def summarise(settlement: Settlement) -> dict:
     return summary
 
 
-def wilson(hits: int, n: int) -> tuple[float, float]:
+def independent_trials(hits: Sequence[int], trials: Sequence[int]) -> float:
+    """Returns how many independent trials tell as much of a rate as those of episodes that were played repeatedly.
+
+    `hits` and `trials` are counts by episode. Plays of one episode are alike, so they tell less than as many plays of
+    different ones: n divided by the design effect (the rate's variance between episodes over that of independent
+    trials), at least the number of episodes and at most n. That number of episodes when all plays agree. Source: Dean
+    and Pagano, "Evaluating confidence interval methods for binomial proportions in clustered surveys", 2015.
+    """
+    played = [(hit, count) for hit, count in zip(hits, trials, strict=True) if count]
+    episodes, n = len(played), sum(count for _, count in played)
+    if episodes < 2:
+        return float(episodes)
+    rate = sum(hit for hit, _ in played) / n
+    between = episodes / (episodes - 1) * sum((hit - rate * count) ** 2 for hit, count in played)
+    worth = n * n * rate * (1 - rate) / between if between else 0.0
+    return min(float(n), max(float(episodes), worth))
+
+
+def wilson(hits: float, n: float) -> tuple[float, float]:
     """Returns the 95 % Wilson score interval of a rate; (0, 1) over no trials."""
     if n == 0:
         return 0.0, 1.0
@@ -143,15 +162,24 @@ def assert_identities(outcomes: Sequence[Outcome]) -> None:
 
 def _rates(outcomes: Sequence[Outcome], *, errors: int, planned: int) -> dict:
     n = len(outcomes)
-    hits = {rate: sum(_is_hit(outcome, rate) for outcome in outcomes) for rate in RATES}
+    hits = {rate: [_is_hit(outcome, rate) for outcome in outcomes] for rate in RATES}
+    episodes = [outcome.episode_id for outcome in outcomes]
     return {
         "episodes": n,
         "errors": errors,
-        **{rate: hits[rate] / n if n else None for rate in RATES},
+        **{rate: _mean(hits[rate]) for rate in RATES},
         "mean_steps": _mean([outcome.steps for outcome in outcomes]),
         "complete": f"{n}/{max(planned, n)}",
-        "intervals": {rate: list(wilson(hits[rate], n)) for rate in RATES},
+        "intervals": {rate: list(_interval(hits[rate], episodes)) for rate in RATES},
     }
+
+
+def _interval(hits: Sequence[bool], episodes: Sequence[str]) -> tuple[float, float]:
+    """Returns the Wilson interval of a rate over plays of the named episodes, some perhaps played repeatedly."""
+    played = Counter(episodes)
+    hit = Counter(episode for episode, is_hit in zip(episodes, hits, strict=True) if is_hit)
+    n = independent_trials([hit[episode] for episode in played], list(played.values()))
+    return wilson(n * hit.total() / max(len(hits), 1), n)
 
 
 def _is_hit(outcome: Outcome, rate: str) -> bool:

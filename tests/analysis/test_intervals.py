@@ -22,18 +22,18 @@ BOOLS = st.lists(st.booleans(), min_size=1, max_size=60)
 
 @given(st.integers(1, 2000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
 def test_wilson_contains_the_rate(hits_n: tuple[int, int]):
-    rate = Rate(*hits_n)
+    rate = Rate(*hits_n, hits_n[1])
     low, high = rate.interval
     assert 0.0 <= low <= (rate.value or 0.0) <= high <= 1.0
 
 
 def test_a_rate_over_nothing_has_no_value():
-    assert Rate(0, 0).value is None
-    assert Rate(0, 0).interval == (0.0, 1.0)
+    assert Rate(0, 0, 0).value is None
+    assert Rate(0, 0, 0).interval == (0.0, 1.0)
 
 
 def test_wilson_reproduces_a_known_interval():
-    assert Rate(564, 1000).interval == pytest.approx((0.5331, 0.5944), abs=1e-4)
+    assert Rate(564, 1000, 1000).interval == pytest.approx((0.5331, 0.5944), abs=1e-4)
 
 
 @given(BOOLS, st.integers(0, 10**6))
@@ -64,16 +64,27 @@ def test_few_houses_or_no_variation_say_nothing():
 def test_mcnemar_is_the_exact_binomial_test():
     first = np.array([True] * 10 + [False] * 5 + [True] * 20)
     second = np.array([False] * 10 + [False] * 4 + [True] * 21)
-    found = mcnemar(first, second)
-    assert (found.only_first, found.only_second, found.n) == (10, 1, 35)
+    found = mcnemar(first, second, np.arange(35))
+    assert (found.only_first, found.only_second) == (10, 1)
     assert found.p == pytest.approx(2 * sum(math.comb(11, k) for k in range(2)) / 2**11)
     assert found.difference == pytest.approx(-9 / 35)
+
+
+def test_playing_the_same_again_proves_nothing_more():
+    first = np.array([True] * 10 + [False] * 25)
+    second = np.array([False] * 9 + [True] * 26)
+    once, thrice = (
+        mcnemar(first, second, np.arange(35)),
+        mcnemar(*(np.tile(a, 3) for a in (first, second, np.arange(35)))),
+    )
+    assert thrice == once
 
 
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=50))
 def test_pairing_is_symmetric(pairs: list[tuple[bool, bool]]):
     first, second = (np.array([pair[side] for pair in pairs]) for side in (0, 1))
-    forth, back = mcnemar(first, second), mcnemar(second, first)
+    episodes = np.arange(len(pairs)) // 2
+    forth, back = mcnemar(first, second, episodes), mcnemar(second, first, episodes)
     assert forth.p == pytest.approx(back.p)
     assert forth.difference == pytest.approx(-(back.difference or 0.0))
     houses = np.array([f"h{index % 9}" for index in range(len(pairs))])

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -55,6 +56,17 @@ def test_identities_hold_on_any_rows(plots: list[Plot]):
     assert sum(part.n for part in by_family(rows).values()) == len(plots)
     for name, interval in clustered_intervals(rows).items():
         assert interval is None or interval[0] <= (found.share(name) or 0.0) + 1e-12 <= interval[1] + 2e-12
+
+
+def test_plays_that_only_repeat_make_no_rate_surer():
+    rows = rows_of(
+        [Plot("PG", True, "success"), Plot("PG", False, "success"), Plot("PG", True, "NR"), Plot("AI", False, "fail")]
+    )
+    once, thrice = measure(rows), measure(pd.concat([rows] * 3))
+    assert (thrice.n, thrice.episodes) == (12, 4)
+    for name, given_ in (("W", None), ("B", "W"), ("FR_W0", "W0"), ("IL", None)):
+        assert thrice.rate(name, given_).n == 3 * once.rate(name, given_).n
+        assert thrice.rate(name, given_).interval == pytest.approx(once.rate(name, given_).interval)
 
 
 @given(st.lists(PLOTS, min_size=1, max_size=20), st.randoms(use_true_random=False))

@@ -94,14 +94,14 @@ def power(study: Study) -> Table:
     rows = []
     for entry in by_b(study.entries):
         m = entry.overall
-        smallest = min((part.n for part in entry.families.values()), default=0)
+        smallest = min((part.rate("W").worth for part in entry.families.values()), default=0)
         rows.append(
             row_of(
                 entry,
                 n=m.n,
-                W=percent(smallest_difference(m.n, _inside(m.share("W")))),
-                B=percent(smallest_difference(m.n, _inside(m.share("B")))),
-                B_paired=percent(smallest_paired_difference(m.n, 0.1)),
+                W=percent(smallest_difference(m.rate("W").worth, _inside(m.share("W")))),
+                B=percent(smallest_difference(m.rate("B").worth, _inside(m.share("B")))),
+                B_paired=percent(smallest_paired_difference(m.episodes, 0.1)),
                 family=percent(smallest_difference(smallest, 0.5)),
             )
         )

@@ -30,6 +30,8 @@ class Rate:
 
     hits: int
     n: int
+    worth: float
+    """How many independent trials the n are worth: fewer where episodes were played repeatedly."""
 
     @property
     def value(self) -> float | None:
@@ -39,22 +41,19 @@ class Rate:
     @property
     def interval(self) -> Interval:
         """Returns the 95 % Wilson interval; (0, 1) over no trials."""
-        return wilson(self.hits, self.n)
+        return wilson((self.value or 0.0) * self.worth, self.worth)
 
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """An exact test of two paired yes/no outcomes."""
+    """An exact test of two paired yes/no outcomes; each episode counts once, however often it was played."""
 
     only_first: int
+    """Episodes in which the first has more of the outcome."""
     only_second: int
-    n: int
+    difference: float | None
+    """The second's rate minus the first's, over all plays."""
     p: float
-
-    @property
-    def difference(self) -> float | None:
-        """Returns the second's rate minus the first's."""
-        return (self.only_second - self.only_first) / self.n if self.n else None
 
 
 def clustered(values: np.ndarray, houses: np.ndarray) -> Interval | None:
@@ -87,12 +86,16 @@ def _draws(clusters: int) -> np.ndarray:
     return np.random.default_rng(SEED).multinomial(clusters, np.full(clusters, 1 / clusters), size=RESAMPLES)
 
 
-def mcnemar(first: np.ndarray, second: np.ndarray) -> McNemar:
-    """Returns the exact McNemar test of two boolean columns over the same episodes."""
-    only_first, only_second = int((first & ~second).sum()), int((second & ~first).sum())
-    discordant = only_first + only_second
-    p = min(1.0, 2 * float(bdtr(min(only_first, only_second), discordant, 0.5)))
-    return McNemar(only_first, only_second, len(first), p)
+def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNemar:
+    """Returns the exact McNemar test of two boolean columns over the same plays of the named episodes.
+
+    An episode that was played repeatedly is one sign: that of its plays' differences together.
+    """
+    _, index = np.unique(episodes, return_inverse=True)
+    gains = np.bincount(index, weights=second.astype(float) - first.astype(float))
+    only_first, only_second = int((gains < 0).sum()), int((gains > 0).sum())
+    p = min(1.0, 2 * float(bdtr(min(only_first, only_second), only_first + only_second, 0.5)))
+    return McNemar(only_first, only_second, float(gains.sum()) / len(first) if len(first) else None, p)
 
 
 def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> tuple[float, Interval | None]:
@@ -111,10 +114,10 @@ def holm(p_values: list[float]) -> list[float]:
     return adjusted
 
 
-def smallest_difference(n: int, rate: float = 0.5) -> float | None:
-    """Returns the smallest difference between two independent rates near `rate` that n episodes each can show.
+def smallest_difference(n: float, rate: float = 0.5) -> float | None:
+    """Returns the smallest difference between two independent rates near `rate` that n trials each can show.
 
-    At the 5 % level with 80 % power; None without episodes.
+    At the 5 % level with 80 % power; None without any.
     """
     if not n:
         return None

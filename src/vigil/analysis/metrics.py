@@ -13,6 +13,7 @@ import pandas as pd
 from vigil.analysis.intervals import Interval, Rate, clustered_means, houses_of
 from vigil.analysis.rows import KINDS, Run, values, where
 from vigil.episode import FAMILIES
+from vigil.summary import independent_trials
 
 LABELS = ("B", "FR", "Other", "NR", "IL")
 """The partition, in the order of the stacked bars."""
@@ -38,10 +39,20 @@ class Measures:
     """W, W_strict, B, the five labels, reports and their parts."""
     means: Mapping[str, float | None]
     """Means over episodes: steps, too_far, path_blocked, retry, lags."""
+    by_episode: Mapping[str, tuple[int, ...]] | None = None
+    """The counts of each episode, and its plays as `n`, when any was played repeatedly."""
+
+    @property
+    def episodes(self) -> int:
+        """How many different episodes were played."""
+        return self.n if self.by_episode is None else len(self.by_episode["n"])
 
     def rate(self, name: str, given: str | None = None) -> Rate:
         """Returns the share of `name`, of all episodes or of those counted under `given`."""
-        return Rate(self.counts[name], self.n if given is None else self.counts[given])
+        trials = self.n if given is None else self.counts[given]
+        if self.by_episode is None:
+            return Rate(self.counts[name], trials, trials)
+        return Rate(self.counts[name], trials, independent_trials(self.by_episode[name], self.by_episode[given or "n"]))
 
     def share(self, name: str, given: str | None = None) -> float | None:
         """Returns the value of `rate`."""
@@ -50,7 +61,14 @@ class Measures:
 
 def measure(rows: pd.DataFrame) -> Measures:
     """Returns the measures of any set of episodes."""
-    return Measures(len(rows), _counts(rows), _means(rows))
+    masks = _masks(rows)
+    counts = {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
+    names, index = np.unique(values(rows, "episode_id", str), return_inverse=True)
+    if len(names) == len(rows):
+        return Measures(len(rows), counts, _means(rows))
+    masks = {"n": np.ones(len(rows)), **masks}
+    each = {name: np.bincount(index, weights=mask != 0).astype(int) for name, mask in masks.items()}
+    return Measures(len(rows), counts, _means(rows), {name: tuple(found.tolist()) for name, found in each.items()})
 
 
 def by_family(rows: pd.DataFrame) -> dict[str, Measures]:
@@ -117,8 +135,7 @@ def is_excluded(measures: Measures) -> bool:
 
 def broken_identities(rows: pd.DataFrame) -> list[str]:
     """Returns the identities of protocol.md section 5 that the rows break; none, if all is well."""
-    counts = _counts(rows)
-    n = len(rows)
+    counts, n = measure(rows).counts, len(rows)
     w, b, lag = values(rows, "W", bool), values(rows, "B", bool), values(rows, "lag")
     identities = {
         "B + FR + NR + IL + Other = all": sum(counts[f"label_{label}"] for label in LABELS) == n,
@@ -155,7 +172,8 @@ def run_faults(run: Run) -> list[str]:
 _CATEGORIES = ("verified_success", "unsupported_commitment", "post_attainment_drift", "missed_execution")
 
 
-def _counts(rows: pd.DataFrame) -> dict[str, int]:
+def _masks(rows: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Returns, for each count, the rows that it counts."""
     w, stop = values(rows, "W", bool), values(rows, "is_reported", bool)
     label, subtype = values(rows, "label", object), values(rows, "subtype", object)
     is_sv = values(rows, "expected", object) != None  # noqa: E711 - element by element
@@ -163,7 +181,7 @@ def _counts(rows: pd.DataFrame) -> dict[str, int]:
     is_success = (subtype == "false_success").astype(bool)
     progress = values(rows, "progress_at_report")
     ever, category = values(rows, "ever_satisfied", bool), values(rows, "category", object)
-    masks: dict[str, np.ndarray] = {
+    return {
         "W": w,
         "W0": ~w,
         "W_strict": values(rows, "W_strict", bool),
@@ -191,7 +209,6 @@ def _counts(rows: pd.DataFrame) -> dict[str, int]:
         **{name: label == name for name in ("FR", "NR", "IL", "Other")},
         **{name: category == name for name in _CATEGORIES},
     }
-    return {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
 
 
 def _means(rows: pd.DataFrame) -> dict[str, float | None]:

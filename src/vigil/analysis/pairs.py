@@ -50,7 +50,7 @@ class Pair:
         base, other = self.tables()
         if not len(base):
             return None
-        return mcnemar(_has(base, name), _has(other, name)).p
+        return mcnemar(_has(base, name), _has(other, name), base["episode_id"].to_numpy(dtype=str)).p
 
 
 @dataclass(frozen=True)
@@ -131,15 +131,16 @@ def compare(first: Run, second: Run) -> Comparison:
     ours, theirs = shared(first.rows, second.rows)
     if not len(ours):
         raise RecordError(f"{first.name!r} and {second.name!r} have no scored episode in common.")
-    houses = ours["house"].to_numpy(dtype=str)
+    ours, theirs = ours.reset_index(), theirs.reset_index()
+    houses, episodes = (ours[name].to_numpy(dtype=str) for name in ("house", "episode_id"))
     w1, w2 = ours["W"].to_numpy(dtype=bool), theirs["W"].to_numpy(dtype=bool)
     b1, b2 = ours["B"].to_numpy(dtype=bool), theirs["B"].to_numpy(dtype=bool)
     return Comparison(
         first=first,
         second=second,
         n=len(ours),
-        w=mcnemar(w1, w2),
-        b=mcnemar(b1, b2),
+        w=mcnemar(w1, w2, episodes),
+        b=mcnemar(b1, b2, episodes),
         delta=paired_difference(w1 & ~b1, w2 & ~b2, houses),
         b_interval=paired_difference(b1, b2, houses)[1],
         w_interval=paired_difference(w1, w2, houses)[1],
