@@ -45,8 +45,17 @@ SIMULATOR_SEAM = {"vigil.sim", "vigil.sim.protocol"}
 """All of the simulators that `env` may import."""
 ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.mujoco"}
 """Libraries that stay in one place."""
-LAZY = {"mujoco", "ai2thor", "ray", "OpenGL", "inspect_ai", "av", "vigil.runner.inspect_task"}
-"""Heavy or optional libraries that may be imported inside a function, and the one module made of such a library."""
+LAZY = {
+    "mujoco",
+    "ai2thor",
+    "ray",
+    "OpenGL",
+    "inspect_ai",
+    "av",
+    "vigil.runner.inspect_model",
+    "vigil.runner.inspect_task",
+}
+"""Heavy or optional libraries that may be imported inside a function, and the modules made of such a library."""
 NONDETERMINISTIC = {"random", "time", "secrets", "socket", "urllib", "requests", "httpx"}
 
 

@@ -15,7 +15,7 @@ from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError, SettingError
 from vigil.replies import parse_reply
 from vigil.runner.ask import Patience, persistent
-from vigil.runner.inspect_task import Endpoint, sender
+from vigil.runner.inspect_model import Endpoint, sender
 from vigil.runner.serving import Serving
 from vigil.runner.serving import serving as serving_of
 

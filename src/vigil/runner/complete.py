@@ -16,7 +16,7 @@ def completing(model: str, base_url: str | None, patience: Patience | None = Non
     Raises SettingError when the model cannot be used.
     """
     # Inspect takes a second or two to import, and nothing but a model needs it.
-    from vigil.runner.inspect_task import Endpoint, sender  # noqa: PLC0415
+    from vigil.runner.inspect_model import Endpoint, sender  # noqa: PLC0415
 
     client = Endpoint(serving(model, base_url, {})).model()
     ask = persistent(sender(client), patience or Patience())

@@ -157,7 +157,8 @@ async def _inside(pool: SimulatorPool, ticket: Ticket, run: _Run) -> EpisodeReco
 def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None:
     """Plays with a model in this process."""
     # Inspect takes a second or two to import, and nothing but a model's run needs it.
-    from vigil.runner.inspect_task import Endpoint, evaluate, preflight  # noqa: PLC0415
+    from vigil.runner.inspect_model import Endpoint, preflight  # noqa: PLC0415
+    from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
 
     settings, profile = run.settings, run.spec.profile
     endpoint = Endpoint(
