@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 from web_server import Site
 
@@ -100,6 +101,10 @@ def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pac
 
 def test_a_house_is_shown_and_walked(view: Site) -> None:
     assert "/houses/tiny/tiny" in view.get("/houses").text
+    drawn = view.get("/houses/tiny/tiny/plan.svg")
+    assert 'src="/houses/tiny/tiny/plan.svg"' in view.get("/houses").text
+    assert ElementTree.fromstring(drawn.text).findall("{*}polygon")
+    assert view.get("/houses/tiny/nothing/plan.svg").status == 404
     text = view.get("/houses/tiny/tiny").text
     assert 'data-id="Fridge|1|2"' in text
     pose = {"position": [2.5, 0, 1], "rotation": 0, "horizon": 30}

@@ -1,7 +1,6 @@
 """Pages of houses: plan, rooms, objects, and a walk through them."""
 
 import base64
-from pathlib import Path
 from typing import Annotated, Any
 
 from fastapi import Body, FastAPI
@@ -9,11 +8,12 @@ from fastapi.responses import HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.actions import PhysicalAction
+from vigil.house import House
 from vigil.pose import Pose
 from vigil.web.drawing import Drawer, Look, Scene
 from vigil.web.library import Library, ShownPack
 from vigil.web.plan import plan_of
-from vigil.web.site import page
+from vigil.web.site import page, picture
 from vigil.world import Setup
 
 
@@ -46,19 +46,20 @@ def add_house_pages(site: FastAPI, library: Library, drawer: Drawer, look: Look)
 
     @site.get("/houses/{slug}/{name}", response_class=HTMLResponse)
     def house(slug: str, name: str) -> Response:
-        pack = _pack(library, slug)
-        if name not in pack.houses():
-            raise KeyError(name)
-        found = pack.house(name)
+        found, pack = _house(library, slug, name), library.packs[slug]
         plan = plan_of(found, pack.assets)
         episodes = pack.houses()[name]
         start = found.start or episodes[0].start
         values = {"pack": pack, "house": found, "plan": plan, "episodes": episodes}
         return page("house.html", title=name, start=start.model_dump(mode="json"), **values)
 
+    @site.get("/houses/{slug}/{name}/plan.svg")
+    def plan_picture(slug: str, name: str) -> Response:
+        return picture("plan.svg", plan=plan_of(_house(library, slug, name), library.packs[slug].assets))
+
     @site.post("/houses/{slug}/{name}/walk")
     def walk(slug: str, name: str, request: Annotated[Walk, Body()]) -> dict[str, Any]:
-        walked = drawer.walk(_scene(_house(library, slug, name), request.pose, look), request.action)
+        walked = drawer.walk(_scene(library, slug, name, request.pose, look), request.action)
         return {
             "pose": walked.pose.model_dump(mode="json"),
             "blocked": walked.effect.path_blocked,
@@ -68,7 +69,7 @@ def add_house_pages(site: FastAPI, library: Library, drawer: Drawer, look: Look)
 
     @site.post("/houses/{slug}/{name}/name")
     def name_at(slug: str, name: str, request: Annotated[Point, Body()]) -> dict[str, Any]:
-        return {"id": drawer.name_at(_scene(_house(library, slug, name), request.pose, look), request.x, request.y)}
+        return {"id": drawer.name_at(_scene(library, slug, name, request.pose, look), request.x, request.y)}
 
 
 def _pack(library: Library, slug: str) -> ShownPack:
@@ -77,14 +78,14 @@ def _pack(library: Library, slug: str) -> ShownPack:
     return library.packs[slug]
 
 
-def _house(library: Library, slug: str, name: str) -> Path:
-    """Returns the file of a house, made sure of."""
+def _house(library: Library, slug: str, name: str) -> House:
     pack = _pack(library, slug)
     if name not in pack.houses():
         raise KeyError(name)
-    pack.house(name)
-    return pack.house_path(name)
+    return pack.house(name)
 
 
-def _scene(house: Path, pose: Pose, look: Look) -> Scene:
-    return Scene(look, house, pose, Setup())
+def _scene(library: Library, slug: str, name: str, pose: Pose, look: Look) -> Scene:
+    """Returns what is seen in a house, which is made sure of."""
+    _house(library, slug, name)
+    return Scene(look, library.packs[slug].house_path(name), pose, Setup())
