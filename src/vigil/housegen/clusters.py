@@ -125,11 +125,14 @@ def wall_anchors(floor: Floor, cluster: Cluster, rng: np.random.Generator) -> li
         if last < first:
             continue
         steps = np.arange(first + 0.15 * float(rng.random()), last, 0.15)
-        for along in (first, last, (first + last) / 2, *steps):
-            x, z = edge.at(float(along), WALL_GAP)
-            at_end = min(along - first, last - along) < 1e-6
-            middle = 1.0 - abs(2 * (along - first) / (last - first) - 1) if last > first else 1.0
-            found.append(Anchor(x, z, edge.yaw, 1.0 if at_end else 0.0, float(middle), edge.length))
+        along = np.array([first, last, (first + last) / 2, *steps])
+        (dx, dz), (x0, z0) = edge.direction, edge.at(0.0, WALL_GAP)
+        corner = (np.minimum(along - first, last - along) < 1e-6).astype(float)
+        centre = 1.0 - np.abs(2 * (along - first) / (last - first) - 1) if last > first else np.ones_like(along)
+        places = zip(
+            (x0 + along * dx).tolist(), (z0 + along * dz).tolist(), corner.tolist(), centre.tolist(), strict=True
+        )
+        found.extend(Anchor(x, z, edge.yaw, corner, centre, edge.length) for x, z, corner, centre in places)
     return found
 
 
@@ -150,6 +153,8 @@ def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
 
 def moved(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
     """Returns the rectangles at every anchor: (anchors, rects, 4)."""
+    if not rects:
+        return np.empty((len(anchors), 0, 4))
     turned = {yaw: np.asarray([turned_rect(rect, 0.0, 0.0, yaw) for rect in rects]) for yaw in {a.yaw for a in anchors}}
     shift = np.asarray([(anchor.x, anchor.z, anchor.x, anchor.z) for anchor in anchors])
     return np.stack([turned[anchor.yaw] for anchor in anchors]) + shift[:, None]
@@ -159,28 +164,22 @@ def settle(floor: Floor, cluster: Cluster, anchors: list[Anchor], scores: np.nda
     """Sets the cluster down at the best anchor that fits and leaves room to walk; None when there is none."""
     if not anchors:
         return None
-    solid, access = cluster.solid(), cluster.access
+    solids, access, sweeps = (moved(rects, anchors) for rects in (cluster.solid(), cluster.access, cluster.sweeps()))
     fits = np.ones(len(anchors), dtype=bool)
-    if solid:
-        places = moved(solid, anchors)
-        fits &= floor.fits(places.reshape(-1, 4), cluster.is_tall).reshape(len(anchors), -1).all(axis=1)
-    if access:
-        zones = moved(access, anchors)
-        fits &= floor.is_open(zones.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
-    sweeps = cluster.sweeps()
-    if sweeps:
-        zones = moved(sweeps, anchors)
-        fits &= floor.is_clear(zones.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
+    if solids.size:
+        fits &= floor.fits(solids.reshape(-1, 4), cluster.is_tall).reshape(len(anchors), -1).all(axis=1)
+    if access.size:
+        fits &= floor.is_open(access.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
+    if sweeps.size:
+        fits &= floor.is_clear(sweeps.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
     order = [int(index) for index in np.argsort(-scores, kind="stable") if fits[index]]
     for index in order[:TRIES]:
-        anchor = anchors[index]
-        taken = [_rect(row) for row in moved(solid, [anchor])[0]] if solid else []
-        open_zones = [_rect(row) for row in moved(access, [anchor])[0]] if access else []
+        taken, open_zones, passed = ([_rect(row) for row in places[index]] for places in (solids, access, sweeps))
         if floor.can_walk(taken, open_zones):
             floor.taken.extend(taken)
             floor.access.extend(open_zones)
-            floor.sweeps.extend([_rect(row) for row in moved(sweeps, [anchor])[0]] if sweeps else [])
-            return pieces_at(cluster, anchor, floor.room.number)
+            floor.sweeps.extend(passed)
+            return pieces_at(cluster, anchors[index], floor.room.number)
     return None
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
+import shapely
 from shapely import MultiPolygon, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
@@ -170,6 +171,8 @@ def _is_roomy(kind: str, shape: BaseGeometry) -> bool:
     long, short = max(x1 - x0, z1 - z0), min(x1 - x0, z1 - z0)
     if short < NARROWEST[kind] or long > MAX_ASPECT * short or shape.area * UNIT_M**2 < AREA_M2[kind][0] * 0.8:
         return False
+    if shape.area == (x1 - x0) * (z1 - z0):
+        return True  # a rectangle is as wide everywhere
     core = shape.buffer(-NARROWEST[kind] / 2 + 3.1, join_style="mitre")
     opened = core.buffer(NARROWEST[kind] / 2 - 3.1, join_style="mitre")
     return isinstance(core, Polygon) and not core.is_empty and opened.area > 0.99 * shape.area
@@ -177,11 +180,7 @@ def _is_roomy(kind: str, shape: BaseGeometry) -> bool:
 
 def _trade_block(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> None:
     """Moves a block at the end of a shared wall from one room to its neighbour, if both stay roomy."""
-    pairs = [
-        pair
-        for pair in combinations(range(len(kinds)), 2)
-        if _shared_length(shapes[pair[0]], shapes[pair[1]]) > DOOR_WALL
-    ]
+    pairs = [pair for pair, length in _shared_lengths(shapes).items() if length > DOOR_WALL]
     if not pairs or chance(rng, 0.4):
         return
     giver, taker = shuffled(rng, pick(rng, pairs))
@@ -236,6 +235,17 @@ def _plain(shape: Polygon | BaseGeometry) -> Polygon:
 
 def _shared_length(a: BaseGeometry, b: BaseGeometry) -> float:
     return a.boundary.intersection(b.boundary).length
+
+
+def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
+    """Returns the length of wall that each two shapes share."""
+    pairs = list(combinations(range(len(shapes)), 2))
+    if not pairs:
+        return {}
+    edges = shapely.boundary(np.array(shapes, dtype=object))
+    first, second = np.array(pairs).T
+    lengths = shapely.length(shapely.intersection(edges[first], edges[second]))
+    return dict(zip(pairs, lengths.tolist(), strict=True))
 
 
 def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
