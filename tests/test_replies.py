@@ -206,6 +206,11 @@ def test_normalized_coordinates():
         ("no object at all", False),
         ('Sure: {"skill_name": "fly", "arguments": {}}', False),
         (WALK[:-1], False),
+        (f'{{"plan": "first", "next": {WALK}, "then": "tur', False),
+        (f'{{"plan": 1, "plan": 2, "next": {WALK}}}', False),
+        (f'{{"plan": NaN, "next": {WALK}}}', False),
+        (f"[{WALK}]", False),
+        (f"[1] {WALK}", True),
         (f"{WALK.replace('2', 'NaN')}", False),
     ],
 )

@@ -39,6 +39,7 @@ CUT_REASONS = frozenset({"length", "max_tokens", "model_length"})
 """Finish reasons that mean: cut by the token limit."""
 
 _OPENING, _CLOSING = "<think>", "</think>"
+_BRACE = re.compile(r"[{}]")
 _FENCE = re.compile(r"```[A-Za-z0-9_+-]*[ \t]*\r?\n?(.*?)```", re.DOTALL)
 _REPLY_KEYS = ("skill_name", "arguments", "thought", "cognitive_state")
 
@@ -201,8 +202,10 @@ def _parse_loosely(answer: str, coordinates: Coordinates) -> ParsedReply | Inval
 
 
 def _objects_in(text: str) -> list[dict[str, Any]]:
-    """Returns the outermost objects with the two required keys."""
+    """Returns the outermost objects with the two required keys; none when a list, or a torn object, may hold them."""
     found: list[dict[str, Any]] = []
+    if _is_list(text):
+        return []
     start = text.find("{")
     for _ in range(MAX_LENIENT_TRIES):
         if start < 0:
@@ -210,12 +213,34 @@ def _objects_in(text: str) -> list[dict[str, Any]]:
         try:
             value, end = _decode(text, start)
         except _Fault:
-            end = start + 1
+            end = _past_brace(text, start)
+            if end < 0:
+                return []
         else:
             if {"skill_name", "arguments"} <= value.keys():
                 found.append(value)
         start = text.find("{", end)
     return []
+
+
+def _is_list(text: str) -> bool:
+    """Whether the text begins with a JSON list that holds objects."""
+    text = text.strip()
+    try:
+        value, end = _decode(text)
+    except _Fault:
+        return False
+    return isinstance(value, list) and "{" in text[:end]
+
+
+def _past_brace(text: str, start: int) -> int:
+    """Returns the place behind the brace that closes the one at `start`; -1 when none does."""
+    depth = 0
+    for brace in _BRACE.finditer(text, start):
+        depth += 1 if brace[0] == "{" else -1
+        if depth == 0:
+            return brace.end()
+    return -1
 
 
 # --- from the object to the action ------------------------------------------------------------------------------------

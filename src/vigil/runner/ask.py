@@ -23,12 +23,21 @@ Send = Ask
 
 MAX_REJECTIONS = 3
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
-_REJECTION_WORDS = re.compile(
-    r"context.?(length|window)|maximum.{0,20}length|max_model_len|too (long|large|many tokens)|(prompt|input).{0,40}"
-    r"(exceed|longer)|content.?(policy|filter|management)|safety|moderation|flagged|inappropriate|blocked|"
-    r"data_inspection|usage polic",
+_CONTEXT = re.compile(r"context.?(length|window)|max_model_len", re.IGNORECASE)
+_LENGTH_OR_CONTENT = re.compile(
+    r"maximum.{0,20}(prompt|input|sequence).{0,10}length|request (entity )?too large|request_too_large|"
+    r"\b(prompt|input|messages?|request)\b.{0,40}(too (long|large|many tokens)|longer than|exceed)|"
+    r"content.?(policy|filter|management)|data_inspection|inappropriate content|usage polic|"
+    r"\b(prompt|input|request|image|messages?|content)\b.{0,80}(flagged|blocked|violat)|"
+    r"(safety|moderation) (system|filter|policy)",
+    re.IGNORECASE | re.DOTALL,
+)
+_NOT_THE_AGENTS = re.compile(
+    r"account|organi[sz]ation|billing|balance|payment|quota|api.?key|credential|permission|region|country|parameter|"
+    r"setting|per (day|hour|minute)|cloudflare|<html",
     re.IGNORECASE,
 )
+"""What a provider says of its customer, its settings or a proxy."""
 
 
 class ModelTrouble(Exception):
@@ -45,8 +54,15 @@ class ModelTrouble(Exception):
 
 
 def is_rejection(status: int | None, message: str) -> bool:
-    """Whether a provider's error answer rejects the request because of its content or length."""
-    return status in _REJECTION_STATUS and _REJECTION_WORDS.search(message) is not None
+    """Whether a provider's error answer rejects the request because of its content or length.
+
+    In doubt it does not: what is taken for the infrastructure's failure is played again, and scored then.
+    """
+    if status not in _REJECTION_STATUS:
+        return False
+    if _CONTEXT.search(message):
+        return True
+    return _LENGTH_OR_CONTENT.search(message) is not None and not _NOT_THE_AGENTS.search(message)
 
 
 @dataclass(slots=True)
