@@ -15,6 +15,8 @@ from vigil.record import Boundary, EpisodeRecord, standing
 from vigil.scoring import REPORT_POLICIES, Outcome, credit, settle
 
 Z_95 = 1.959963984540054
+SCEPTICISM = 5
+"""Hits for which plays of one episode are taken to be wholly alike, beside those that were seen."""
 MAX_ERROR_SHARE = 0.01
 """A report over more errors than this says so at its top."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
@@ -109,18 +111,28 @@ def independent_trials(hits: Sequence[int], trials: Sequence[int]) -> float:
     """Returns how many independent trials tell as much of a rate as those of episodes that were played repeatedly.
 
     `hits` and `trials` are counts by episode. Plays of one episode are alike, so they tell less than as many plays of
-    different ones: n divided by the design effect (the rate's variance between episodes over that of independent
-    trials), at least the number of episodes and at most n. That number of episodes when all plays agree. Source: Dean
-    and Pagano, "Evaluating confidence interval methods for binomial proportions in clustered surveys", 2015.
+    different ones: n divided by the design effect 1 + (plays of an episode - 1) x (how alike they are). How alike is
+    estimated from the hits' variance between episodes, and drawn towards wholly alike as far as hits (or misses) are
+    few: those tell little of it. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial
+    proportions in clustered surveys", 2015; Kish, "Survey sampling", 1965, for unequal numbers of plays.
     """
-    played = [(hit, count) for hit, count in zip(hits, trials, strict=True) if count]
-    episodes, n = len(played), sum(count for _, count in played)
-    if episodes < 2:
-        return float(episodes)
-    rate = sum(hit for hit, _ in played) / n
-    between = episodes / (episodes - 1) * sum((hit - rate * count) ** 2 for hit, count in played)
-    worth = n * n * rate * (1 - rate) / between if between else 0.0
-    return min(float(n), max(float(episodes), worth))
+    n = sum(trials)
+    plays = sum(count * count for count in trials) / max(n, 1)
+    if plays <= 1:
+        return float(n)
+    rare = min(sum(hits), n - sum(hits))
+    alike = (rare * _alike(hits, trials, plays) + SCEPTICISM) / (rare + SCEPTICISM)
+    return n / (1 + (plays - 1) * alike)
+
+
+def _alike(hits: Sequence[int], trials: Sequence[int], plays: float) -> float:
+    """Returns how alike the plays of one episode are, from 0 (as any two) to 1 (all the same)."""
+    n, episodes = sum(trials), sum(count > 0 for count in trials)
+    rate = sum(hits) / n
+    if episodes < 2 or not 0 < rate < 1:
+        return 1.0
+    spread = sum((hit - rate * count) ** 2 for hit, count in zip(hits, trials, strict=True)) / (n * rate * (1 - rate))
+    return min(1.0, max(0.0, (spread * episodes / (episodes - 1) - 1) / (plays - 1)))
 
 
 def wilson(hits: float, n: float) -> tuple[float, float]:

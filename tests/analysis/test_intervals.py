@@ -61,6 +61,18 @@ def test_few_houses_or_no_variation_say_nothing():
     assert clustered(np.ones(10), np.array([f"h{index}" for index in range(10)])) is None
 
 
+@pytest.mark.parametrize("houses", [5, 8, 20])
+def test_clustered_intervals_of_few_houses_hold_the_truth(houses: int):
+    rng = np.random.default_rng(5)
+    names = np.repeat([f"h{index}" for index in range(houses)], 12)
+    held = 0
+    for _ in range(300):
+        chances = np.repeat(np.clip(0.4 + 0.15 * rng.standard_normal(houses), 0, 1), 12)
+        interval = clustered((rng.random(12 * houses) < chances).astype(float), names)
+        held += interval is not None and interval[0] <= 0.4 <= interval[1]
+    assert held / 300 >= 0.92
+
+
 def test_mcnemar_is_the_exact_binomial_test():
     first = np.array([True] * 10 + [False] * 5 + [True] * 20)
     second = np.array([False] * 10 + [False] * 4 + [True] * 21)
@@ -77,7 +89,23 @@ def test_playing_the_same_again_proves_nothing_more():
         mcnemar(first, second, np.arange(35)),
         mcnemar(*(np.tile(a, 3) for a in (first, second, np.arange(35)))),
     )
-    assert thrice == once
+    assert (thrice.only_first, thrice.only_second) == (once.only_first, once.only_second)
+    assert thrice.difference == pytest.approx(once.difference)
+    assert thrice.p == pytest.approx(once.p)
+
+
+def test_the_test_and_the_difference_say_the_same_of_repeated_plays():
+    """Twelve episodes gain one play of five, three lose all five: the difference is small and to the worse."""
+    episodes = np.repeat(np.arange(60), 5)
+    first = np.repeat(np.arange(60) >= 57, 5)
+    second = (np.arange(300) % 5 == 0) & (episodes < 12)
+    found = mcnemar(first, second, episodes)
+    assert found.difference == pytest.approx(-0.01)
+    gains = [1] * 12 + [5] * 3
+    sums = np.zeros(1)
+    for gain in gains:
+        sums = np.concatenate([sums - gain, sums + gain])
+    assert found.p == pytest.approx(float((np.abs(sums) >= 3).mean()))
 
 
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=50))

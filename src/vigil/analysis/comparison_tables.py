@@ -44,15 +44,16 @@ def comparisons(study: Study) -> Table:
         *intervals(dDelta="Change of the gap (pp)"),
         *texts(verdict="Different?"),
     )
-    adjusted_w, adjusted_b = (holm([getattr(c, name).p for c in study.comparisons]) for name in ("w", "b"))
+    adjusted = holm([c.w.p for c in study.comparisons] + [c.b.p for c in study.comparisons])
+    adjusted_w, adjusted_b = adjusted[: len(study.comparisons)], adjusted[len(study.comparisons) :]
     rows = [
         _comparison_row(comparison, p_w, p_b)
         for comparison, p_w, p_b in zip(study.comparisons, adjusted_w, adjusted_b, strict=True)
     ]
     notes = (
-        "Second minus first, over the episodes that both have scored. p: McNemar, exact; intervals: paired "
-        "bootstrap over "
-        "houses. Called different only where p stays below 0.05 after Holm's correction for the tests of this table.",
+        "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode change "
+        "sign together); intervals: paired bootstrap over houses. Called different only where p stays below 0.05 after "
+        "Holm's correction for all tests of W and of B in this table.",
     )
     return Table("comparisons", "Runs against each other on the same episodes", columns, tuple(rows), notes)
 

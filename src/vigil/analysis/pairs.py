@@ -138,7 +138,7 @@ def compare(first: Run, second: Run) -> Comparison:
     return Comparison(
         first=first,
         second=second,
-        n=len(ours),
+        n=len(set(episodes)),
         w=mcnemar(w1, w2, episodes),
         b=mcnemar(b1, b2, episodes),
         delta=paired_difference(w1 & ~b1, w2 & ~b2, houses),
