@@ -33,9 +33,10 @@ class Observation:
 
     @property
     def rgb(self) -> np.ndarray:
-        """The current frame: (480, 640, 3) uint8, origin top left."""
+        """The current frame: (480, 640, 3) uint8, origin top left; read-only, for its hash is recorded."""
         if self._rgb is None:
-            self._rgb = self._draw()
+            self._rgb = self._draw().view()
+            self._rgb.flags.writeable = False
         return self._rgb
 
     @property

@@ -136,6 +136,18 @@ class RunSpec(_Record):
     render_quality: Literal["default", "fast"] = "default"
 
 
+class Resumption(_Record):
+    """A later session of a run: what its rows were played with."""
+
+    started: datetime
+    rows_before: int
+    """Rows of earlier sessions, the first ones in the file."""
+    commit: str | None = None
+    is_dirty: bool | None = None
+    renderer: str = ""
+    host: dict[str, str] = Field(default_factory=dict)
+
+
 class RunHeader(_Record):
     """`run.json`: the spec with the circumstances of the run."""
 
@@ -153,6 +165,13 @@ class RunHeader(_Record):
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
     """The machine and where things lay on it: platform, python ..., `pack_folder`, `asset_database`."""
+    resumed: tuple[Resumption, ...] = ()
+    """Later sessions in order; what is said above holds for the first."""
+
+    @property
+    def hosts(self) -> tuple[dict[str, str], ...]:
+        """The machines of all sessions."""
+        return self.host, *(session.host for session in self.resumed)
 
     @property
     def pack_folder(self) -> str:
@@ -209,7 +228,10 @@ def read_records(path: Path) -> list[EpisodeRecord]:
 
 
 class RecordLog:
-    """The one writer of an `episodes.jsonl`: append-only, flushed to disk row by row."""
+    """The one writer of an `episodes.jsonl`: append-only, flushed to disk row by row.
+
+    `rows` are those that stand, by key; `count` is the number of all rows in the file.
+    """
 
     def __init__(self, path: Path) -> None:
         """Opens or creates the file, cutting a torn last line to a side file. Raises RecordError."""
@@ -242,6 +264,7 @@ class RecordLog:
             raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
         self._write(dump_line(record))
         self.rows[record.key] = record
+        self.count += 1
 
     def is_done(self, key: Key) -> bool:
         """Whether a row without error stands for `key`."""
@@ -256,7 +279,7 @@ class RecordLog:
         self._file.seek(0)
         data = self._file.read()
         records, good = _split(self.path, data)
-        self.rows = standing(records)
+        self.rows, self.count = standing(records), len(records)
         torn = data[good:]
         if not torn:
             if data and not data.endswith(b"\n"):

@@ -189,7 +189,7 @@ def test_a_blind_server_is_found_out_before_anything_is_played(pack: Path, tmp_p
         with pytest.raises(ModelAPIError, match="pictures do not seem to reach it"):
             run_pack(settings(pack, server.url, tmp_path / "run", preflight=True))
         assert server.asked == []
-    assert read_run(tmp_path / "run")[1] == []
+    assert not (tmp_path / "run").exists()
 
 
 def test_rejections_end_as_invalid_actions_not_as_errors(pack: Path, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from tiny_pack import tiny_pack
 from vigil.errors import InputError, RecordError, SettingError
 from vigil.record import EPISODES_FILE, EpisodeRecord, RecordLog, read_records
 from vigil.runner import run as run_module
+from vigil.runner import run_folder
 from vigil.runner.dry_run import estimate
 from vigil.runner.frames import FrameStore
 from vigil.runner.progress import Progress
@@ -190,8 +191,32 @@ def test_a_run_goes_on_while_its_header_says_no_end(pack: Path, tmp_path: Path) 
     assert ended == [None, None]
 
 
+def test_a_run_that_never_started_leaves_nothing(pack: Path, tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match="cannot be started"):
+        run_pack(settings(pack, tmp_path / "run", agent="exec:/no/such/program"))
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_header_says_with_what_the_rows_after_a_resumption_were_played(
+    pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_folder, "source_state", lambda: ("aaaa", False))
+    run_pack(settings(pack, tmp_path / "run"))
+    rows = (tmp_path / "run" / EPISODES_FILE).read_bytes().splitlines(keepends=True)
+    (tmp_path / "run" / EPISODES_FILE).write_bytes(b"".join(rows[:5]))
+    monkeypatch.setattr(run_folder, "source_state", lambda: ("bbbb", True))
+    monkeypatch.setattr(run_folder, "host_facts", lambda: {"machine": "another"})
+    header = run_pack(settings(pack, tmp_path / "run")).header
+    (later,) = header.resumed
+    assert (header.commit, header.is_dirty, header.renderer) == ("aaaa", False, "none")
+    assert (later.commit, later.is_dirty, later.renderer, later.rows_before) == ("bbbb", True, "none", 5)
+    assert header.hosts[1] == {"machine": "another"}
+    assert not verify_run(tmp_path / "run", VerifySettings(workers=1, limit=1)).is_exact
+
+
 def test_a_run_of_which_nothing_was_played_gives_way_to_another(pack: Path, tmp_path: Path) -> None:
     mistyped = settings(pack, tmp_path / "run", agent="exec:/no/such/program")
+    (tmp_path / "run").mkdir()
     with pytest.raises(SettingError, match="cannot be started"):
         run_pack(mistyped)
     assert read_header(tmp_path / "run").spec.agent == "exec:/no/such/program"

@@ -51,9 +51,9 @@ def comparisons(study: Study) -> Table:
         for comparison, p_w, p_b in zip(study.comparisons, adjusted_w, adjusted_b, strict=True)
     ]
     notes = (
-        "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode change "
-        "sign together); intervals: paired bootstrap over houses. Called different only where p stays below 0.05 after "
-        "Holm's correction for all tests of W and of B in this table.",
+        "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode "
+        "change sign together); intervals: paired bootstrap over houses. Called different only where p stays below "
+        "0.05 after Holm's correction for all tests of W and of B in this table.",
     )
     return Table("comparisons", "Runs against each other on the same episodes", columns, tuple(rows), notes)
 

@@ -24,6 +24,7 @@ from vigil.analysis.result_tables import rates
 from vigil.analysis.rows import KINDS, values, where
 from vigil.analysis.study import Entry, Study, by_b
 from vigil.analysis.table import Column, Row, Table, counts, intervals, numbers, percent, rate_cell, texts
+from vigil.record import Resumption, RunHeader
 
 MODEL = Column("model", "Run", "text")
 Cell = tuple[float, float | None, float | None] | None
@@ -275,13 +276,17 @@ def runs(study: Study) -> Table:
             "coordinates": f"{spec.profile.coordinates}, {spec.profile.reply_policy}, {spec.profile.image_format}",
             "pack": f"{spec.pack} {spec.pack_sha256[:12]}",
             "simulator": header.simulator_version or spec.simulator,
-            "vigil": " ".join(
-                [header.package_version, (header.commit or "")[:8], "(changed)" if header.is_dirty else ""]
-            ).strip(),
+            "vigil": ", then ".join(dict.fromkeys(_code(header, part) for part in (header, *header.resumed))),
             "started": header.started.strftime("%Y-%m-%d %H:%M"),
         }
         rows.append(row_of(entry, **facts))
     return Table("runs", "The runs", columns, tuple(rows))
+
+
+def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
+    """Returns the version that a session of a run was played with."""
+    changed = "(changed)" if session.is_dirty else ""
+    return " ".join(part for part in (header.package_version, (session.commit or "")[:8], changed) if part)
 
 
 def row_of(entry: Entry, **cells: Any) -> Row:

@@ -5,6 +5,7 @@ The same command continues a run; a command with other settings is refused by na
 
 import os
 import platform
+import shutil
 import subprocess
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
@@ -18,6 +19,7 @@ from vigil.record import (
     HEADER_FILE,
     EpisodeRecord,
     RecordLog,
+    Resumption,
     RunHeader,
     RunSpec,
     read_header,
@@ -36,8 +38,10 @@ _MAY_DIFFER = frozenset({"base_url"})
 class RunFolder:
     """A run on disk, open for writing. Use `create_or_resume`, and close it."""
 
-    def __init__(self, path: Path, header: RunHeader, log: RecordLog) -> None:
+    def __init__(self, path: Path, header: RunHeader, log: RecordLog, *, is_new: bool = False) -> None:
+        """`is_new`: the folder was not there before."""
         self.path = path
+        self._is_new = is_new
         self.header = header
         self._log = log
 
@@ -47,6 +51,7 @@ class RunFolder:
 
         A run of which nothing was recorded gives way to any other. Raises RecordError when another run is there.
         """
+        is_new = not path.exists()
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -66,7 +71,7 @@ class RunFolder:
         except RecordError:
             log.close()
             raise
-        return cls(path, header, log)
+        return cls(path, header, log, is_new=is_new)
 
     @property
     def torn(self) -> Path | None:
@@ -114,7 +119,23 @@ class RunFolder:
                 f"Run {str(self.path)!r} was begun with simulator {recorded!r}, this is {facts.simulator!r}. Continue "
                 "it with the same version, or start another run in another folder."
             )
-        self._update(simulator_version=facts.simulator, renderer=facts.renderer, ended=None)
+        self._update(simulator_version=facts.simulator, ended=None, **self._session(facts.renderer))
+
+    def _session(self, renderer: str) -> dict[str, Any]:
+        """Returns the fields of the header that say with what the rows from now on are played."""
+        rows = self._log.count
+        if not rows:
+            return {"renderer": renderer}
+        commit, is_dirty = source_state()
+        session = Resumption(
+            started=datetime.now(UTC),
+            rows_before=rows,
+            commit=commit,
+            is_dirty=is_dirty,
+            renderer=renderer,
+            host=host_facts(),
+        )
+        return {"resumed": (*self.header.resumed, session)}
 
     def note_end(self) -> None:
         """Completes the header with the time at which the run ended, unless it had ended before."""
@@ -122,8 +143,10 @@ class RunFolder:
             self._update(ended=datetime.now(UTC))
 
     def close(self) -> None:
-        """Releases the folder to other processes."""
+        """Releases the folder to other processes; a new one in which nothing was recorded or said goes."""
         self._log.close()
+        if self._is_new and not self._log.rows and not any(file.stat().st_size for file in self.logs.glob("*")):
+            shutil.rmtree(self.path)
 
     def _update(self, **fields: Any) -> None:
         self.header = self.header.model_copy(update=fields)

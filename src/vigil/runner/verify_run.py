@@ -138,4 +138,4 @@ def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
 
 def _is_same_host(header: RunHeader) -> bool:
     here = host_facts()
-    return all(header.host.get(name) == here[name] for name in ("machine", "python", "numpy"))
+    return all(host.get(name) == here[name] for host in header.hosts for name in ("machine", "python", "numpy"))

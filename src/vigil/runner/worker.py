@@ -5,6 +5,7 @@ other end is closed.
 """
 
 import faulthandler
+import hashlib
 import signal
 import sys
 import traceback
@@ -128,7 +129,7 @@ class Theatre:
             if not isinstance(simulator, EmbeddedSimulator):
                 raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
             return plan.agent_factory(plan.agent, ticket.episode, simulator)
-        seed = 0 if is_exec(plan.agent) else plan.seed + ticket.epoch - 1
+        seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, ticket.epoch)
         if seed not in self._agents:
             self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds)
         return self._agents[seed]
@@ -186,6 +187,13 @@ class Theatre:
         else:
             simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
         return Stage(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
+
+
+def _seed_of(seed: int, epoch: int) -> int:
+    """Returns the seed of an epoch: the run's own in the first, none of a run with a seed beside it in the others."""
+    if epoch == 1:
+        return seed
+    return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")
 
 
 def serve(connection: Connection) -> None:

@@ -40,6 +40,8 @@ def caps_long_actions(trial: Trial) -> None:
     expect_near(trial.agent.rotation, EAST, 1e-6, "yaw after a full turn")
     expect(trial.go("forward", 41).capped, "41 steps were not recorded as capped")
     expect(not trial.go("backward", 40).capped, "40 steps were recorded as capped")
+    expect(trial.pitch(400).capped, "a pitch of 400 degrees was not recorded as capped")
+    expect(not trial.pitch(-90).capped, "a pitch of 90 degrees was recorded as capped")
 
 
 def turns_by_any_angle(trial: Trial) -> None:

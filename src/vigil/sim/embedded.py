@@ -246,7 +246,7 @@ class EmbeddedSimulator:
         horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
         pitched = horizon - state.agent.horizon
         state.agent = state.agent.model_copy(update={"horizon": horizon})
-        return Effect(pitched_deg=pitched)
+        return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
 
     def _interact(self, action: InteractPixel) -> Effect:
         loaded = self._now()
