@@ -33,6 +33,15 @@ def test_transient_trouble_is_tried_again() -> None:
     assert ask(Script(*[ModelTrouble("429", can_retry=True)] * 8, GOOD)) == GOOD
 
 
+def test_what_is_tried_again_is_told() -> None:
+    told: list[str] = []
+    patience = Patience(first_wait_s=0.0, tell=told.append)
+    script = Script(ModelTrouble("HTTP 500", can_retry=True), ModelTrouble("too long", is_rejection=True), GOOD)
+    asking = persistent(script, patience)
+    assert asyncio.run(asking(MESSAGES)) == GOOD
+    assert told == ["try 2 in 0 s after HTTP 500", "try 3 in 0 s after too long"]
+
+
 def test_after_the_last_retry_it_is_an_infrastructure_failure() -> None:
     script = Script(*[ModelTrouble("HTTP 503 out of order", can_retry=True)] * 9, GOOD)
     with pytest.raises(ModelAPIError, match=r"HTTP 503 out of order \(after 9 attempts\)"):

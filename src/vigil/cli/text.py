@@ -1,6 +1,7 @@
 """Text for people: tables of runs, a line of progress."""
 
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -15,6 +16,7 @@ PIPED_WIDTH = 160
 UNBOUNDED_WIDTH = 10_000
 COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
 PLAIN_SECONDS = 10.0
+TROUBLE_CHARS = 70
 
 
 def console(stderr: bool = False) -> Console:
@@ -105,5 +107,6 @@ def line(progress: RunProgress) -> str:
         f"B {percent(progress.B)}",
         *([f"errors {progress.errors}"] if progress.errors else []),
         f"ETA {duration(progress.eta_s)}",
+        *([textwrap.shorten(progress.trouble, TROUBLE_CHARS, placeholder=" ...")] if progress.trouble else []),
     )
     return "  ".join(facts)

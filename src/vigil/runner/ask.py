@@ -74,6 +74,8 @@ class Patience:
     longest_wait_s: float = 60.0
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
     """For jitter alone: nothing that is scored depends on it."""
+    tell: Callable[[str], None] = lambda _: None
+    """Takes in what goes wrong and is tried again, in a line."""
 
     def wait_s(self, attempt: int, asked_s: float | None) -> float:
         """Returns how long to wait after failed attempt number `attempt` (from 1)."""
@@ -91,6 +93,7 @@ def persistent(send: Send, patience: Patience) -> Ask:
             try:
                 return await send(messages)
             except ModelTrouble as trouble:
+                said = str(trouble)
                 if trouble.is_rejection:
                     rejections += 1
                     if rejections == MAX_REJECTIONS:
@@ -101,6 +104,7 @@ def persistent(send: Send, patience: Patience) -> Ask:
                     if not trouble.can_retry or failures > patience.retries:
                         raise ModelAPIError(f"{trouble} (after {failures} attempts)") from trouble
                     wait = patience.wait_s(failures, trouble.wait_s)
+            patience.tell(f"try {failures + rejections + 1} in {wait:.0f} s after {said}")
             await asyncio.sleep(wait)
 
     return ask

@@ -28,7 +28,9 @@ class Progress:
     eta_s: float | None
     """None before anything is done in this session."""
     latest: Outcome | None
-    """The episode that has just ended; None for one that ended as an error."""
+    """The episode that has just ended; None for one that ended as an error, and when none has."""
+    trouble: str | None = None
+    """What is tried again since an episode ended last; None when nothing is."""
 
 
 OnProgress = Callable[[Progress], None]
@@ -47,6 +49,7 @@ class Tally:
         self._done = self._W = self._B = 0
         self._errors = self._fresh = self._steps = 0
         self.errors_in_a_row = 0
+        self._trouble: str | None = None
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
@@ -59,6 +62,7 @@ class Tally:
 
     def count(self, episode: Episode, record: EpisodeRecord) -> None:
         """Takes in an episode that has just ended, and tells where the run stands."""
+        self._trouble = None
         self._fresh += 1
         self._steps += len(record.steps)
         outcome = None
@@ -70,6 +74,11 @@ class Tally:
             outcome = settle(episode, record)
             self._add(outcome)
         self._tell(outcome)
+
+    def note(self, trouble: str) -> None:
+        """Tells that something has failed and is tried again."""
+        self._trouble = trouble
+        self._tell(None)
 
     def _add(self, outcome: Outcome) -> None:
         self._done += 1
@@ -90,5 +99,6 @@ class Tally:
                 elapsed_s=elapsed,
                 eta_s=elapsed / self._fresh * left if self._fresh else None,
                 latest=latest,
+                trouble=self._trouble,
             )
         )

@@ -166,7 +166,9 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
         sampling={**run.spec.sampling, **({"extra_body": dict(settings.extra_body)} if settings.extra_body else {})},
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
-        patience=Patience(settings.retries, settings.first_wait_s, rng=np.random.default_rng(settings.seed)),
+        patience=Patience(
+            settings.retries, settings.first_wait_s, rng=np.random.default_rng(settings.seed), tell=run.tally.note
+        ),
     )
     if settings.preflight:
         asyncio.run(preflight(endpoint, run.spec.agent, profile.image_format))

@@ -145,8 +145,14 @@ class RunFolder:
     def close(self) -> None:
         """Releases the folder to other processes; a new one in which nothing was recorded or said goes."""
         self._log.close()
-        if self._is_new and not self._log.rows and not any(file.stat().st_size for file in self.logs.glob("*")):
+        if self._is_new and not self._log.rows and not any(file.stat().st_size for file in self._beside()):
             shutil.rmtree(self.path)
+
+    def _beside(self) -> Iterator[Path]:
+        """Yields the files beside header and rows: frames, logs and what else was written."""
+        for file in self.path.rglob("*"):
+            if file.is_file() and file.name not in (HEADER_FILE, EPISODES_FILE):
+                yield file
 
     def _update(self, **fields: Any) -> None:
         self.header = self.header.model_copy(update=fields)
