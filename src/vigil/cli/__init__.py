@@ -3,9 +3,11 @@
 import errno
 import os
 import sys
+from typing import Annotated
 
 import typer
 
+from vigil import __version__
 from vigil.cli.verbs import Verbs
 from vigil.errors import InfrastructureError, VigilError
 
@@ -23,9 +25,19 @@ app = typer.Typer(
 )
 
 
+def _print_version(is_wanted: bool) -> None:
+    if is_wanted:
+        print(f"vigil {__version__}")
+        raise typer.Exit
+
+
 @app.callback()
-def _nothing_before_a_verb() -> None:
-    """Typer wants a function for the options before a verb; there are none."""
+def _before_a_verb(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Takes the options before a verb."""
 
 
 def main() -> None:

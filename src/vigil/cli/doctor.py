@@ -33,9 +33,21 @@ def doctor(
         print(json.dumps(facts))
     else:
         for name, value in facts.items():
-            print(f"{name:20} {f'{value:.3f}' if isinstance(value, float) else value}")
+            print(f"{name:20} {_said(value)}")
     if not found["ok"] or facts["starter_pack_fault"]:
         raise typer.Exit(1)
+
+
+def _said(value: object) -> str:
+    match value:
+        case None:
+            return "none"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{value:.3f}"
+        case _:
+            return str(value)
 
 
 def _versions() -> dict[str, str]:

@@ -11,7 +11,8 @@ Assets = Annotated[
     Path | None,
     typer.Option(
         envvar="VIGIL_ASSETS",
-        help="AI2-THOR's asset-database.json, for houses that use THOR's assets. Without it: typical sizes.",
+        metavar="FILE",
+        help="AI2-THOR's asset database, for houses that use THOR's assets. Without it: typical sizes.",
     ),
 ]
 PackName = Annotated[str, typer.Option("--pack", help="A pack's folder, or the name of a packaged one.")]

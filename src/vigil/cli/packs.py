@@ -50,7 +50,8 @@ def info(pack: PackArgument, as_json: Annotated[bool, typer.Option("--json", hel
     if strata is not None:
         _print_strata(strata)
         print(f"reviewed: {manifest.meta['reviews']}")
-        print(f"best guess of states by category alone: {manifest.meta['text_guess_sv']}")
+        if manifest.meta["text_guess_sv"] is not None:
+            print(f"best guess of states by category alone: {manifest.meta['text_guess_sv']}")
 
 
 def _print_families(pack: Pack) -> None:

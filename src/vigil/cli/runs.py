@@ -3,7 +3,7 @@
 import json
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import typer
 
@@ -35,6 +35,7 @@ from vigil.summary import settle_run
 
 _SHORT_PROFILES = {"baseline": BASELINE, "action_feedback": ACTION_FEEDBACK}
 Reasoning = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
+EFFORTS = f"{', '.join(get_args(Reasoning))}. Not sent unless given."
 
 
 def run(
@@ -56,7 +57,7 @@ def run(
     temperature: Annotated[float | None, typer.Option(help="Not sent unless given.")] = None,
     top_p: Annotated[float | None, typer.Option(help="Not sent unless given.")] = None,
     max_tokens: Annotated[int | None, typer.Option(min=1, help="Not sent unless given.")] = None,
-    reasoning_effort: Annotated[Reasoning | None, typer.Option(help="Not sent unless given.")] = None,
+    reasoning_effort: Annotated[Reasoning | None, typer.Option(metavar="LEVEL", help=EFFORTS)] = None,
     model_arg: Annotated[list[str] | None, typer.Option(help="K=V for the provider; may be repeated.")] = None,
     extra_body: Annotated[str | None, typer.Option(help="JSON object added to every request.")] = None,
     image_format: Annotated[ImageFormat, typer.Option(help="How frames are sent.")] = "png",
@@ -66,7 +67,7 @@ def run(
     assets: Assets = None,
     reply_seconds: Annotated[int, typer.Option(min=1, help="How long one reply may take.")] = REPLY_SECONDS,
     seed: Annotated[int, typer.Option(help="For scheduling and scripted agents.")] = 0,
-    preflight: Annotated[bool, typer.Option(help="First prove that pictures reach the model.")] = True,
+    no_preflight: Annotated[bool, typer.Option("--no-preflight", help="Do not first prove that it sees.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say calls and tokens, play nothing.")] = False,
     prices: Annotated[str | None, typer.Option(help="IN,OUT per million tokens: a dry run says costs too.")] = None,
 ) -> None:  # fmt: skip
@@ -86,7 +87,7 @@ def run(
         profile=_profile(profile), prompt_variant=prompt_variant, coordinates=coordinates, reply_policy=reply_policy,
         image_format=image_format, render_quality=render_quality, save_frames=save_frames, log_dir=log_dir,
         backend=backend, asset_database=assets,
-        workers=workers, max_connections=max_connections, reply_seconds=reply_seconds, preflight=preflight,
+        workers=workers, max_connections=max_connections, reply_seconds=reply_seconds, preflight=not no_preflight,
     )  # fmt: skip
     if dry_run:
         _print_estimate(settings, _prices(prices))
@@ -208,6 +209,9 @@ def _extra_body(text: str | None) -> dict[str, Any]:
 
 def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -> None:
     expected = estimate(settings)
+    if settings.model is None:
+        print(f"{expected.episodes} episodes; {settings.agent} calls no model.")
+        return
     print(f"{expected.episodes} episodes; nothing was sent. Bounds, from a report at once to every step used:")
     for name in ("calls", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)

@@ -30,7 +30,8 @@ def score(
 
     Example: vigil score runs/solver runs/premature
     """
-    settled = [(path, *_settled(path, pack)) for path in runs]
+    different = {path.resolve(): path for path in reversed(runs)}
+    settled = [(path, *_settled(path, pack)) for path in reversed(different.values())]
     if as_json:
         rows = [{"run": str(path), "agent": name, **summarise(settlement)} for path, name, settlement in settled]
         print(json.dumps(rows[0] if len(rows) == 1 else rows))

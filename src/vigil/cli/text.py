@@ -27,10 +27,19 @@ def console(stderr: bool = False) -> Console:
 
 @contextmanager
 def counting(label: str) -> Iterator[Callable[[int, int], None]]:
-    """Shows how many of how many are done: yields what is told (done, total)."""
-    with Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console(stderr=True)) as progress:
-        task = progress.add_task(label, total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
+    """Shows how many of how many are done, once something is: yields what is told (done, total)."""
+    progress = Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console(stderr=True))
+    task = progress.add_task(label, total=None)
+
+    def tell(done: int, total: int) -> None:
+        progress.start()
+        progress.update(task, completed=done, total=total)
+
+    try:
+        yield tell
+    finally:
+        if progress.live.is_started:
+            progress.stop()
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:
