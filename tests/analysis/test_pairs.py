@@ -144,9 +144,9 @@ def test_intervention_table_counts_events_and_differences(write: Write):
     base, other = runs_of(write, {"records": missed()}, {"profile": FEEDBACK})
     made = tables(study([base, other]))["proprio_minimal"]
     row = made.rows[0]
-    assert row.cells["dB"] == pytest.approx(50.0)
-    assert row.cells["dNR"] == pytest.approx(-50.0)
-    assert row.cells["dW"] == 0.0
+    assert row.cells["dB"] == (pytest.approx(50.0), None, None)  # all houses agree
+    assert row.cells["dNR"][0] == pytest.approx(-50.0)
+    assert row.cells["dW"][0] == 0.0
     assert row.cells["n"] == 16
     assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
     assert np.isclose(row.cells["p_NR"], 2 * 0.5**8)
@@ -156,7 +156,7 @@ def test_intervention_table_counts_events_and_differences(write: Write):
 def test_shifts_of_the_prompt_are_tested(write: Write):
     runs = runs_of(write, {"records": missed()}, {"profile": NEUTRAL})
     row = tables(study(runs))["prompt_sensitivity"].rows[0]
-    assert row.cells["dB"] == pytest.approx(50.0)
+    assert row.cells["dB"][0] == pytest.approx(50.0)
     assert row.cells["largest"] == "PG B +50.0"
     assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
     assert row.cells["p_W"] == 1.0

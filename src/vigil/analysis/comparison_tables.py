@@ -8,10 +8,10 @@ from itertools import combinations
 
 from vigil.analysis.intervals import holm, smallest_difference, smallest_paired_difference
 from vigil.analysis.metrics import COMPARABLE_W_PP, clustered_intervals
-from vigil.analysis.own_tables import MODEL, points, row_of, shown_name
+from vigil.analysis.own_tables import MODEL, row_of, shown_name
 from vigil.analysis.pairs import Comparison
 from vigil.analysis.study import Study, by_b
-from vigil.analysis.table import Column, Row, Table, counts, intervals, numbers, percent, texts
+from vigil.analysis.table import Column, Row, Table, counts, intervals, numbers, percent, points, texts
 
 
 def clustered(study: Study) -> Table:

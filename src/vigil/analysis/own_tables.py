@@ -7,7 +7,6 @@ from collections import Counter
 from typing import Any
 
 from vigil.actions import STATUSES
-from vigil.analysis.intervals import Interval
 from vigil.analysis.metrics import (
     FLOOR_W,
     FR_HEAVY,
@@ -23,11 +22,10 @@ from vigil.analysis.metrics import (
 from vigil.analysis.result_tables import rates
 from vigil.analysis.rows import KINDS, values, where
 from vigil.analysis.study import Entry, Study, by_b
-from vigil.analysis.table import Column, Row, Table, counts, intervals, numbers, percent, rate_cell, texts
+from vigil.analysis.table import Column, Row, Table, counts, intervals, numbers, percent, points, rate_cell, texts
 from vigil.record import Resumption, RunHeader
 
 MODEL = Column("model", "Run", "text")
-Cell = tuple[float, float | None, float | None] | None
 _RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other", "NoRep", "Stop")
 
 
@@ -297,13 +295,6 @@ def row_of(entry: Entry, **cells: Any) -> Row:
 def shown_name(name: str) -> str:
     """Returns a rate's heading with its unit."""
     return "Δ (pp)" if name == "Delta" else f"{name} %"
-
-
-def points(value: float | None, interval: Interval | None) -> Cell:
-    """Returns a fraction and its interval in percent (points)."""
-    if value is None:
-        return None
-    return (100 * value, None, None) if interval is None else (100 * value, 100 * interval[0], 100 * interval[1])
 
 
 def _composed(entry: Entry) -> dict[str, Any]:

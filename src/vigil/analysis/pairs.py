@@ -156,13 +156,12 @@ def shared(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.
     return ours.loc[keys], theirs.loc[keys]
 
 
-def mean_difference(pair_of: Pair, column: str) -> tuple[float, Interval | None] | None:
-    """Returns mean(other - base) of a numeric column over the shared episodes, with its clustered interval."""
+def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
+    """Returns the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
     base, other = shared(pair_of.base.rows, pair_of.other.rows)
     if not len(base):
         return None
-    first, second = (np.asarray(rows[column], dtype=float) for rows in (base, other))
-    return paired_difference(first, second, _houses(base))
+    return paired_difference(_has(base, name), _has(other, name), _houses(base))
 
 
 def _has(rows: pd.DataFrame, name: str) -> np.ndarray:

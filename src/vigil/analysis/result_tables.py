@@ -12,7 +12,20 @@ from vigil.analysis.metrics import Measures, by_family, measure
 from vigil.analysis.pairs import Pair, mean_difference
 from vigil.analysis.paper import NOTE, NR_NOTE, PublishedModel
 from vigil.analysis.study import Entry, Study, by_b, by_group
-from vigil.analysis.table import Column, Row, Table, counts, numbers, percent, printed, texts, with_best_bold
+from vigil.analysis.table import (
+    Column,
+    RateCell,
+    Row,
+    Table,
+    counts,
+    intervals,
+    numbers,
+    percent,
+    points,
+    printed,
+    texts,
+    with_best_bold,
+)
 from vigil.episode import FAMILIES
 
 PUBLISHED = "Published: the paper's own pack and simulator"
@@ -21,6 +34,7 @@ _FAMILY_COLUMNS = tuple(Column(family, f"{family} W/B", "pair") for family in FA
 _ALL = Column("All", "All W/B", "pair")
 _DELTA = Column("Delta", "Δ (pp)")
 _TESTED = ("W", "B", "FR", "NR")
+_INTERVAL_NOTE = "Intervals: paired bootstrap over houses."
 _P_NOTE = "p: McNemar, exact, not corrected for the number of tests."
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 
@@ -86,16 +100,18 @@ def proprio_minimal(study: Study) -> Table:
             for event in events
             for side, shown in (("base", "base"), ("fb", "+FB"))
         ),
-        *(Column(f"d{name}", f"Δ{name} (pp)", "signed1") for name in _TESTED),
+        *intervals(**{f"d{name}": f"Δ{name} (pp)" for name in _TESTED}),
         *(Column(f"p_{name}", f"p ({name})", "p") for name in _TESTED),
     )
     rows = [_intervention_row(study, pair) for pair in study.pairing.feedback]
     if study.published:
         for model, row in study.published.rows("proprio_minimal"):
             cells = {f"{event} {side}": row[event][i] for event in events for i, side in enumerate(("base", "fb"))}
-            rows.append(_published_row(model, {**cells, **{f"d{name}": row[f"d{name}"] for name in _TESTED}}))
+            shifts = {f"d{name}": (row[f"d{name}"], None, None) for name in _TESTED}
+            rows.append(_published_row(model, {**cells, **shifts}))
     notes = (
-        f"Means per episode over the episodes that both runs have scored; differences: +FB minus base. {_P_NOTE}",
+        f"Means per episode over the episodes that both runs have scored; differences: +FB minus base. "
+        f"{_INTERVAL_NOTE} {_P_NOTE}",
         "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
     )
     return Table("proprio_minimal", "Intervention: action feedback", columns, tuple(rows), notes)
@@ -194,8 +210,7 @@ def prompt_sensitivity(study: Study) -> Table:
     columns = (
         MODEL,
         _ALL,
-        Column("dW", "ΔW (pp)", "signed1"),
-        Column("dB", "ΔB (pp)", "signed1"),
+        *intervals(dW="ΔW (pp)", dB="ΔB (pp)"),
         *(Column(f"p_{name}", f"p ({name})", "p") for name in "WB"),
         *_FAMILY_COLUMNS,
         *texts(largest="Largest shift of W or B in a family (pp)"),
@@ -210,8 +225,8 @@ def prompt_sensitivity(study: Study) -> Table:
     rows += _published(study, "prompt_sensitivity", lambda row: {**_pairs(row), "All": (row["W"], row["B"])})
     notes = (
         "Neutral prompt: both anti-hallucination lines left out, nothing else changed. Shifts: neutral minus default, "
-        f"over the episodes that both runs have scored. {_P_NOTE} The largest shift is the widest of sixteen: "
-        "a pointer, not a finding.",
+        f"over the episodes that both runs have scored. {_INTERVAL_NOTE} {_P_NOTE} The largest shift is the widest of "
+        "sixteen: a pointer, not a finding.",
     )
     return Table(
         "prompt_sensitivity", "Prompt sensitivity: neutral-report variant, W/B in %", columns, tuple(rows), notes
@@ -343,9 +358,7 @@ def _intervention_row(study: Study, pair: Pair) -> Row:
     cells: dict[str, Any] = {"n": base.n, **tests}
     for event in ("too_far", "path_blocked", "retry"):
         cells |= {f"{event} base": base.means[event], f"{event} fb": other.means[event]}
-    for name in _TESTED:
-        first, second = base.share(name), other.share(name)
-        cells[f"d{name}"] = None if first is None or second is None else 100 * (second - first)
+    cells |= {f"d{name}": _shift(pair, name) for name in _TESTED}
     return _row(entry, cells)
 
 
@@ -356,9 +369,9 @@ def pair_measures(pair: Pair) -> tuple[Measures, Measures, dict[str, float | Non
     return measure(base), measure(other), tests
 
 
-def _shift(pair: Pair, column: str) -> float | None:
-    found = mean_difference(pair, column)
-    return None if found is None else 100 * found[0]
+def _shift(pair: Pair, name: str) -> RateCell:
+    found = mean_difference(pair, name)
+    return None if found is None else points(*found)
 
 
 def _largest_shift(pair: Pair) -> str | None:

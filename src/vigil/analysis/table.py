@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vigil.analysis.intervals import Rate
+from vigil.analysis.intervals import Interval, Rate
 
 Kind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "spread", "p"]
 NONE = "–"
@@ -14,6 +14,8 @@ PARTS: dict[Kind, tuple[str, ...]] = {
     "spread": ("mean", "half_range"),
 }
 """Kinds whose cells hold several numbers, and what each is called in CSV."""
+RateCell = tuple[float, float | None, float | None] | None
+"""A cell of kind `rate`: the number and the ends of its interval, where it has one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +141,13 @@ def rate_cell(rate: Rate) -> tuple[float, float, float] | None:
         return None
     low, high = rate.interval
     return 100 * rate.value, 100 * low, 100 * high
+
+
+def points(value: float | None, interval: Interval | None) -> RateCell:
+    """Returns a fraction and its interval in percent (points)."""
+    if value is None:
+        return None
+    return (100 * value, None, None) if interval is None else (100 * value, 100 * interval[0], 100 * interval[1])
 
 
 def with_best_bold(
