@@ -234,3 +234,32 @@ def test_verdicts_obey_the_protocols_identities(found: list[Outcome]):
         assert (outcome.lag is not None) is outcome.B
         if outcome.lag is not None and outcome.lag_from_reset is not None:
             assert 0 <= outcome.lag <= outcome.lag_from_reset <= outcome.steps
+
+
+def _story(steps: int = 0, invalid: int = 0) -> Story:
+    story = Story(target=thing(is_toggled=True))
+    for _ in range(steps):
+        story.do()
+    for _ in range(invalid):
+        story.invalid()
+    return story
+
+
+def _report_in_between() -> EpisodeRecord:
+    record, longer = _story(1).report(), _story(4).report()
+    steps = [*record.steps, *longer.steps[len(record.steps) :]]
+    return record.model_copy(update={"steps": tuple(steps)})
+
+
+@pytest.mark.parametrize(
+    ("record", "fault"),
+    [
+        (_report_in_between(), "goes on after the report of step 2"),
+        (_story(steps=31).report(), "has 32 steps of at most 30"),
+        (_story(invalid=7).report(), "has 7 invalid replies of at most 6"),
+    ],
+)
+def test_what_the_contract_cannot_bring_forth_is_not_settled(record: EpisodeRecord, fault: str):
+    within = episode("PG", max_steps=30, max_invalid=5)
+    with pytest.raises(RecordError, match=fault):
+        settle(within, record.model_copy(update={"episode_id": within.id}))

@@ -132,6 +132,7 @@ def settle(episode: Episode, record: EpisodeRecord) -> Outcome:
         raise RecordError(f"Record of episode {record.episode_id!r} cannot be settled as episode {episode.id!r}.")
     if record.end == "error":
         raise RecordError(f"Record of episode {episode.id!r} ended as an error; it is never scored. Run it again.")
+    _refuse_impossible(episode, record)
     goal = check(episode.goal, record)
     report = _report(record)
     expected = expected_status(episode, record)
@@ -181,6 +182,23 @@ def credit(outcome: Outcome, policy: ReportPolicy) -> float:
             return outcome.W / 2
         case "oracle":
             return float(outcome.W)
+
+
+def _refuse_impossible(episode: Episode, record: EpisodeRecord) -> None:
+    """Raises RecordError on a record that the contract cannot bring forth."""
+    steps, invalid = len(record.steps), sum(step.invalid is not None for step in record.steps)
+    early = next((n for n, step in enumerate(record.steps[:-1], 1) if isinstance(step.action, Report)), None)
+    faults = {
+        f"goes on after the report of step {early}": early is not None,
+        f"has {steps} steps of at most {episode.max_steps}": steps > episode.max_steps,
+        f"has {invalid} invalid replies of at most {episode.max_invalid + 1}": invalid > episode.max_invalid + 1,
+    }
+    found = [fault for fault, is_so in faults.items() if is_so]
+    if found:
+        raise RecordError(
+            f"Record of episode {record.episode_id!r} {' and '.join(found)}. It has been altered, or is of another "
+            "version of the episode; run the episode again."
+        )
 
 
 def _report(record: EpisodeRecord) -> Report | None:
