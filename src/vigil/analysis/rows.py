@@ -21,7 +21,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil import actions, episode, goals, record, replies, scoring, world
+from vigil import actions, episode, goals, pose, record, replies, scoring, world
 from vigil.analysis.models import Model, model_of
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError
@@ -273,7 +273,7 @@ def _key(header: RunHeader, data: bytes) -> str:
 @cache
 def _scoring_sha256() -> str:
     """Returns a hash of the code that makes verdicts: rows of another version are settled anew."""
-    modules = (actions, episode, goals, record, replies, scoring, world)
+    modules = (actions, episode, goals, pose, record, replies, scoring, world)
     return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
 
 
