@@ -47,7 +47,7 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """An exact test of two paired yes/no outcomes; each episode counts once, however often it was played."""
+    """An exact test of two paired yes/no outcomes; the plays of one episode are taken together."""
 
     only_first: int
     """Episodes in which the first has more of the outcome."""

@@ -131,7 +131,7 @@ def compare(first: Run, second: Run) -> Comparison:
     ours, theirs = shared(first.rows, second.rows)
     if not len(ours):
         raise RecordError(f"{first.name!r} and {second.name!r} have no scored episode in common.")
-    ours, theirs = ours.reset_index(), theirs.reset_index()
+    ours = ours.reset_index()
     houses, episodes = (ours[name].to_numpy(dtype=str) for name in ("house", "episode_id"))
     w1, w2 = ours["W"].to_numpy(dtype=bool), theirs["W"].to_numpy(dtype=bool)
     b1, b2 = ours["B"].to_numpy(dtype=bool), theirs["B"].to_numpy(dtype=bool)
