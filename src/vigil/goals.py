@@ -1,7 +1,7 @@
 """Goals: what must be true in the hidden world for an episode to count as completed.
 
 Pure functions of records; nothing here knows how an episode ended or what was reported
-(`vigil.scoring` does). Source: `protocol.md` section 4, "Observability" and "Goals".
+(`vigil.scoring` does). Source: `protocol.md` sections 4.1 and 4.2.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """Validation: a draft is valid when no rule finds a fault in its start, and its solution holds in the contract.
 
 The rules about starts are in `vigil.authoring.rules`; here the solution is played through `vigil.env` and judged by the
-same scoring as any run. Source: `protocol.md` section 4, "Every episode of a pack obeys".
+same scoring as any run. Source: `protocol.md` section 4.4.
 """
 
 from collections.abc import Iterable, Iterator
