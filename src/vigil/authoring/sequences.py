@@ -154,7 +154,7 @@ def _filled(shop: Workshop) -> Iterator[tuple[Thing, Thing, Setup]]:
 
 def _lies_in(container: Thing, thing: Thing) -> bool:
     surface = surface_named(container, thing.surface) if thing.parent == container.id else None
-    return surface is not None and surface.is_inside and thing.is_pickupable
+    return surface is not None and surface.needs_opening and thing.is_pickupable
 
 
 def _belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
@@ -168,7 +168,7 @@ def _place_inside(thing: Thing, container: Thing) -> Placement | None:
     for surface in container.asset.surfaces:
         frame = surface_frame(container, surface, 0.0)
         fits = size.x <= surface.size_x and size.z <= surface.size_z and size.y <= surface.clearance
-        if surface.is_inside and fits and is_level(frame):
+        if surface.needs_opening and fits and is_level(frame):
             point = frame.shift
             position = thing.position._replace(x=float(point[0]), y=float(point[1]) + size.y / 2, z=float(point[2]))
             rotation = container.rotation._replace(x=0.0, z=0.0)
