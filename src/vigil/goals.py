@@ -98,7 +98,7 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies in or on the receptacle; with `inside`, on one of its interior surfaces, not on its top or rim."""
+    """The target lies in or on the receptacle; with `inside`, on an interior surface of it, not on its top or rim."""
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
     receptacle_id: str

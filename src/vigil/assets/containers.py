@@ -54,7 +54,9 @@ def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
     builder.add(kind.material, _bin(outline, (0.006, lid), 0.86, 0.014))
     z0, z1 = builder.through
     inner = 0.8
-    builder.surface("bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, needs_opening=True)
+    builder.surface(
+        "bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, needs_opening=True
+    )
     joint = builder.hinge("lid", (1, 0, 0), (0, lid, z0 + 0.01), -100.0)
     look = Look(kind.material, joint, bears_open=True)
     builder.add(look, shapes.extrude(outline, lid, height - 0.012))

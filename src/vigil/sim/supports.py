@@ -96,7 +96,7 @@ def carried_by(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
 
 
 def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:
-    """Whether the thing lies over one of the receptacle's surfaces (with `inside`: its interior ones) by the goal's rule.
+    """Whether the thing lies over a surface of the receptacle (with `inside`: an interior one) by the goal's rule.
 
     The rectangle is grown only for a thing whose support is not known: what rests on a neighbour lies on the neighbour.
     """
