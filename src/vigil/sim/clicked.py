@@ -9,8 +9,8 @@ from typing import Literal
 import shapely
 
 from vigil.assets.asset import Surface
-from vigil.pose import Vec3
-from vigil.sim.geometry import Motion, prisms_of
+from vigil.pose import Vec3, rotate_floor
+from vigil.sim.geometry import Motion, box_of, prisms_of
 from vigil.sim.scene import Thing
 from vigil.sim.supports import headroom, is_shut, level_surfaces, offset_from
 
@@ -20,6 +20,8 @@ BESIDE_M = 0.1
 """How far beside a top a click on it may lie: its surface ends a little before its edge."""
 LEAF_M = 0.015
 """How far from a leaf's solid a click on the leaf may lie."""
+SIDE_M = 0.01
+"""How deep under the side of a body's box its outer side may lie."""
 SLACK_M = 0.003
 
 
@@ -27,7 +29,8 @@ def kind_meant(receptacle: Thing, point: Vec3) -> Kind:
     """Returns the kind of place that a click at a point of a receptacle means.
 
     A hollow that the point lies in comes first, then a top that it lies over, then what the leaf or drawer under it
-    shuts, then the nearest of all; `shut` is said of a hollow that must be opened first.
+    shuts; the outer sides of a cupboard belong to its top, all else to what is nearest. `shut` is said of a hollow that
+    must be opened first.
     """
     surfaces = list(level_surfaces(receptacle))
     if not surfaces:
@@ -41,6 +44,8 @@ def kind_meant(receptacle: Thing, point: Vec3) -> Kind:
     behind = next((surface for surface, _ in surfaces if surface.needs_opening), None)
     if behind is not None and _is_on_leaf(receptacle, point):
         return _kind(receptacle, behind)
+    if behind is not None and _is_on_outer_side(receptacle, point):
+        return "on"
     return _kind(receptacle, nearest)
 
 
@@ -62,6 +67,13 @@ def _is_over_top(surface: Surface, frame: Motion, point: Vec3) -> bool:
     local = offset_from(frame, point)
     is_beside = abs(local.x) > surface.size_x / 2 + BESIDE_M or abs(local.z) > surface.size_z / 2 + BESIDE_M
     return not surface.is_inside and not is_beside and -SLACK_M <= local.y <= surface.clearance + SLACK_M
+
+
+def _is_on_outer_side(receptacle: Thing, point: Vec3) -> bool:
+    """Whether a point lies on one of the four sides of the upright box of the body."""
+    box = box_of(receptacle)
+    x, z = rotate_floor(point.x - box.center.x, point.z - box.center.z, -box.yaw)
+    return abs(x) > box.size.x / 2 - SIDE_M or abs(z) > box.size.z / 2 - SIDE_M
 
 
 def _is_on_leaf(receptacle: Thing, point: Vec3) -> bool:
