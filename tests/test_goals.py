@@ -193,6 +193,28 @@ class TestHeldAndPlaced:
         record = Story(target=thing(), table=thing()).do(target=where).report()
         assert verdict(self.GOAL, record) == expected
 
+    @pytest.mark.parametrize(
+        ("where", "expected"),
+        [
+            ({"parent": "table", "support_chain": ("table",)}, (False, False)),
+            ({"parent": "table", "support_chain": ("table",), "inside": ("table",)}, (True, True)),
+            ({"parent": "bowl", "support_chain": ("bowl", "table"), "inside": ("bowl",)}, (False, False)),
+            ({"parent": "bowl", "support_chain": ("bowl", "table"), "inside": ("bowl", "table")}, (True, False)),
+            ({"parent": None, "over": ("table",)}, (False, False)),
+            ({"parent": None, "over": ("table",), "over_inside": ("table",)}, (True, False)),
+            ({"parent": "table", "inside": ("table",), "is_held": True}, (False, False)),
+        ],
+    )
+    def test_inside_a_receptacle(self, where, expected):
+        goal = self.GOAL.model_copy(update={"inside": True})
+        story = Story(target=thing(), table=thing()).do(target={"is_held": True}).do(target={"is_held": False} | where)
+        record = story.report()
+        assert verdict(goal, record) == expected
+        assert (progress(goal, record)[-1] == 1.0) == expected[0]
+
+    def test_inside_is_always_written(self):
+        assert self.GOAL.model_dump(mode="json")["inside"] is False
+
     def test_progress_counts_each_link_latched_and_the_end(self):
         story = Story(target=thing(), table=thing()).do(target={"is_held": True}).do(target={"is_held": False})
         assert progress(self.GOAL, story.end()) == [0.0, 0.5, 0.5]

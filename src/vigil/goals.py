@@ -98,10 +98,11 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies in or on the receptacle."""
+    """The target lies in or on the receptacle; with `inside`, on an interior surface of it, not on its top or rim."""
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
     receptacle_id: str
+    inside: bool = False
 
     def ids(self) -> set[str]:
         """Returns the ids of all objects that the goal, its constraint and its chain name."""
@@ -275,9 +276,7 @@ def _holds(goal: Goal, moment: _Moment) -> tuple[bool, bool]:
         case ObjectHeld():
             return state.is_held, True
         case ObjectAtReceptacle():
-            receptacle = goal.receptacle_id
-            reaches = receptacle == state.parent or receptacle in state.support_chain or receptacle in state.over
-            return not state.is_held and reaches, state.parent == receptacle
+            return _at_receptacle(goal, state)
         case ReportStatus():
             seen = moment.closing.objects[goal.object_id]
             return is_state_observable(seen, goal.state), seen.visible
@@ -289,6 +288,15 @@ def _grounded(object_id: str, category: str, ground: Effect | None) -> tuple[boo
     is_own = ground.hit == object_id
     is_near = object_id in ground.near and ground.hit_category != category
     return is_own or is_near, is_own
+
+
+def _at_receptacle(goal: ObjectAtReceptacle, state: ObjectState) -> tuple[bool, bool]:
+    receptacle, is_child = goal.receptacle_id, state.parent == goal.receptacle_id
+    if goal.inside:
+        is_inside = receptacle in state.inside
+        return not state.is_held and (is_inside or receptacle in state.over_inside), is_child and is_inside
+    reaches = is_child or receptacle in state.support_chain or receptacle in state.over
+    return not state.is_held and reaches, is_child
 
 
 def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:

@@ -70,10 +70,15 @@ class ObjectState(_Fact):
     """Direct parent: the receptacle that it rests on or in; None on the floor or in the hand."""
     support_chain: tuple[str, ...] = ()
     """Parent, parent's parent, ..."""
+    inside: tuple[str, ...] = ()
+    """What it lies inside of, nearest first: receptacles on whose interior surfaces (a shelf, a drawer, the floor of a
+    basin or a bowl) the object, or something below it in its support chain, rests."""
     over: tuple[str, ...] = ()
     """Receptacles among the reported objects that have a support surface on which the object lies
     within the tolerance of protocol.md section 4 (lowest point within 0.1 m above the surface,
-    centre within the surface grown by 0.1 m)."""
+    centre within the surface, grown by 0.1 m when the object has no known support)."""
+    over_inside: tuple[str, ...] = ()
+    """The same for their interior surfaces alone, below their rim or ceiling and within the receptacle's box."""
 
     def state_px(self, state: StateQuery) -> int:
         """Returns the pixels in the frame that tell a state."""

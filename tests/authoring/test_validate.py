@@ -66,6 +66,10 @@ def of_no_template(episode: Episode) -> Episode:
     return episode.model_copy(update={"provenance": episode.provenance.model_copy(update={"template": "juggle"})})
 
 
+def inside(episode: Episode) -> Episode:
+    return episode.model_copy(update={"goal": episode.goal.model_copy(update={"inside": True})})
+
+
 def pinned_elsewhere(episode: Episode) -> Episode:
     return episode.model_copy(update={"house": episode.house.model_copy(update={"sha256": "0" * 64})})
 
@@ -90,6 +94,7 @@ BAD: dict[str, tuple[str, str | None, Spoil]] = {
     "state_not_given_away": ("SV", "open", lambda e: said(e, e.instruction.replace("closed", "shut"))),
     "graded": ("PG", None, lambda e: e.model_copy(update={"difficulty": None})),
     "chain_of_objects": ("SM", None, of_no_template),
+    "inside_in_words": ("SM", "rearrange", inside),
     "constraint_stands": ("CR", "obstacle", unobstructed),
     "constraint_visible": ("CR", "obstacle", lambda e: turned(e, 180.0)),
     "solvable": ("CR", "interlock", to_carry_a_machine),
@@ -110,8 +115,8 @@ BAD_SOLUTIONS: dict[str, Callable[[tuple[Action, ...]], tuple[Action, ...]]] = {
 }
 """Rule -> how to spoil a solution."""
 
-ELSEWHERE = {"near_sees_target", "margins", "not_blind_luck"}
-"""Rules with a test of their own below."""
+ELSEWHERE = {"near_sees_target", "margins", "not_blind_luck", "wrong_ways_fail"}
+"""Rules with a test of their own below; the last one's is `test_wrong_ways.py`."""
 
 
 @pytest.fixture(scope="module")

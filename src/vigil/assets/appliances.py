@@ -40,7 +40,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
     builder.add(_LINER, lining(low, high))
     heights = shelf_heights(levels, low[1], high[1], 4 if height > 1.5 else 3)
-    add_shelves(builder, _GLASS_SHELF, low, (high[0], high[1], body - 0.11), heights, inside=True)
+    add_shelves(builder, _GLASS_SHELF, low, (high[0], high[1], body - 0.11), heights, needs_opening=True)
     builder.add(
         _LINER, *(shapes.span((low[0], y - 0.022, body - 0.125), (high[0], y + 0.004, body - 0.11)) for y in heights)
     )
@@ -126,7 +126,7 @@ def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
     builder.add(Look("glass/#bcd2d8", is_glass=True), plate)
     room = (high[0] - low[0] - 0.03, high[2] - low[2] - 0.03)
     builder.surface("turntable", (middle[0], low[1] + 0.014, middle[1]), room,
-                    high[1] - low[1] - 0.016, is_inside=True)  # fmt: skip
+                    high[1] - low[1] - 0.016, needs_opening=True)  # fmt: skip
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
     builder.solid((x0, 0, z0), (panel, height, face))
     _microwave_door(builder, shell, (panel + 0.002, foot, body), (x1, height, face))
@@ -220,7 +220,7 @@ def _drum_machine(category: str, size: Vec3, rng: np.random.Generator) -> Asset:
     builder.surface("top", (0, height, (z0 + front) / 2), (size.x - 0.04, front - z0 - 0.04))
     bottom = (0, middle[1] - 0.8 * radius, front - 0.03 - depth / 2)
     builder.surface("drum", bottom, (radius, 0.8 * depth), 1.4 * radius,
-                    is_inside=True)  # fmt: skip
+                    needs_opening=True)  # fmt: skip
     _porthole(builder, (middle, radius * 1.12), (front, z1), is_washer)
     builder.glow = Glow(Vec3(0, middle[1], front - 0.1), (0.8, 0.9, 1.0), 0.1)
     return builder.build((shell.word,))

@@ -72,7 +72,10 @@ class Surface:
     clearance: float = 10.0
     """Free height above it (m)."""
     is_inside: bool = False
-    """Reached only while the asset is open (a fridge's shelf, a drawer)."""
+    """It lies in a hollow of the asset (a shelf of a fridge, a drawer, the floor of a basin), not on its top, its
+    rim or an open rack."""
+    needs_opening: bool = False
+    """Reached only while the asset is open (a fridge's shelf, a drawer); such a surface is inside."""
     joint: str | None = None
     """The joint that carries it (a drawer's bottom)."""
 

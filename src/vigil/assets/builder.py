@@ -78,10 +78,12 @@ class Builder:
         clearance: float = UNBOUNDED_M,
         *,
         is_inside: bool = False,
+        needs_opening: bool = False,
         joint: str | None = None,
     ) -> None:
-        """Adds a place to put things: `size` is along x and z."""
-        self._surfaces.append(Surface(name, _vec(center), *size, clearance, is_inside, joint))
+        """Adds a place to put things: `size` is along x and z. What `needs_opening` is inside."""
+        inside = is_inside or needs_opening
+        self._surfaces.append(Surface(name, _vec(center), *size, clearance, inside, needs_opening, joint))
 
     def solid(self, low: Point3, high: Point3, joint: str | None = None) -> None:
         """Adds the box between two corners as something in the way."""

@@ -132,9 +132,19 @@ def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, 
 
 
 def add_shelves(
-    builder: Builder, look: Look | str, low: Corner, high: Corner, heights: Sequence[float], *, inside: bool = False
+    builder: Builder,
+    look: Look | str,
+    low: Corner,
+    high: Corner,
+    heights: Sequence[float],
+    *,
+    is_inside: bool = False,
+    needs_opening: bool = False,
 ) -> None:
-    """Adds boards whose tops are at `heights` across the space low..high, and surfaces there and on its floor."""
+    """Adds boards whose tops are at `heights` across the space low..high, and surfaces there and on its floor.
+
+    The space is a cupboard behind a leaf when it `needs_opening`, a bay of a case when it `is_inside`, else a rack.
+    """
     (x0, y0, z0), (x1, y1, z1) = low, high
     for height in heights:
         builder.block(look, (x0, x1), (height - BOARD_M, height), (z0, z1))
@@ -144,7 +154,8 @@ def add_shelves(
         clearance = above - top - (BOARD_M if index < len(heights) else 0.0)
         name = "floor" if index == 0 else f"shelf{index}"
         center = ((x0 + x1) / 2, top, (z0 + z1) / 2)
-        builder.surface(name, center, (x1 - x0 - 0.01, z1 - z0 - 0.01), clearance, is_inside=inside)
+        room = (x1 - x0 - 0.01, z1 - z0 - 0.01)
+        builder.surface(name, center, room, clearance, is_inside=is_inside, needs_opening=needs_opening)
 
 
 LegStyle = Literal["square", "tapered", "round", "splayed", "turned"]
@@ -255,7 +266,7 @@ def add_drawer(builder: Builder, name: str, low: Corner, high: Corner, fronts: F
         ((x0 + x1) / 2, y0 + rim + 0.01, (z0 + z1) / 2 - BOARD_M / 2),
         (x1 - x0 - 0.05, z1 - z0 - BOARD_M - 0.03),
         max(y1 - y0 - rim - 0.02, 0.01),
-        is_inside=True,
+        needs_opening=True,
         joint=joint,
     )
     builder.solid(low, high, joint)

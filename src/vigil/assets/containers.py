@@ -25,7 +25,7 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
     wall, top = 0.005, builder.height - 0.008
     add_case(builder, card, (x0, 0, z0), (x1, top, z1), wall, missing="+y")
-    builder.surface("bottom", (0, wall, 0), (x1 - x0 - 0.04, z1 - z0 - 0.04), top - wall, is_inside=True)
+    builder.surface("bottom", (0, wall, 0), (x1 - x0 - 0.04, z1 - z0 - 0.04), top - wall, needs_opening=True)
     builder.add("print/label", shapes.panel(0.34 * size.x, 0.3 * height, (0.12 * size.x, 0.55 * height, z1 + 0.0004)))
     for side, z in ((-1, z0), (1, z1)):
         joint = builder.hinge(f"flap{'-+'[side > 0]}z", (1, 0, 0), (0, top, z), side * 125.0)
@@ -54,7 +54,9 @@ def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
     builder.add(kind.material, _bin(outline, (0.006, lid), 0.86, 0.014))
     z0, z1 = builder.through
     inner = 0.8
-    builder.surface("bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, is_inside=True)
+    builder.surface(
+        "bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, needs_opening=True
+    )
     joint = builder.hinge("lid", (1, 0, 0), (0, lid, z0 + 0.01), -100.0)
     look = Look(kind.material, joint, bears_open=True)
     builder.add(look, shapes.extrude(outline, lid, height - 0.012))
@@ -135,7 +137,7 @@ def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
         inside = "plastic/#1b1c1e"
         builder.add(kind.material, _bin(outline, (height - 0.03, height), 0.99, 0.014, has_floor=False))
     builder.add(inside, _lining(outline, height, foot))
-    builder.surface("bottom", (0, 0.016, 0), (0.62 * foot * width, 0.62 * foot * depth))
+    builder.surface("bottom", (0, 0.016, 0), (0.62 * foot * width, 0.62 * foot * depth), is_inside=True)
     corners = shapes.rounded_rectangle(width, depth, radius, 2)
     builder.prism(corners, 0, height)
     return builder.build((kind.word,))
@@ -157,7 +159,7 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     low, high = (x0 + wall + 0.001, 0.016 + wall, z0 + wall + 0.001), (x1 - wall - 0.001, height - wall - 0.001, body)
     builder.add("fabric/#4a3f3a", lining(low, high))
     room = (high[0] - low[0] - 0.02, high[2] - low[2] - 0.02)
-    builder.surface("floor", (0, low[1] + 0.001, (low[2] + high[2]) / 2), room, high[1] - low[1], is_inside=True)
+    builder.surface("floor", (0, low[1] + 0.001, (low[2] + high[2]) / 2), room, high[1] - low[1], needs_opening=True)
     builder.surface("top", (0, height, (z0 + body) / 2), (x1 - x0 - 0.03, body - z0 - 0.03))
     joint = builder.hinge("door", (0, 1, 0), (x1, 0, face), 100.0)
     look, metal = Look(steel, joint, bears_open=True), Look("chrome", joint, bears_open=True)

@@ -94,7 +94,7 @@ def _vessel(
     inner = [(1.0, height), (0.95, 0.97 * height), (foot - 0.05, floor), (0.0, floor)]
     for material, profile in zip(looks, (outer, inner), strict=True):
         builder.add(material, shapes.translate(turning(profile, width, across), (0, 0, middle)))
-    builder.surface("inside", (0, floor, middle), (0.66 * foot * width, 0.66 * foot * across))
+    builder.surface("inside", (0, floor, middle), (0.66 * foot * width, 0.66 * foot * across), is_inside=True)
     hollow(builder, width, across, floor, z=middle)
 
 

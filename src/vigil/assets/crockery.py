@@ -50,7 +50,7 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     if kind == "banded":
         band = [(outer[k][0] * 1.015, outer[k][1]) for k in (3, 4)]
         builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
-    builder.surface("inside", (0, 0.16 * height, 0), (0.56 * width, 0.56 * depth))
+    builder.surface("inside", (0, 0.16 * height, 0), (0.56 * width, 0.56 * depth), is_inside=True)
     hollow(builder, width, depth, 0.13 * height)
     is_plain = kind == "ceramic" and tint in looks[1]
     return builder.build([name] if is_plain else [kind])
@@ -108,7 +108,7 @@ def mug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     reach = length / 2 - thick - start
     loop = np.c_[np.zeros(8), 0.52 * height + 0.3 * height * np.sin(angles), start + reach * np.cos(angles)]
     builder.add(f"ceramic/{tint}", shapes.tube(loop, thick))
-    builder.surface("inside", (0, 0.08 * height, middle), (0.55 * width, 0.55 * across))
+    builder.surface("inside", (0, 0.08 * height, middle), (0.55 * width, 0.55 * across), is_inside=True)
     hollow(builder, width, across, 0.08 * height, z=middle)
     return builder.build([name])
 
@@ -141,7 +141,7 @@ def cup(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
         low, high = (0.25, 0.7) if kind == "paper" else (0.78, 0.9)
         sides = [(1.015 * (foot + (1 - foot) * share), share * height) for share in (low, high)]
         builder.add(f"paper/{band}" if kind == "paper" else f"ceramic/{band}", turning(sides, width, depth))
-    builder.surface("inside", (0, floor, 0), (1.2 * foot * width / 2, 1.2 * foot * depth / 2))
+    builder.surface("inside", (0, floor, 0), (1.2 * foot * width / 2, 1.2 * foot * depth / 2), is_inside=True)
     hollow(builder, width, depth, floor)
     return builder.build([kind] if kind in ("glass", "metal", "paper") else [name])
 

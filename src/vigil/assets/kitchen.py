@@ -133,7 +133,7 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
         shapes.lathe([(0, 0), (0.026, 0), (0.026, 0.004), (0.018, 0.006), (0, 0.003)], (0, floor + 0.012, middle)),
     )
     room = (0.75 * (inner_x[1] - inner_x[0]), 0.75 * (inner_z[1] - inner_z[0]))
-    builder.surface("basin", (0, floor + 0.016, middle), room)
+    builder.surface("basin", (0, floor + 0.016, middle), room, is_inside=True)
     builder.surface("rim", (0, height, -depth / 2 + shelf / 2), (0.8 * width, shelf - 0.02))
     if height > 0.5:
         _sink_stand(builder, rng, floor)
@@ -211,7 +211,7 @@ def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
     wire, middle = (0.005, 0.005, oven_front - z0 - 0.12), (z0 + oven_front) / 2
     builder.add("chrome", *(shapes.box(wire, (x, rack - 0.0025, middle)) for x in wires))
     room = (x1 - x0 - 0.14, oven_front - z0 - 0.14)
-    builder.surface("rack", (0, rack, middle), room, high - rack - 0.06, is_inside=True)
+    builder.surface("rack", (0, rack, middle), room, high - rack - 0.06, needs_opening=True)
     _plates(builder, face)
     _oven_door(builder, shell, (low + 0.01, high - 0.004), (oven_front, face))
     for index in range(5):

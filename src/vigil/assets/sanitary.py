@@ -122,7 +122,7 @@ def bathtub(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
         "chrome", shapes.lathe([(0, 0), (0.03, 0), (0.03, 0.004), (0, 0.002)], (-0.28 * width, floor + 0.002, 0), 14)
     )
     builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, depth / 2))
-    builder.surface("floor", (0, floor + 0.004, 0), (0.55 * width, 0.5 * depth))
+    builder.surface("floor", (0, floor + 0.004, 0), (0.55 * width, 0.5 * depth), is_inside=True)
     builder.surface("edge", (0, height, -depth / 2 + 0.03), (0.7 * width, 0.04))
     return builder.build(("white" if shell == _GLAZE else "cream", "freestanding" if is_free else "built in"))
 

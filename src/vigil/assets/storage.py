@@ -123,7 +123,7 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     high = (width / 2 - BOARD_M - skin, height - BOARD_M - skin, leaf - 0.012)
     builder.add(fronts.inner, lining(low, high))
     count = max(1, round(height / 0.35) - 1)
-    add_shelves(builder, fronts.inner, low, high, shelf_heights(levels, low[1], high[1], count), inside=True)
+    add_shelves(builder, fronts.inner, low, high, shelf_heights(levels, low[1], high[1], count), needs_opening=True)
     builder.surface("top", (0, height, (leaf - depth / 2) / 2), (width - 0.02, depth - 0.06))
     if width > 0.55:
         add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.002, height - 0.004, front), fronts, hinge=-1)
@@ -162,7 +162,8 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
                            (x1 - 0.003, y + tall - 0.003, front), fronts, (0.6 - 0.25 * row) * depth)  # fmt: skip
     middle_low, middle_high = (low[0] + end + 0.009, low[1], low[2]), (high[0] - end - 0.009, high[1], high[2])
     count = 1 if height - base > 0.3 else 0
-    add_shelves(builder, finish.material, middle_low, middle_high, shelf_heights(inner, low[1], high[1], count))
+    shelves = shelf_heights(inner, low[1], high[1], count)
+    add_shelves(builder, finish.material, middle_low, middle_high, shelves, is_inside=True)
     return builder.build((finish.word,))
 
 

@@ -9,14 +9,16 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from vigil.actions import REACH_M, Action, Intent, InteractPixel
+from vigil.assets.asset import Surface
 from vigil.authoring import moves
 from vigil.authoring.aim import surface_points
 from vigil.authoring.stage import Stage
 from vigil.authoring.views import Places, View, Wish, views
 from vigil.errors import EpisodeError
 from vigil.pose import Box
-from vigil.sim.geometry import box_of
-from vigil.sim.supports import level_surfaces
+from vigil.sim.geometry import Motion, box_of
+from vigil.sim.scene import Thing
+from vigil.sim.supports import headroom, level_surfaces
 from vigil.world import Effect, RefusalCode
 
 REACH_MARGIN_M = 0.04
@@ -26,6 +28,8 @@ ARRIVED_M = 0.03
 REPLANS = 3
 PLACE_PIXELS = 8
 SURFACE_GRID = 5
+HOLLOW_POINTS, HOLLOW_WALL_M = 256, 0.08
+"""How many points of a receptacle are sampled, and how far from a surface the wall of its hollow may be."""
 ANYWHERE: frozenset[RefusalCode | None] = frozenset(
     {
         *("interlock", "hand_full", "hand_empty", "already_so", "blocked_by_object", "receptacle_closed"),
@@ -81,16 +85,19 @@ class Deeds:
                 raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
         raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
 
-    def place(self, receptacle_id: str) -> Iterator[Action]:
-        """Puts what is in the hand on or in a receptacle. Raises Unsolvable."""
+    def place(self, receptacle_id: str, *, inside: bool) -> Iterator[Action]:
+        """Puts what is in the hand inside a receptacle, or on it (in it where it has no top). Raises Unsolvable."""
         stage, held = self.stage, self.stage.held
         receptacle = stage.scene.things[receptacle_id]
-        points = _surface_grid(stage, receptacle_id)
+        surfaces = _surfaces_for(receptacle, inside=inside)
+        points = _surface_grid(surfaces)
+        if inside:
+            points = np.concatenate([points, _hollow_points(receptacle, surfaces)])
         wish = Wish(receptacle_id, points, near_any(points, REACH_M - REACH_MARGIN_M), self.may_tilt, least_seen=1)
         for number, view in enumerate(views(stage, stage.walks(), wish)):
             if number >= MOST_TRIED or held is None:
                 break
-            pixel = self._placing_pixel(view, held, receptacle_id)
+            pixel = self._placing_pixel(view, held, receptacle_id, {surface.name for surface, _ in surfaces})
             if pixel is not None:
                 yield from self.go(view)
                 yield self._click("place", pixel)
@@ -125,12 +132,13 @@ class Deeds:
             corners = self.stage.corners_to(view.corners[-1])
         raise Unsolvable(f"The way to {view.corners[-1]} is blocked.")
 
-    def _placing_pixel(self, view: View, held: str, receptacle_id: str) -> tuple[int, int] | None:
+    def _placing_pixel(self, view: View, held: str, receptacle_id: str, surfaces: set[str]) -> tuple[int, int] | None:
         stage = self.stage
 
         def rests(effect: Effect) -> bool:
             is_near = effect.click_m is not None and effect.click_m <= REACH_M - self._margin_m
-            return is_near and stage.scene.things[held].parent == receptacle_id
+            thing = stage.scene.things[held]
+            return is_near and thing.parent == receptacle_id and thing.surface in surfaces
 
         with stage.standing_at(view.pose):
             for x, y in view.pixels[:PLACE_PIXELS]:
@@ -176,16 +184,37 @@ def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
     )
 
 
-def _surface_grid(stage: Stage, receptacle_id: str) -> np.ndarray:
-    """Returns (n, 3) points spread over the receptacle's surfaces that face up."""
+def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Motion]]:
+    """Returns the level surfaces inside a receptacle, or else those on it. Raises Unsolvable when there are none."""
+    level = list(level_surfaces(receptacle))
+    wanted = [(surface, frame) for surface, frame in level if surface.is_inside == inside]
+    if not inside and not wanted:
+        wanted = level
+    if not wanted:
+        where = "inside" if inside else "to put things on"
+        raise Unsolvable(f"{receptacle.id!r} has no level surface {where}.")
+    return wanted
+
+
+def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
+    """Returns (n, 3) points spread over surfaces."""
     found: list[np.ndarray] = []
-    for surface, frame in level_surfaces(stage.scene.things[receptacle_id]):
+    for surface, frame in surfaces:
         along = np.linspace(-0.4, 0.4, SURFACE_GRID)
         x, z = (axis.ravel() for axis in np.meshgrid(along * surface.size_x, along * surface.size_z))
         found.append(frame(np.column_stack([x, np.full(len(x), 0.002), z])))
-    if not found:
-        raise Unsolvable(f"{receptacle_id!r} has no level surface to put things on.")
     return np.concatenate(found)
+
+
+def _hollow_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
+    """Returns (n, 3) points of a receptacle's walls and floor in the hollows over surfaces; a drum's floor is round."""
+    points = surface_points(receptacle, HOLLOW_POINTS)
+    is_in = np.zeros(len(points), dtype=bool)
+    for surface, frame in surfaces:
+        x, y, z = frame.inverse()(points).T
+        beside = np.maximum(np.abs(x) - surface.size_x / 2, np.abs(z) - surface.size_z / 2)
+        is_in |= (beside <= HOLLOW_WALL_M) & (y >= -HOLLOW_WALL_M) & (y <= headroom(receptacle.asset, surface))
+    return points[is_in]
 
 
 def _strolls(stage: Stage) -> Iterator[View]:

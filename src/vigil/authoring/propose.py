@@ -136,7 +136,7 @@ def _may_be_sought(shop: Workshop, thing: Thing) -> bool:
     """Whether a thing may be looked for: what lies in something closed is not found by looking."""
     parent = shop.stage.scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent is not None else None
-    is_shut_away = surface is not None and surface.is_inside and parent is not None and parent.openness < WIDE_OPEN
+    is_shut_away = surface is not None and surface.needs_opening and parent is not None and parent.openness < WIDE_OPEN
     return is_target(thing) and not is_shut_away
 
 

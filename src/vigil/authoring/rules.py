@@ -14,8 +14,18 @@ from vigil.authoring.deeds import Deeds, box_distances
 from vigil.authoring.refer import Item, Phrase, items_of, mentions, resolved
 from vigil.authoring.solve import is_doable
 from vigil.authoring.stage import Stage
+from vigil.authoring.wording import asks_inside
 from vigil.episode import FAMILIES, Episode, Family
-from vigil.goals import AgentNearTarget, GoalRow, ObjectHeld, ObjectInState, ReportStatus, check, is_observable
+from vigil.goals import (
+    AgentNearTarget,
+    GoalRow,
+    ObjectAtReceptacle,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    check,
+    is_observable,
+)
 from vigil.house import House
 from vigil.pack import protocol_faults
 from vigil.pose import Pose, Vec3
@@ -233,6 +243,13 @@ def _chained(case: Case) -> Faults:
             yield f"{link.object_id!r} is in the hand at the start"
 
 
+def _said_inside(case: Case) -> Faults:
+    goal = case.episode.goal
+    if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
+        wanted = "inside" if goal.inside else "anywhere on or in"
+        yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
+
+
 def _graded(case: Case) -> Faults:
     if case.episode.difficulty is None:
         yield "the episode has no difficulty"
@@ -275,6 +292,7 @@ RULES: dict[str, Rule] = {
     "unambiguous": Rule(_ALL, "every thing mentioned is one thing", _unambiguous),
     "state_not_given_away": Rule(("SV",), "the instruction does not answer itself", _secret),
     "chain_of_objects": Rule(("SM",), "a sequence has a template and several objects", _chained),
+    "inside_in_words": Rule(("SM",), "into is said where inside is meant, and only there", _said_inside),
     "constraint_visible": Rule(("CR",), "what is in the way is seen at the start", _seen_constraint),
     "constraint_stands": Rule(("CR",), "the goal is out of reach until the constraint is resolved", _stands),
 }

@@ -6,7 +6,7 @@ from functools import partial
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.propose import CLEAR_PX, Drafts, is_seen, is_target
 from vigil.authoring.refer import Phrase
-from vigil.authoring.wording import SEQUENCES, opened, say
+from vigil.authoring.wording import opened, say, sequence
 from vigil.authoring.workshop import Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
@@ -105,20 +105,20 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
         return
     receptacle = roles.get("receptacle")
     leaf = receptacle if template == "put_into" and receptacle and receptacle.is_openable else roles.get("container")
-    sentences = SEQUENCES["put_into_closed" if leaf is not None and leaf is receptacle else template]
+    inside = receptacle is not None and (template == "put_into" or receptacle.category in PUT_INTO)
+    sentences = sequence("put_into_closed" if leaf is not None and leaf is receptacle else template, inside=inside)
     words = {role: str(phrase) for role, phrase in named.items()}
     if leaf is not None:
         role = next(role for role, thing in roles.items() if thing is leaf)
         words |= opened(leaf.category, words[role]).slots()
-    is_hollow = receptacle is not None and receptacle.category in PUT_INTO
-    words |= {"into": "into", "in_": "in"} if is_hollow else {"into": "on", "in_": "on"}
+    words |= {"into": "into", "in_": "in"} if inside else {"into": "on", "in_": "on"}
     yield shop.draft(
         "SM",
         Ask(
             start=start,
             setup=setup,
             instruction=say(sentences, shop.rng, **words),
-            goal=_goal(roles["target"], receptacle, leaf),
+            goal=_goal(roles["target"], receptacle, leaf, inside=inside),
             bindings={role: thing.id for role, thing in roles.items()},
             template=template,
         ),
@@ -132,12 +132,12 @@ def _is_wordy(phrases: dict[str, Phrase]) -> bool:
     return is_placed or phrases["target"].room is not None or len(set(rooms)) < len(rooms)
 
 
-def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None) -> Goal:
+def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside: bool) -> Goal:
     first = (ObjectInState(object_id=leaf.id, state="is_open"),) if leaf is not None else ()
     if receptacle is None:
         return ObjectHeld(object_id=target.id, chain=first)
     held = ObjectHeld(object_id=target.id)
-    return ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, chain=(*first, held))
+    return ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, inside=inside, chain=(*first, held))
 
 
 def _filled(shop: Workshop) -> Iterator[tuple[Thing, Thing, Setup]]:
@@ -154,7 +154,7 @@ def _filled(shop: Workshop) -> Iterator[tuple[Thing, Thing, Setup]]:
 
 def _lies_in(container: Thing, thing: Thing) -> bool:
     surface = surface_named(container, thing.surface) if thing.parent == container.id else None
-    return surface is not None and surface.is_inside and thing.is_pickupable
+    return surface is not None and surface.needs_opening and thing.is_pickupable
 
 
 def _belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
@@ -168,7 +168,7 @@ def _place_inside(thing: Thing, container: Thing) -> Placement | None:
     for surface in container.asset.surfaces:
         frame = surface_frame(container, surface, 0.0)
         fits = size.x <= surface.size_x and size.z <= surface.size_z and size.y <= surface.clearance
-        if surface.is_inside and fits and is_level(frame):
+        if surface.needs_opening and fits and is_level(frame):
             point = frame.shift
             position = thing.position._replace(x=float(point[0]), y=float(point[1]) + size.y / 2, z=float(point[2]))
             rotation = container.rotation._replace(x=0.0, z=0.0)

@@ -151,7 +151,7 @@ def _lift(constraint: Constraint, goal: Goal, deeds: Deeds) -> Steps:
 
 def _achieve(goal: Goal, deeds: Deeds) -> Steps:
     if isinstance(goal, ObjectAtReceptacle):
-        yield from deeds.place(goal.receptacle_id)
+        yield from deeds.place(goal.receptacle_id, inside=goal.inside)
     elif not _holds(goal, deeds.stage):
         yield from deeds.act(_intent_of(goal), goal.object_id)
 

@@ -14,6 +14,8 @@ from vigil.authoring.luck import blind_tries
 from vigil.authoring.rules import MARGIN_M, MARGIN_PX, RULES, Case, broken_by
 from vigil.authoring.solve import solution
 from vigil.authoring.stage import PrivilegedSimulator, Stage
+from vigil.authoring.wrong_rows import Scenes
+from vigil.authoring.wrong_ways import Way, wins, wrong_ways
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import EpisodeError, PackMismatch
@@ -34,6 +36,7 @@ OTHER_RULES = {
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
     "not_blind_luck": "walking, turning or waiting without sight does not complete it",
+    "wrong_ways_fail": "on top instead of inside, the look-alike, the neighbour, done and undone: none completes it",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
 """Rule name -> reason, for the rules that are no functions of a start."""
@@ -62,6 +65,8 @@ class Verdict:
 
     findings: tuple[Finding, ...]
     actions: tuple[Action, ...] = ()
+    wrong_ways: tuple[Way, ...] = ()
+    """Those that were tried, and those that the house does not allow."""
 
     @property
     def is_valid(self) -> bool:
@@ -90,7 +95,12 @@ class Validator:
             steps = tuple(actions) if actions is not None else solution(episode, self._stage)
         except Unsolvable as error:
             return Verdict((Finding(episode.id, "solvable", str(error)),))
-        return Verdict(tuple(self._judge(episode, steps)), steps)
+        judged = tuple(self._judge(episode, steps))
+        if judged:
+            return Verdict(judged, steps)
+        ways = wrong_ways(Scenes(self._simulator, episode), self._stage, self._replay(episode, steps))
+        won = (way for way in ways if wins(episode, way))
+        return Verdict(tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways))
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
         """Returns the record of actions played through the contract; what comes after its end is left out."""

@@ -4,10 +4,13 @@ No sentence gives away where a thing is beyond its phrase, nor, in state verific
 opened, lit and spoken of as a person would: the lid of a toilet, the drawers of a dresser, the flame of a candle.
 """
 
+import re
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+
+from vigil.authoring.refer import ROOM_NAMES
 
 Act = Literal["open", "close", "turn_on", "turn_off", "pick"]
 Asked = Literal["is_toggled", "is_open"]
@@ -187,6 +190,30 @@ CONSTRAINTS = {
         "Free your hand by putting down {obstacle}, and then {order}.",
     ),
 }
+
+
+_PUT_IN = r"(?:put|place|drop|leave)\b[^.;]*?\bin\b(?! the (?:{rooms})\b)"
+INTO = re.compile(rf"\b(?:into|(?<!from )inside|{_PUT_IN.format(rooms='|'.join(sorted(ROOM_NAMES.values())))})\b")
+"""Words that ask for something to be put into a receptacle: "put it in the sink", but "on the bed in the bedroom"."""
+
+
+def asks_inside(instruction: str) -> bool:
+    """Whether an instruction says that something is to be put inside a receptacle."""
+    return INTO.search(instruction.lower()) is not None
+
+
+def sequence(template: str, *, inside: bool) -> tuple[str, ...]:
+    """Returns the sentences of a template; with `inside`, those alone that say so."""
+    sentences = SEQUENCES[template]
+    slots = {"into": "into", "in_": "in"}
+    return tuple(each for each in sentences if not inside or asks_inside(each.format_map(_Blank(slots))))
+
+
+class _Blank(dict[str, str]):
+    """Slots of which the unknown ones stay empty."""
+
+    def __missing__(self, _: str) -> str:
+        return ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -179,7 +179,7 @@ class Tidier:
                     return
 
     def _fill_inside(self, piece: Piece, clutter: float) -> None:
-        if piece.category not in INSIDE or not any(surface.is_inside for surface in piece.model.asset.surfaces):
+        if piece.category not in INSIDE or not any(surface.needs_opening for surface in piece.model.asset.surfaces):
             return
         mean, contents = INSIDE[piece.category]
         for category in shuffled(self.rng, contents)[: int(self.rng.poisson(mean * clutter))]:
@@ -219,7 +219,7 @@ class Tidier:
         accepts = CATALOG[piece.category].accepts
         if not CATALOG[piece.category].is_receptacle or (accepts is not None and category not in accepts):
             return False
-        surfaces = [surface for surface in piece.model.asset.surfaces if surface.is_inside == inside]
+        surfaces = [surface for surface in piece.model.asset.surfaces if surface.needs_opening == inside]
         model = draw_model(category, self.rng)
         for surface in shuffled(self.rng, surfaces):
             child = _place(piece, surface, model, self.rng, self.keep_out)

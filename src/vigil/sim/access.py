@@ -101,7 +101,7 @@ def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
     surface = surface_named(thing, child.surface)
     if surface is None:
         return thing.asset.size.y / 2 > child.position.y - thing.position.y
-    return surface.is_inside or (surface.joint is not None and not joint_is_hinge(thing, surface.joint))
+    return surface.needs_opening or (surface.joint is not None and not joint_is_hinge(thing, surface.joint))
 
 
 def _tolerance(state: SceneState, owner: str) -> float:

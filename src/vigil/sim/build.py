@@ -29,7 +29,7 @@ ADAPT_M, FALL_M = 0.25, 2.0
 """How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
 SURFACE_EDGE_M = 0.1
 OVERHANG_M = 0.01
-"""How far a thing inside another may stand out over the edge of what it lies on."""
+"""How far a thing behind a door or in a drawer may stand out over the edge of what it lies on."""
 LEVEL_STEP_M = 0.005
 
 
@@ -140,7 +140,7 @@ def settle(thing: Thing, parent: Thing) -> None:
         _, height, surface, frame = best
         thing.surface, thing.parent_joint = surface.name, surface.joint
         thing.position = Vec3(thing.position.x, thing.position.y - height, thing.position.z)
-        if surface.is_inside:
+        if surface.needs_opening:
             _push_inside(thing, surface, frame)
 
 

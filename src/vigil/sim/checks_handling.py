@@ -3,7 +3,7 @@
 from vigil.pose import Vec3, floor_distance
 from vigil.sim.trial import Trial, expect, expect_near, expect_refused, placed
 from vigil.sim.trial_house import DOOR, NORTH, SOUTH, WEST
-from vigil.world import ObjectSetup, Setup
+from vigil.world import ObjectSetup, ObjectState, Setup
 
 FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
 
@@ -124,6 +124,27 @@ def opens_and_closes(trial: Trial) -> None:
     expect_refused(trial.click("close_access", "Fridge|1"), None)
     trial.face(5.2, 3.1, "Fridge|1", holding("Apple|1"))
     expect_refused(trial.click("place", "Fridge|1"), "receptacle_closed")
+
+
+def inside_and_on_top_are_places_of_their_own(trial: Trial) -> None:
+    """The front of a shut dresser takes nothing, its top does; open, its drawer takes a thing in."""
+    top, front = Vec3(8.0, 0.8438, 0.3), Vec3(8.2, 0.7, 0.5)
+    trial.look_at(8.0, 1.5, front, holding("Pen|1"))
+    expect_refused(trial.click("place", "Dresser|1"), "receptacle_closed")
+    trial.look_at(8.0, 1.5, top, holding("Pen|1"))
+    expect_refused(trial.click_at("place", top), None)
+    state = _pen(trial)
+    expect(state.parent == "Dresser|1" and state.inside == (), f"a pen on a dresser: {state}")
+    open_dresser = Setup(held="Pen|1", objects={"Dresser|1": ObjectSetup(openness=1.0)})
+    trial.face(8.0, 1.5, "Watch|1", open_dresser)
+    drawer = trial.state("Watch|1").position
+    expect_refused(trial.click_at("place", Vec3(drawer.x + 0.08, drawer.y, drawer.z)), None)
+    state = _pen(trial)
+    expect(state.inside == ("Dresser|1",) == state.over_inside, f"a pen in a drawer: {state}")
+
+
+def _pen(trial: Trial) -> ObjectState:
+    return trial.simulator.world(["Pen|1", "Dresser|1"]).objects["Pen|1"]
 
 
 def leaves_stop_at_what_is_in_the_way(trial: Trial) -> None:

@@ -29,6 +29,7 @@ CHECKS: tuple[Check, ...] = (
     checks_handling.stacks_and_counts_supports,
     checks_handling.drops_straight_down,
     checks_handling.opens_and_closes,
+    checks_handling.inside_and_on_top_are_places_of_their_own,
     checks_handling.leaves_stop_at_what_is_in_the_way,
     checks_handling.doors_open_and_close,
     checks_handling.drawers_carry_their_contents,

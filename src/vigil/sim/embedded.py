@@ -36,7 +36,7 @@ from vigil.sim.scene import Scene, Thing
 from vigil.sim.setup import apply_setup, unknown_object
 from vigil.sim.sight import HEIGHT, WIDTH, Sight, Sighting, pixel_of
 from vigil.sim.state import SceneState
-from vigil.sim.supports import ancestors, rests_over
+from vigil.sim.supports import ancestors, around, rests_over
 from vigil.world import Effect, ObjectState, Setup, WorldState
 
 
@@ -289,15 +289,18 @@ class EmbeddedSimulator:
             center_distance_m=distance(state.agent.position, thing.position),
             parent=thing.parent,
             support_chain=tuple(below.id for below in ancestors(state.scene, thing)),
-            over=_over(thing, asked),
+            inside=tuple(other.id for other in around(state.scene, thing)),
+            over=_over(thing, asked, inside=False),
+            over_inside=_over(thing, asked, inside=True),
         )
 
 
-def _over(thing: Thing, asked: list[Thing]) -> tuple[str, ...]:
+def _over(thing: Thing, asked: list[Thing], *, inside: bool) -> tuple[str, ...]:
     if thing.is_held or not thing.is_present:
         return ()
     receptacles = (other for other in asked if other.is_receptacle and other.is_present and not other.is_held)
-    return tuple(sorted(other.id for other in receptacles if other is not thing and rests_over(thing, other)))
+    others = (other for other in receptacles if other is not thing)
+    return tuple(sorted(other.id for other in others if rests_over(thing, other, inside=inside)))
 
 
 def _sweeps(magnitude: float) -> list[float]:

@@ -147,7 +147,7 @@ def _carrier(category: str, thing: Thing, rng: np.random.Generator) -> Thing:
         knob_y, knob_z = KNOB_SHARE * size.y, WALL_GAP_M + _front_of(asset, KNOB_SHARE) + own.z / 2
         thing.position = Vec3(WIDTH_M / 2 + KNOB_ASIDE * size.x, knob_y, knob_z + size.z / 2)
         return carrier
-    free = [surface for surface in asset.surfaces if not surface.is_inside and surface.clearance > own.y]
+    free = [surface for surface in asset.surfaces if not surface.needs_opening and surface.clearance > own.y]
     top = max(free, key=lambda surface: (round(surface.center.y, 1), surface.size_x * surface.size_z))
     forward = 0.0 if category == "Bed" else max(0.0, top.size_z / 2 - own.z / 2 - EDGE_M)
     x, y, z = np.array(carrier.position) + np.array(top.center)

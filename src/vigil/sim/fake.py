@@ -72,8 +72,8 @@ def pieces_of(asset: Asset) -> tuple[Piece, ...]:
             part.bears_open * BEARS_OPEN | part.bears_toggle * BEARS_TOGGLE,
             part.is_glass,
             part.shown,
-            _holds(asset, part, low, high, is_inside=False),
-            _holds(asset, part, low, high, is_inside=True),
+            _holds(asset, part, low, high, needs_opening=False),
+            _holds(asset, part, low, high, needs_opening=True),
         )
         for part in asset.parts
         if len(part.mesh.vertices)
@@ -125,10 +125,10 @@ def _mesh_boxes(part: Part) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(piece.min(axis=0), piece.max(axis=0)) for piece in pieces]
 
 
-def _holds(asset: Asset, part: Part, low: np.ndarray, high: np.ndarray, *, is_inside: bool) -> bool:
+def _holds(asset: Asset, part: Part, low: np.ndarray, high: np.ndarray, *, needs_opening: bool) -> bool:
     return any(
         surface.joint == part.joint
-        and surface.is_inside == is_inside
+        and surface.needs_opening == needs_opening
         and bool((np.array(surface.center)[[0, 2]] > low[[0, 2]]).all())
         and bool((np.array(surface.center)[[0, 2]] < high[[0, 2]]).all())
         and low[1] - 0.01 <= surface.center.y < high[1] - 0.01

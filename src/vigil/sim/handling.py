@@ -10,8 +10,9 @@ from vigil.actions import REACH_HEIGHT_M, REACH_M, Intent
 from vigil.assets.catalog import CATALOG
 from vigil.pose import Vec3, floor_distance
 from vigil.sim.access import MOVED_WITHIN, set_openness, swing_blocker
+from vigil.sim.clicked import kind_meant
 from vigil.sim.geometry import box_of
-from vigil.sim.placing import open_surfaces, put_down, spot_below, spot_on
+from vigil.sim.placing import put_down, spot_below, spot_on
 from vigil.sim.scene import Thing
 from vigil.sim.state import AGENT, SceneState
 from vigil.sim.supports import children, is_shut_in
@@ -123,11 +124,10 @@ def _place(state: SceneState, receptacle: Thing, point: Vec3) -> Result:
         return Result("not_a_receptacle")
     if is_shut_in(state.scene, receptacle):
         return Result("receptacle_closed")
+    if kind_meant(receptacle, point) == "shut":
+        return Result("receptacle_closed")
     spot = spot_on(state, held, receptacle, point)
-    if spot is None:
-        is_shut = len(open_surfaces(receptacle)) < len(receptacle.asset.surfaces)
-        return Result("receptacle_closed" if is_shut else "no_room")
-    return _done(put_down(state, spot))
+    return Result("no_room") if spot is None else _done(put_down(state, spot))
 
 
 def _drop(state: SceneState) -> Result:

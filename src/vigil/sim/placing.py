@@ -14,6 +14,7 @@ import shapely
 
 from vigil.assets.asset import Surface
 from vigil.pose import Vec3, heading, wrap_deg
+from vigil.sim.clicked import kind_meant
 from vigil.sim.geometry import Motion, Prism, place_of, prisms_of
 from vigil.sim.motion import polygon_of
 from vigil.sim.scene import Thing
@@ -80,9 +81,11 @@ def bulk_of(state: SceneState, held: Thing) -> Bulk:
 
 
 def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> Spot | None:
-    """Returns the free spot on the receptacle nearest to the clicked point, at most 0.3 m from it."""
+    """Returns the free spot nearest to the clicked point, at most 0.3 m from it: inside or on top, as was clicked."""
     bulk = bulk_of(state, held)
-    options = [_spots(bulk, held, surface, frame, clicked) for surface, frame in open_surfaces(receptacle)]
+    kind = kind_meant(receptacle, clicked)
+    surfaces = [each for each in open_surfaces(receptacle) if kind == ("inside" if each[0].is_inside else "on")]
+    options = [_spots(bulk, held, surface, frame, clicked) for surface, frame in surfaces]
     candidates = sorted((candidate for found in options for candidate in found), key=lambda item: item[0])
     for chunk in (candidates[:9], candidates[9:]):
         free = _first_free(state, bulk, [spot for _, spot in chunk], receptacle)
@@ -114,7 +117,7 @@ def put_down(state: SceneState, spot: Spot) -> list[Thing]:
 def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
     """Returns the level surfaces that a hand can reach now, with their frames."""
     shut = is_shut(receptacle)
-    return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.is_inside and shut)]
+    return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
 
 
 def _in_frame(prism: Prism, inverse: Motion) -> np.ndarray:
@@ -144,7 +147,7 @@ def _spots(
     places, gaps = places[keep], np.round(gaps[keep], 6)
     turn = _yaw_of(frame)
     found: list[tuple[tuple[float, ...], Spot]] = []
-    edge = half + (EDGE_INSIDE_M if surface.is_inside else EDGE_M)
+    edge = half + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
     for rank, yaw in enumerate(dict.fromkeys((held.rotation.y, wrap_deg(turn), wrap_deg(turn + 90.0)))):
         corners = bulk.footprint(places[:, 0], places[:, 1], np.full(len(places), yaw - turn))
         for index in np.flatnonzero((np.abs(corners) <= edge).all(axis=(1, 2))):
@@ -230,7 +233,7 @@ def _landings_on(thing: Thing, bulk: Bulk, x: float, z: float, yaw: float) -> li
         local = offset_from(frame, Vec3(x, 0.0, z))
         height = float(frame.shift[1])
         corners = bulk.footprint(np.array([local.x]), np.array([local.z]), np.array([yaw - _yaw_of(frame)]))
-        edge = np.array([surface.size_x, surface.size_z]) / 2 + (EDGE_INSIDE_M if surface.is_inside else EDGE_M)
+        edge = np.array([surface.size_x, surface.size_z]) / 2 + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
         if height < DROP_FROM_M and (np.abs(corners) <= edge).all() and bulk.height <= surface.clearance + SLACK_M:
             position = Vec3(x, height - float(bulk.low[1]), z)
             found.append(Spot(position, yaw, thing.id, surface.name, surface.joint))

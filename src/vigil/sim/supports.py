@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vigil.assets.asset import Surface
+from vigil.assets.asset import Asset, Surface
 from vigil.pose import Vec3
 from vigil.sim.geometry import Motion, joint_of, part_motion, whole_box
 from vigil.sim.scene import Scene, Thing
@@ -14,6 +14,8 @@ LEVEL_WITHIN = 0.99
 """Least vertical component of a surface's upward axis for things to rest on it."""
 OVER_M = 0.1
 """Tolerance of `object_at_receptacle` (protocol.md section 4): height above a surface, and growth of its rectangle."""
+LEVEL_SLACK_M = 1e-3
+"""How far a thing may be sunk into the surface that it lies on, or stand below the rim that it lies on."""
 
 
 def surface_named(thing: Thing, name: str | None) -> Surface | None:
@@ -45,12 +47,24 @@ def is_shut(thing: Thing) -> bool:
 
 def is_shut_in(scene: Scene, thing: Thing) -> bool:
     """Whether the thing lies inside something shut, however deep."""
-    for below in [thing, *ancestors(scene, thing)]:
-        parent = scene.things.get(below.parent or "")
-        surface = parent and surface_named(parent, below.surface)
-        if parent and surface and surface.is_inside and is_shut(parent):
-            return True
-    return False
+    return any(surface.needs_opening and is_shut(parent) for parent, surface in _rests(scene, thing))
+
+
+def around(scene: Scene, thing: Thing) -> list[Thing]:
+    """Returns what the thing lies inside of, nearest first.
+
+    It, or something below it in its chain of supports, rests on a surface inside each of them.
+    """
+    return [parent for parent, surface in _rests(scene, thing) if surface.is_inside]
+
+
+def _rests(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface]]:
+    """Yields what the thing rests on with the surface, what that rests on, and so on; those without a surface not."""
+    for each in [thing, *ancestors(scene, thing)]:
+        parent = scene.things.get(each.parent or "")
+        surface = parent and surface_named(parent, each.surface)
+        if parent and surface:
+            yield parent, surface
 
 
 def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
@@ -81,16 +95,40 @@ def carried_by(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
 
 
-def rests_over(thing: Thing, receptacle: Thing) -> bool:
-    """Whether the thing lies over one of the receptacle's surfaces within the goal's tolerance."""
+def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:
+    """Whether the thing lies over a surface of the receptacle (with `inside`: an interior one) by the goal's rule.
+
+    The rectangle is grown only for a thing whose support is not known: what rests on a neighbour lies on the neighbour.
+    """
     box = whole_box(thing)
     low = Vec3(thing.position.x, box.bottom, thing.position.z)
-    for surface, frame in level_surfaces(receptacle):
-        x, height, z = offset_from(frame, low)
-        over = abs(x) <= surface.size_x / 2 + OVER_M and abs(z) <= surface.size_z / 2 + OVER_M
-        if over and -1e-6 <= height + 1e-3 <= OVER_M + 1e-3:
-            return True
-    return False
+    growth = OVER_M if thing.parent is None else 0.0
+    return any(
+        _is_over(surface, offset_from(frame, low), growth) and _is_in_hollow(receptacle, surface, frame, low)
+        for surface, frame in level_surfaces(receptacle)
+        if surface.is_inside or not inside
+    )
+
+
+def _is_over(surface: Surface, point: Vec3, growth: float) -> bool:
+    """Whether a point in the surface's frame lies over the grown surface, at most `OVER_M` up."""
+    is_beside = abs(point.x) > surface.size_x / 2 + growth or abs(point.z) > surface.size_z / 2 + growth
+    return not is_beside and -1e-6 <= point.y + LEVEL_SLACK_M <= OVER_M + LEVEL_SLACK_M
+
+
+def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> bool:
+    """Whether a point over an interior surface is below its ceiling or rim and within the receptacle's own box."""
+    if not surface.is_inside:
+        return True
+    x, height, z = offset_from(frame, point)
+    size, center = receptacle.asset.size, surface.center
+    is_in_box = abs(center.x + x) <= size.x / 2 and abs(center.z + z) <= size.z / 2
+    return is_in_box and height < headroom(receptacle.asset, surface) - LEVEL_SLACK_M
+
+
+def headroom(asset: Asset, surface: Surface) -> float:
+    """Returns the height (m) of the hollow over an interior surface: up to what is above it, or to the asset's rim."""
+    return min(surface.clearance, asset.size.y / 2 - surface.center.y)
 
 
 def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:

@@ -77,7 +77,7 @@ def _final_words(goal: Goal) -> str:
         case ObjectHeld():
             return f"{target} is in the hand"
         case ObjectAtReceptacle():
-            return f"{target} is in or on {goal.receptacle_id}"
+            return f"{target} is {'inside' if goal.inside else 'in or on'} {goal.receptacle_id}"
         case ReportStatus():
             pair = "open or closed" if goal.state == "is_open" else "on or off"
             return f"the report says whether {target} is {pair}, with its state in view and untouched"
