@@ -94,4 +94,4 @@ class Scene:
     panels: list[WallPanel]
     things: dict[str, Thing] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    """What had to be guessed of the house's assets, one line each."""
+    """What had to be guessed of the house's assets, or could not be as the house says, one line each."""

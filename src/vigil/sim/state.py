@@ -7,6 +7,7 @@ import numpy as np
 from vigil.pose import Pose, Vec3, heading
 from vigil.sim.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
 from vigil.sim.motion import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, FloorPlan, wall_prisms
+from vigil.sim.partitions import Partitions
 from vigil.sim.scene import Scene, Thing
 from vigil.sim.supports import contents
 
@@ -27,10 +28,12 @@ class SceneState:
     held: str | None = None
     changed: set[str] = field(default_factory=set)
     """Ids changed since the last call of `flush`."""
+    partitions: Partitions = field(init=False)
     _prisms: dict[str, list[Prism]] = field(default_factory=dict)
     _walls: list[tuple[str, Prism]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self.partitions = Partitions(self.scene)
         self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
 
     def mark(self, thing: Thing) -> None:
@@ -53,13 +56,16 @@ class SceneState:
 
     def solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
         """Returns (id, prism) of all things present, but for those ignored, and of the walls."""
-        found = [
+        return self.thing_solids(ignored) + self._walls
+
+    def thing_solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
+        """Returns (id, prism) of all things present, but for those ignored."""
+        return [
             (thing.id, prism)
             for thing in self.scene.things.values()
             if thing.is_present and not thing.is_held and thing.id not in ignored
             for prism in self.prisms(thing)
         ]
-        return found + self._walls
 
     def body(self) -> Prism:
         """Returns the agent's body, from the height up that it steps over."""
