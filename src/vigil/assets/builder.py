@@ -99,7 +99,7 @@ class Builder:
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Returns the asset, stretched to its size; without solids of its body, the body's box is one if it `takes_room`."""
+        """Returns the asset, stretched to its size; a body without solids is a box, if the asset `takes_room`."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _Fit(low, high, np.asarray(self._size, np.float64))

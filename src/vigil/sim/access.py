@@ -1,9 +1,9 @@
 """Opening and closing: a leaf, lid or drawer moves all the way, or not at all when something is in its way.
 
-The moving solids are sampled finely along their motion. They stop for another thing's solid, a partition or the agent's body
-when they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or
-overlap a little at rest, as furniture in generated houses does, keep nothing shut. What hangs in or on a wall has a
-wider tolerance. Walls, windows and shut doors have none: no part, handles included, reaches into the next room
+The moving solids are sampled finely along their motion. They stop for another thing's solid or the agent's body when
+they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or overlap
+a little at rest, as furniture in generated houses does, keep nothing shut. What hangs in or on a wall has a wider
+tolerance. Walls, windows and shut doors have none: no part, handles included, reaches into the next room
 (`vigil.sim.partitions`).
 """
 

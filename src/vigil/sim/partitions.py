@@ -54,7 +54,7 @@ class Partitions:
 
     def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
         """Returns which of n floor shapes, over `bottoms` (n,) and so high, touch a partition."""
-        is_hit = np.zeros(len(footprints), dtype=bool)
+        is_hit = np.zeros(len(bottoms), dtype=bool)
         left, low, right, high = shapely.total_bounds(footprints)
         for _, plane in self.now():
             x0, z0, x1, z1 = plane.bounds

@@ -47,7 +47,7 @@ class Bulk:
         """Of the whole stack (m)."""
         return float(self.high[1] - self.low[1])
 
-    def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, drawn_in_m: float = SLACK_M) -> np.ndarray:
+    def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = SLACK_M) -> np.ndarray:
         """Returns the (n, 4, 2) corners at n places with n yaws, a little drawn in."""
         low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
         middle = (low + high) / 2
@@ -196,7 +196,9 @@ def _parted(
     places = np.column_stack(columns[:2])
     ways = shapely.linestrings(np.stack([np.broadcast_to(hand, places.shape), places], axis=1))
     partitions = state.partitions
-    return partitions.crosses(outlines, bottoms, bulk.height) | partitions.crosses(ways, bottoms, bulk.height)
+    return partitions.crosses(np.array(outlines), bottoms, bulk.height) | partitions.crosses(
+        np.array(ways), bottoms, bulk.height
+    )
 
 
 def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
@@ -214,7 +216,7 @@ def _landing(state: SceneState, held: Thing, bulk: Bulk, x: float, z: float) -> 
     yaw = held.rotation.y
     column = [np.array([value]) for value in (x, z, yaw)]
     outline = shapely.polygons(bulk.footprint(*column, drawn_in_m=-WALL_GAP_M))
-    if state.partitions.crosses(outline, np.array([0.0]), DROP_FROM_M + bulk.height).any():
+    if state.partitions.crosses(np.array(outline), np.array([0.0]), DROP_FROM_M + bulk.height).any():
         return None
     footprint = shapely.Polygon(bulk.footprint(*column)[0])
     below = [(owner, prism) for owner, prism in state.solids(set()) if polygon_of(prism).intersects(footprint)]

@@ -33,6 +33,8 @@ class Thing:
     is_toggled: bool = False
     is_held: bool = False
     """In the hand, or carried on or in what is in the hand."""
+    from_hand: Vec3 | None = None
+    """While it is in the hand: its place as seen from the held thing's, in the house's directions."""
     is_present: bool = True
     is_structure: bool = False
     """A door, door frame or window: fills a hole and never moves as a whole."""
