@@ -31,8 +31,8 @@ MARGIN_M, MARGIN_PX = 0.02, 20
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
 STANDARD_IN_WORDS = "within about one and a half metres of"
-NEAR_MARGIN_M, FIRST_POINTS = 0.01, 8
-"""What "near" is widened by when places that do not see the target are looked for; points on it tried before all."""
+NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
+"""Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
 SM_TEMPLATES = ("reveal_pick", "put_into", "rearrange", "open_pick_place")
 CR_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
 LABEL_WORDS = {"is_toggled": ("on", "off"), "is_open": ("open", "closed")}
@@ -183,13 +183,14 @@ def place_blind_to(stage: Stage, thing: Thing, threshold_m: float) -> Vec3 | Non
     """
     home = stage.room_at(thing.position)
     floors = {room.id: shapely.Polygon(room.polygon) for room in stage.scene.rooms}
-    floor = stage.plan().tight.difference(floors[home]) if home is not None else stage.plan().tight
-    points = surface_points(thing, 128)
-    few = points[:: len(points) // FIRST_POINTS]
+    floor = stage.plan().tight
+    if home is not None:
+        floor = floor.difference(floors[home].buffer(NEAR_MARGIN_M, join_style="mitre"))
+    tried = [surface_points(thing, count) for count in SURFACE_POINTS]
     for x, z in places_within(floor, box_of(thing), threshold_m + NEAR_MARGIN_M):
         place = Vec3(float(x), stage.agent.position.y, float(z))
         eye = Pose(position=place, rotation=0.0).eye
-        if not any(stage.sees(eye, some, thing.id, through_glass=True).any() for some in (few, points)):
+        if not any(stage.sees(eye, points, thing.id, through_glass=True).any() for points in tried):
             return place
     return None
 
