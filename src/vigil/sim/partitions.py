@@ -37,10 +37,11 @@ class Partitions:
 
         Where they reach through something at the path's first openness, they may do so as deep as that.
         """
-        hulls = [_leaves(thing, openness) for openness in path]
-        near = _near([(owner, plane) for owner, plane in self.now() if owner != thing.id], hulls)
+        within = _within(thing)
+        near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _meets(within, plane)]
         if not near:
             return None
+        hulls = [_leaves(thing, openness) for openness in path]
         deepest = np.maximum([_depth(hulls[0], plane) for _, plane in near], 0.0) + THROUGH_M
         for leaves in hulls:
             excess = np.array([_depth(leaves, plane) for _, plane in near]) - deepest
@@ -57,8 +58,7 @@ class Partitions:
         is_hit = np.zeros(len(bottoms), dtype=bool)
         left, low, right, high = shapely.total_bounds(footprints)
         for _, plane in self.now():
-            x0, z0, x1, z1 = plane.bounds
-            if x0 <= right and x1 >= left and z0 <= high and z1 >= low:
+            if _meets((left, low, right, high), plane):
                 is_level = (plane.bottom < bottoms + height) & (plane.top > bottoms)
                 is_hit |= is_level & shapely.intersects(footprints, polygon_of(plane))
         return is_hit
@@ -101,17 +101,30 @@ def _leaves(thing: Thing, openness: float) -> list[Prism]:
     return prisms
 
 
-def _near(planes: list[tuple[str, Prism]], hulls: list[list[Prism]]) -> list[tuple[str, Prism]]:
-    corners = np.concatenate([leaf.polygon for leaves in hulls for leaf in leaves] or [np.empty((0, 2))])
-    if not len(corners):
-        return []
-    left, low, right, high = *corners.min(axis=0), *corners.max(axis=0)
-    near: list[tuple[str, Prism]] = []
-    for owner, plane in planes:
-        x0, z0, x1, z1 = plane.bounds
-        if x0 <= right and x1 >= left and z0 <= high and z1 >= low:
-            near.append((owner, plane))
-    return near
+@lru_cache(maxsize=4096)
+def _reach(asset: Asset) -> float:
+    """Returns how far (m) from the asset's middle its moving parts can ever be."""
+    joints = {joint.name: joint for joint in asset.joints}
+    reaches = [0.0]
+    for name, corners in leaf_points(asset):
+        joint = joints[name]
+        if joint.kind == "slide":
+            reaches.append(float(np.linalg.norm(corners, axis=1).max()) + abs(joint.travel))
+        else:
+            arms = np.linalg.norm(corners - np.array(joint.origin), axis=1)
+            reaches.append(float(np.linalg.norm(joint.origin) + arms.max()))
+    return max(reaches)
+
+
+def _within(thing: Thing) -> tuple[float, float, float, float]:
+    reach = _reach(thing.asset)
+    x, _, z = thing.position
+    return x - reach, z - reach, x + reach, z + reach
+
+
+def _meets(within: tuple[float, float, float, float], plane: Prism) -> bool:
+    x0, z0, x1, z1 = plane.bounds
+    return x0 <= within[2] and x1 >= within[0] and z0 <= within[3] and z1 >= within[1]
 
 
 def _depth(leaves: list[Prism], plane: Prism) -> float:
