@@ -139,12 +139,12 @@ def test_what_is_placed_and_dropped_at_a_wall_is_wholly_in_its_room():
 def test_nothing_is_put_on_what_stands_beyond_a_wall():
     """A table that reaches through the wall is served on the hand's own side."""
     table, cup = thing("DiningTable", 3.0, 1.5), thing("Cup", 0.5, 0.5)
-    table.is_receptacle = True
-    state = two_rooms(table, cup)
+    crowd = thing("Box", 2.99 - CATALOG["Box"].typical_size.x / 2, 1.5, bottom=table.asset.size.y)
+    state = two_rooms(table, cup, crowd)
     state.take(cup)
-    spot = spot_on(state, cup, table, Vec3(2.95, table.asset.size.y, 1.5))
-    assert spot is not None
-    assert spot.position.x < 3.0
+    for z in (1.4, 1.5, 1.6):
+        spot = spot_on(state, cup, table, Vec3(2.985, table.asset.size.y, z))
+        assert spot is None or spot.position.x < 3.0
 
 
 def test_a_house_with_a_leaf_through_a_wall_has_it_turned_back():
@@ -176,18 +176,31 @@ def test_what_lies_in_a_held_thing_does_not_drift():
     setup = Setup(objects={"Egg|1": ObjectSetup(placement=filled)}, held="Bowl|1")
     simulator.reset(Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0), setup)
     first = {name: simulator.scene().things[name].position for name in ("Bowl|1", "Egg|1")}
+    start = np.subtract(*first.values())
     assert simulator.scene().things["Egg|1"].is_held
-    for number in range(500):
-        simulator.step(Look(direction="down" if number % 2 else "up", magnitude=5.0))
-        for mode in ("turn_left", "turn_right"):
-            simulator.step(Navigate(mode=mode, magnitude=30.0))
+    for number in range(1000):
+        angle = 1.0 + 0.37 * (number % 97)
+        for action in (
+            *(Look(direction=direction, magnitude=5.0) for direction in ("up", "down")),
+            *(Navigate(mode=mode, magnitude=angle) for mode in ("turn_left", "turn_right")),
+        ):
+            simulator.step(action)
+        gap = np.subtract(*(simulator.scene().things[name].position for name in first))
+        if simulator.world(()).agent.rotation == 30.0:
+            assert {name: simulator.scene().things[name].position for name in first} == first
+        assert np.abs(gap - start).max() < 1e-15
+    simulator._now().state.agent = simulator.world(()).agent.model_copy(update={"rotation": 30.0})
+    simulator.step(Look(direction="up", magnitude=1.0))
     assert {name: simulator.scene().things[name].position for name in first} == first
 
 
 def test_what_lies_in_a_drawer_comes_back_to_its_place():
     simulator = make_simulator("fake", assets=AssetDatabase.default())
     simulator.load(trial_house())
-    simulator.reset(Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0), Setup())
+    turned = Placement(position=Vec3(7.0, 0.4, 2.0), rotation=Vec3(0.0, 33.3, 0.0))
+    simulator.reset(
+        Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0), Setup(objects={"Dresser|1": ObjectSetup(placement=turned)})
+    )
     state = simulator._now().state
     dresser, watch = state.scene.things["Dresser|1"], state.scene.things["Watch|1"]
     places = []
