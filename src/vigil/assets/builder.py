@@ -101,7 +101,7 @@ class Builder:
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Returns the asset, stretched to its size; without solids its body's box is one, if it `takes_room`."""
+        """Returns the asset, stretched to its size; a body without solids is a box, if the asset `takes_room`."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _Fit(low, high, np.asarray(self._size, np.float64))
@@ -111,8 +111,8 @@ class Builder:
         still = [part.mesh for part in parts if part.joint is None and part.shown != "on"]
         box = bounds(still or [part.mesh for part in parts])
         solids = tuple(clipped for solid in self._solids if (clipped := fit.solid(solid)) is not None)
-        if not solids and takes_room:
-            solids = (_box_solid(*box),)
+        if takes_room and all(solid.joint is not None for solid in solids):
+            solids = (_box_solid(*box), *solids)
         half = np.asarray(self._size) / 2
         whole = bool(np.allclose(box[0], -half, atol=1e-4) and np.allclose(box[1], half, atol=1e-4))
         return Asset(

@@ -31,13 +31,16 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         joint = builder.hinge(f"flap{'-+'[side > 0]}z", (1, 0, 0), (0, top, z), side * 125.0)
         inner = z - side * 0.42 * (z1 - z0)
         look = Look(card, joint, bears_open=True)
-        builder.block(look, (x0 + wall, x1 - wall), (top, top + 0.003), (min(z, inner), max(z, inner)))
+        low, high = (x0 + wall, top, min(z, inner)), (x1 - wall, top + 0.003, max(z, inner))
+        builder.add(look, shapes.span(low, high))
+        builder.solid(low, high, joint)
     tape = Look("plastic/#c9a368", "flap-x", bears_open=True)
     for side, x in ((-1, x0), (1, x1)):
         joint = builder.hinge(f"flap{'-+'[side > 0]}x", (0, 0, 1), (x, top + 0.004, 0), -side * 125.0)
         builder.block(
             Look(card, joint, bears_open=True), (min(x, 0.0), max(x, 0.0)), (top + 0.004, height - 0.0005), (z0, z1)
         )
+        builder.solid((min(x, 0.0), top + 0.004, z0), (max(x, 0.0), height, z1), joint)
     builder.block(tape, (-0.06 * size.x, -0.001), (height - 0.001, height), (z0, z1))
     return builder.build((word, "cardboard"))
 

@@ -127,6 +127,9 @@ def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
         (0.0, top + knob),
     ]
     builder.add(Look(body, joint=lid, bears_open=True), shapes.translate(turning(cover, across, depth), (middle, 0, 0)))
+    builder.solid(
+        (hinge_x, 0.99 * top, -neck * depth / 2), (middle + neck * across / 2, top + knob, neck * depth / 2), lid
+    )
     tip = width / 2 - 0.03 * width
     spout = [(middle + 0.42 * across, 0.35 * top, 0), (0.7 * tip + 0.3 * middle, 0.55 * top, 0), (tip, 0.93 * top, 0)]
     builder.add(body, shapes.tube(spout, [0.11 * across, 0.08 * across, 0.05 * across]))

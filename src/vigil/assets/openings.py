@@ -224,13 +224,17 @@ def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     tall = (height - rail) / groups
     slats = max(1, round(tall / 0.035))
     stacked = 0.0035 * slats + 0.002
+    deep = min(0.9 * builder.depth, 1.05 * tall / slats)
+    half = 0.3 * deep
     for group in range(groups):
         joint = builder.slide(f"slats{group}", (0, 1, 0), group * (tall - stacked) + (tall - stacked) * 0.5)
         look = Look(finish.material, joint, bears_open=True)
         for index in range(slats):
             y = height - rail - group * tall - (index + 0.5) * tall / slats
-            slat = shapes.box((x1 - x0 - 0.012, 0.0025, min(0.9 * builder.depth, 1.05 * tall / slats)), (0, y, 0))
+            slat = shapes.box((x1 - x0 - 0.012, 0.0025, deep), (0, y, 0))
             builder.add(look, shapes.rotate(slat, "x", 62, (0, y, 0)))
+        low = 0.0 if group == groups - 1 else height - rail - (group + 1) * tall
+        builder.solid((x0 + 0.006, low, -half), (x1 - 0.006, height - rail - group * tall, half), joint)
         if group == groups - 1:
             builder.block(look, (x0 + 0.004, x1 - 0.004), (0, 0.02), (-0.3 * builder.depth, 0.3 * builder.depth), 0.004)
     return builder.build((finish.word,))

@@ -37,7 +37,8 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     builder.add(inside, shapes.panel(0.94 * width, 0.96 * length, (0, height - 1.05 * board, 0), "-y"))
     front = Look(cover, joint=hinge, bears_open=True)
     builder.add(front, shapes.panel(0.92 * width, 0.99 * length, (0.03 * width, height, 0), "+y"))
-    builder.solid((-width / 2, 0, -length / 2), (width / 2, height, length / 2))
+    builder.solid((-width / 2, 0, -length / 2), (width / 2, height - board, length / 2))
+    builder.solid((-width / 2, height - board, -length / 2), (width / 2, height, length / 2), hinge)
     return builder.build([name] if name else [])
 
 

@@ -53,6 +53,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.solid((x0, rim - 0.05, z0), (x1, height, z0 + tank + 0.02))
     builder.solid((-0.12, 0, z0 + 0.02), (0.12, rim, back + 0.05))
     builder.prism(_oval(wide, long, middle, 8), 0, rim)
+    builder.prism(_oval(wide, long, middle, 8), rim - 0.01, rim + 0.012, joint)
     builder.surface("cistern", (0, height, z0 + tank / 2 + 0.01), (width - 0.06, tank - 0.03))
     return builder.build(("white",))
 

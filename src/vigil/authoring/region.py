@@ -1,5 +1,8 @@
 """Where a body can be in a scene, as polygons for `vigil.authoring.plan`."""
 
+import math
+
+import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
@@ -13,6 +16,8 @@ MARGIN_M = 0.03
 """What a planned walk keeps from everything besides the body's radius."""
 TIGHT_M = 0.001
 ARC_SEGMENTS = 16
+PLACES_M = 0.05
+"""Distance between the places of `places_within`."""
 
 
 class Obstacles:
@@ -69,6 +74,20 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
     parts = [part for part in shapely.get_parts(free) if part.distance(here) < 1e-6]
     footprint = shapely.Polygon([(corner.x, corner.z) for corner in box.corners()[:4]])
     return bool(parts) and all(part.distance(footprint) > REACH_M for part in parts)
+
+
+def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
+    """Returns places (n, 2) close together on a floor within a distance of a box: a grid, and along all edges."""
+    footprint = shapely.Polygon([(corner.x, corner.z) for corner in box.corners()[:4]])
+    near = floor.intersection(footprint.buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
+    if near.is_empty:
+        return np.empty((0, 2))
+    left, low, right, high = near.bounds
+    columns = np.arange(math.floor(left / PLACES_M), math.ceil(right / PLACES_M) + 1) * PLACES_M
+    rows = np.arange(math.floor(low / PLACES_M), math.ceil(high / PLACES_M) + 1) * PLACES_M
+    grid = np.stack(np.meshgrid(columns, rows, indexing="ij"), axis=-1).reshape(-1, 2)
+    edges = shapely.get_coordinates(shapely.segmentize(near, PLACES_M))
+    return np.concatenate([edges, grid[shapely.contains_xy(near, grid[:, 0], grid[:, 1])]])
 
 
 _RADII = (BODY_RADIUS_M + TIGHT_M, BODY_RADIUS_M + MARGIN_M)

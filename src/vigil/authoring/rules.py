@@ -8,10 +8,13 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
 
+import shapely
+
 from vigil.actions import REACH_HEIGHT_M, REACH_M
 from vigil.authoring.aim import surface_points
-from vigil.authoring.deeds import Deeds, box_distances
+from vigil.authoring.deeds import Deeds
 from vigil.authoring.refer import Item, Phrase, items_of, mentions, resolved
+from vigil.authoring.region import places_within
 from vigil.authoring.solve import is_doable
 from vigil.authoring.stage import Stage
 from vigil.authoring.wording import asks_inside
@@ -38,6 +41,8 @@ MARGIN_M, MARGIN_PX = 0.02, 20
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
 STANDARD_IN_WORDS = "within about one and a half metres of"
+NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
+"""Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
 SM_TEMPLATES = ("reveal_pick", "put_into", "rearrange", "open_pick_place")
 CR_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
 LABEL_WORDS = {"is_toggled": ("on", "off"), "is_open": ("open", "closed")}
@@ -186,16 +191,17 @@ def place_blind_to(stage: Stage, thing: Thing, threshold_m: float) -> Vec3 | Non
 
     To be near there would be chance.
     """
-    cells = stage.plan().cells
-    near = cells[box_distances(box_of(thing), cells) < threshold_m] if len(cells) else cells
     home = stage.room_at(thing.position)
-    points = surface_points(thing, 128)
-    for x, z in near[:: max(1, len(near) // 400)]:
+    floors = {room.id: shapely.Polygon(room.polygon) for room in stage.scene.rooms}
+    floor = stage.plan().tight
+    if home is not None:
+        floor = floor.difference(floors[home].buffer(NEAR_MARGIN_M, join_style="mitre"))
+    tried = [surface_points(thing, count) for count in SURFACE_POINTS]
+    for x, z in places_within(floor, box_of(thing), threshold_m + NEAR_MARGIN_M):
         place = Vec3(float(x), stage.agent.position.y, float(z))
-        if stage.room_at(place) != home:
-            eye = Pose(position=place, rotation=0.0).eye
-            if not stage.sees(eye, points, thing.id, through_glass=True).any():
-                return place
+        eye = Pose(position=place, rotation=0.0).eye
+        if not any(stage.sees(eye, points, thing.id, through_glass=True).any() for points in tried):
+            return place
     return None
 
 

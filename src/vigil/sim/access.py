@@ -1,15 +1,15 @@
 """Opening and closing: a leaf, lid or drawer moves all the way, or not at all when something is in its way.
 
-The moving solids are sampled finely along their motion. They stop for another thing's solid, a wall or the agent's body
-when they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or
-overlap a little at rest, as furniture in generated houses does, keep nothing shut. Walls, and what hangs in or on them,
-have a wider tolerance: the leaf of a fridge in a corner swings a little past square, grazing the wall beside it.
+The moving solids are sampled finely along their motion. They stop for another thing's solid or the agent's body when
+they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or overlap
+a little at rest, as furniture in generated houses does, keep nothing shut. What hangs in or on a wall has a wider
+tolerance. Walls, windows and shut doors have none: no part, handles included, reaches into the next room
+(`vigil.sim.partitions`).
 """
 
 import math
 
 import numpy as np
-import shapely
 
 from vigil.assets.catalog import CATALOG, WALL
 from vigil.sim.geometry import Prism, joint_of, part_motion, penetration, prisms_of
@@ -21,7 +21,6 @@ TOLERANCE_M = 0.015
 WALL_TOLERANCE_M = 0.05
 SAMPLE_M = 0.02
 MOVED_WITHIN = 0.005
-OWN_WALL_M = 0.12
 
 
 def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
@@ -29,9 +28,13 @@ def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     rider = _rider(state, thing)
     if rider is not None:
         return rider
+    samples = _samples(thing, target)
+    partition = state.partitions.blocker(thing, samples)
+    if partition is not None:
+        return partition
     moving = {solid.joint for solid in thing.asset.solids if solid.joint}
-    path = [_moving_prisms(thing, openness, moving) for openness in _samples(thing, target)]
-    if not path or not path[0]:
+    path = [_moving_prisms(thing, openness, moving) for openness in samples]
+    if not path[0]:
         return None
     obstacles = _within_reach(_obstacles(state, thing), path)
     if not obstacles:
@@ -87,14 +90,12 @@ def _travel_m(thing: Thing, name: str) -> float:
 
 
 def _obstacles(state: SceneState, thing: Thing) -> list[tuple[str, Prism]]:
-    """Returns what can stop the thing's parts: not itself, what moves along, what lies inside, or its own wall."""
+    """Returns what can stop the thing's parts besides partitions: not itself, what moves along, or what lies inside."""
     ignored = {thing.id}
     for child in children(state.scene, thing.id):
         if _goes_along_or_lies_inside(thing, child):
             ignored.update(each.id for each in [child, *contents(state.scene, child.id)])
-    walls = _own_walls(state, thing) if thing.is_structure else set()
-    solids = [(owner, prism) for owner, prism in state.solids(ignored) if owner not in walls]
-    return [*solids, (AGENT, state.body())]
+    return [*state.thing_solids(ignored), (AGENT, state.body())]
 
 
 def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
@@ -106,14 +107,8 @@ def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
 
 def _tolerance(state: SceneState, owner: str) -> float:
     thing = state.scene.things.get(owner)
-    is_wall = owner != AGENT and (thing is None or thing.is_structure or WALL in CATALOG[thing.category].rests_on)
-    return WALL_TOLERANCE_M if is_wall else TOLERANCE_M
-
-
-def _own_walls(state: SceneState, thing: Thing) -> set[str]:
-    middle = shapely.Point(thing.position.x, thing.position.z)
-    lines = [(panel.id, shapely.LineString([panel.start, panel.end])) for panel in state.scene.panels]
-    return {panel_id for panel_id, line in lines if line.distance(middle) < OWN_WALL_M}
+    is_at_wall = thing is not None and (thing.is_structure or WALL in CATALOG[thing.category].rests_on)
+    return WALL_TOLERANCE_M if is_at_wall else TOLERANCE_M
 
 
 def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> list[tuple[str, Prism]]:

@@ -17,9 +17,11 @@ from vigil.errors import HouseError
 from vigil.house import Door, House, HouseObject, Opening
 from vigil.pose import Vec3, wrap_deg
 from vigil.sim.geometry import Motion, rotation_matrix, whole_box
+from vigil.sim.partitions import Partitions
 from vigil.sim.scene import Scene, Thing, WallPanel
 from vigil.sim.supports import level_surfaces, offset_from
 from vigil.sim.walls import panels_of, place_of_opening, rooms_of
+from vigil.world import OPEN_ABOVE
 
 ON_UNLESS_SAID = frozenset({"LightSwitch"})
 """What is on when a house does not say: rooms are lit."""
@@ -31,22 +33,40 @@ SURFACE_EDGE_M = 0.1
 OVERHANG_M = 0.01
 """How far a thing behind a door or in a drawer may stand out over the edge of what it lies on."""
 LEVEL_STEP_M = 0.005
+TURN_BACK = 0.02
+"""Steps of openness in which a leaf that a house has through a wall is turned back."""
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
     """Returns the scene of a house. Raises HouseError."""
     scene = Scene(rooms=rooms_of(house), panels=panels_of(house))
     panels = {panel.id: panel for panel in scene.panels}
+    openings = [_opening_thing(house, each, panels) for each in [*house.document.doors, *house.document.windows]]
+    shell = Scene(rooms=scene.rooms, panels=scene.panels, things={thing.id: thing for thing in openings})
+    partitions = Partitions(shell)
+    for opening in openings:
+        scene.notes += _turned_back(opening, partitions)
     for node in house.document.objects:
-        _add(scene, node, None, assets)
-    for opening in [*house.document.doors, *house.document.windows]:
+        _add(scene, node, None, assets, partitions)
+    for opening in openings:
         if opening.id in scene.things:
             raise HouseError(f"House {house.name!r}: opening {opening.id!r} has another's id; ids must be unique.")
-        scene.things[opening.id] = _opening_thing(house, opening, panels)
+        scene.things[opening.id] = opening
     return scene
 
 
-def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDatabase) -> None:
+def _turned_back(thing: Thing, partitions: Partitions) -> list[str]:
+    """Turns a leaf that reaches through a wall back to where it does not and is open still, else shuts it; says so."""
+    wanted = thing.openness
+    if wanted == 0.0 or partitions.sticks_through(thing, wanted) is None:
+        return []
+    steps = [round(wanted - TURN_BACK * step, 4) for step in range(1, int(1 / TURN_BACK))]
+    fitting = (step for step in steps if step > OPEN_ABOVE and partitions.sticks_through(thing, step) is None)
+    thing.openness = next(fitting, 0.0)
+    return [f"{thing.id}: openness {wanted:g} reaches into the next room; {thing.openness:g} is taken"]
+
+
+def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDatabase, partitions: Partitions) -> None:
     entry = assets.look_up(node.asset_id, node.id)
     if entry.note is not None:
         scene.notes.append(f"{node.id}: {entry.note}")
@@ -58,9 +78,10 @@ def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDat
     if thing.surface is None and (parent is None or _lies_under(thing, parent)):
         thing.parent = None
         _settle_on_floor(thing, HOVER_M if parent is None else FALL_M)
+    scene.notes += _turned_back(thing, partitions)
     scene.things[thing.id] = thing
     for child in node.children:
-        _add(scene, child, thing, assets)
+        _add(scene, child, thing, assets, partitions)
 
 
 def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:

@@ -311,7 +311,7 @@ def _sweeps(magnitude: float) -> list[float]:
 
 
 _PLACE = ("position", "rotation", "parent", "parent_joint", "surface")
-_STATE = ("openness", "is_toggled", "is_held", "is_present")
+_STATE = ("openness", "is_toggled", "is_held", "from_hand", "is_present")
 
 
 def _restore(thing: Thing, initial: Thing) -> bool:

@@ -27,6 +27,8 @@ EDGE_INSIDE_M = 0.01
 EDGE_M = 0.03
 """How far a thing may stand out over the edge of a surface."""
 SLACK_M = 0.003
+WALL_GAP_M = 0.0001
+"""What is put down keeps this from walls, windows and shut doors: it stays in its room."""
 OWN_SLACK_M = 0.01
 """How far a thing may reach into a back, side or post of what it is put on."""
 BESIDE_M = 0.1
@@ -46,9 +48,9 @@ class Bulk:
         """Of the whole stack (m)."""
         return float(self.high[1] - self.low[1])
 
-    def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = SLACK_M) -> np.ndarray:
         """Returns the (n, 4, 2) corners at n places with n yaws, a little drawn in."""
-        low, high = self.low[[0, 2]] + SLACK_M, self.high[[0, 2]] - SLACK_M
+        low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
         middle = (low + high) / 2
         low, high = np.minimum(low, middle - 1e-3), np.maximum(high, middle + 1e-3)
         corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
@@ -88,7 +90,7 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
     options = [_spots(bulk, held, surface, frame, clicked) for surface, frame in surfaces]
     candidates = sorted((candidate for found in options for candidate in found), key=lambda item: item[0])
     for chunk in (candidates[:9], candidates[9:]):
-        free = _first_free(state, bulk, [spot for _, spot in chunk], receptacle)
+        free = _first_free(state, bulk, [spot for _, spot in chunk], receptacle, clicked)
         if free is not None:
             return Spot(free.position, free.yaw, receptacle.id, free.surface, free.joint)
     return None
@@ -167,14 +169,14 @@ def _is_over(surface: Surface, point: Vec3) -> bool:
     return not is_beside and -SLACK_M <= point.y <= surface.clearance + SLACK_M
 
 
-def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], receptacle: Thing) -> Spot | None:
+def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], receptacle: Thing, clicked: Vec3) -> Spot | None:
     if not spots:
         return None
     columns = [np.array(values) for values in zip(*((s.position.x, s.position.z, s.yaw) for s in spots), strict=True)]
     bottoms = np.array([spot.position.y + bulk.low[1] for spot in spots])
     footprints = shapely.polygons(bulk.footprint(*columns))
     middles = shapely.points(columns[0], columns[1])
-    is_hit = np.zeros(len(spots), dtype=bool)
+    is_hit = _parted(state, bulk, columns, bottoms, (clicked.x, clicked.z))
     bounds = shapely.total_bounds(footprints)
     for owner, prism in state.solids(set()):
         left, front, right, back = prism.bounds
@@ -189,9 +191,24 @@ def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], receptacle: Th
     return next((spot for spot, hit in zip(spots, is_hit, strict=True) if not hit), None)
 
 
+def _parted(
+    state: SceneState, bulk: Bulk, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
+) -> np.ndarray:
+    """Returns which places a wall, window or shut door runs through, or parts from where the hand is."""
+    outlines = shapely.polygons(bulk.footprint(*columns, drawn_in_m=-WALL_GAP_M))
+    places = np.column_stack(columns[:2])
+    ways = shapely.linestrings(np.stack([np.broadcast_to(hand, places.shape), places], axis=1))
+    partitions = state.partitions
+    return partitions.crosses(np.array(outlines), bottoms, bulk.height) | partitions.crosses(
+        np.array(ways), bottoms, bulk.height
+    )
+
+
 def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
     """Whether something at the hand's height, or a wall, stands between the body and the place."""
     arm = shapely.LineString([(state.agent.position.x, state.agent.position.z), (x, z)])
+    if state.partitions.crosses(np.array([arm]), np.array([0.0]), DROP_FROM_M).any():
+        return True
     return any(
         prism.bottom < DROP_FROM_M < prism.top and polygon_of(prism).intersects(arm) for _, prism in state.solids(set())
     )
@@ -200,7 +217,11 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
 def _landing(state: SceneState, held: Thing, bulk: Bulk, x: float, z: float) -> Spot | None:
     """Returns the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
     yaw = held.rotation.y
-    footprint = shapely.Polygon(bulk.footprint(np.array([x]), np.array([z]), np.array([yaw]))[0])
+    column = [np.array([value]) for value in (x, z, yaw)]
+    outline = shapely.polygons(bulk.footprint(*column, drawn_in_m=-WALL_GAP_M))
+    if state.partitions.crosses(np.array(outline), np.array([0.0]), DROP_FROM_M + bulk.height).any():
+        return None
+    footprint = shapely.Polygon(bulk.footprint(*column)[0])
     below = [(owner, prism) for owner, prism in state.solids(set()) if polygon_of(prism).intersects(footprint)]
     below = [(owner, prism) for owner, prism in below if prism.bottom < DROP_FROM_M + bulk.height]
     things = {owner: state.scene.things[owner] for owner, _ in below if owner in state.scene.things}

@@ -33,6 +33,8 @@ class Thing:
     is_toggled: bool = False
     is_held: bool = False
     """In the hand, or carried on or in what is in the hand."""
+    from_hand: Vec3 | None = None
+    """While it is in the hand: its place as seen from the held thing's, in the house's directions."""
     is_present: bool = True
     is_structure: bool = False
     """A door, door frame or window: fills a hole and never moves as a whole."""
@@ -94,4 +96,4 @@ class Scene:
     panels: list[WallPanel]
     things: dict[str, Thing] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    """What had to be guessed of the house's assets, one line each."""
+    """What had to be guessed of the house's assets, or could not be as the house says, one line each."""

@@ -29,6 +29,7 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
                 state.mark(gone)
     if setup.held is not None:
         _fill_hand(state, state.scene.things[setup.held])
+    _check_walls(state, [thing for thing, _ in wanted])
 
 
 def unknown_object(object_id: str, scene: Scene, house_name: str) -> str:
@@ -48,6 +49,21 @@ def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
             raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
         thing.is_toggled = change.is_toggled
         state.mark(thing)
+
+
+def _check_walls(state: SceneState, changed: list[Thing]) -> None:
+    """Raises EpisodeError when a leaf, or a thing put somewhere, reaches into the next room."""
+    if any(thing.is_structure for thing in changed):  # a door that is shut parts more than before
+        changed = list(state.scene.things.values())
+    for thing in changed:
+        if not thing.is_present or thing.is_held or thing.openness == 0.0:
+            continue
+        through = state.partitions.sticks_through(thing, thing.openness)
+        if through is not None:
+            raise EpisodeError(
+                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) reaches through {through!r} "
+                "into the next room. Lower its `openness`, or place it elsewhere."
+            )
 
 
 def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str) -> None:

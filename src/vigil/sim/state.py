@@ -7,12 +7,15 @@ import numpy as np
 from vigil.pose import Pose, Vec3, heading
 from vigil.sim.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
 from vigil.sim.motion import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, FloorPlan, wall_prisms
+from vigil.sim.partitions import Partitions
 from vigil.sim.scene import Scene, Thing
 from vigil.sim.supports import contents
 
 HAND_AHEAD_M = 0.4
 HAND_DROP_M = 0.45
 """Where a held object is reported to be: this far ahead of the eye and below it."""
+KEPT_DECIMALS = 9
+"""Of the places (m) and angles of what is moved along: far finer than anything judged, far coarser than an error."""
 AGENT = "agent"
 _BODY_SIDES = 24
 
@@ -27,10 +30,12 @@ class SceneState:
     held: str | None = None
     changed: set[str] = field(default_factory=set)
     """Ids changed since the last call of `flush`."""
+    partitions: Partitions = field(init=False)
     _prisms: dict[str, list[Prism]] = field(default_factory=dict)
     _walls: list[tuple[str, Prism]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self.partitions = Partitions(self.scene)
         self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
 
     def mark(self, thing: Thing) -> None:
@@ -53,13 +58,16 @@ class SceneState:
 
     def solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
         """Returns (id, prism) of all things present, but for those ignored, and of the walls."""
-        found = [
+        return self.thing_solids(ignored) + self._walls
+
+    def thing_solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
+        """Returns (id, prism) of all things present, but for those ignored."""
+        return [
             (thing.id, prism)
             for thing in self.scene.things.values()
             if thing.is_present and not thing.is_held and thing.id not in ignored
             for prism in self.prisms(thing)
         ]
-        return found + self._walls
 
     def body(self) -> Prism:
         """Returns the agent's body, from the height up that it steps over."""
@@ -77,12 +85,12 @@ class SceneState:
         return [thing, *self.shift(contents(self.scene, thing.id), after.after(before.inverse()))]
 
     def shift(self, things: list[Thing], motion: Motion) -> list[Thing]:
-        """Moves things rigidly. Returns them."""
+        """Moves things rigidly, rounded so that there and back again is the same place. Returns them."""
         is_turned = not np.allclose(motion.turn, np.eye(3), atol=1e-12)
         for thing in things:
-            thing.position = Vec3(*(float(value) for value in motion(np.array(thing.position)[None])[0]))
+            thing.position = _rounded(Vec3(*motion(np.array(thing.position)[None])[0]))
             if is_turned:
-                thing.rotation = euler_angles(motion.turn @ rotation_matrix(thing.rotation))
+                thing.rotation = _rounded(euler_angles(motion.turn @ rotation_matrix(thing.rotation)))
             self.mark(thing)
         return things
 
@@ -94,7 +102,9 @@ class SceneState:
             each.is_held = True
             self.mark(each)
         self.held = thing.id
-        self.carry_along()
+        self.move(thing, self._hand(), Vec3(0.0, thing.rotation.y, 0.0))
+        for each in stack:
+            each.from_hand = Vec3(*np.subtract(each.position, thing.position).tolist())
         return stack
 
     def release(self) -> list[Thing]:
@@ -102,18 +112,26 @@ class SceneState:
         held = self.scene.things[self.held or ""]
         stack = [held, *contents(self.scene, held.id)]
         for each in stack:
-            each.is_held = False
+            each.is_held, each.from_hand = False, None
             self.mark(each)
         self.held = None
         return stack
 
     def carry_along(self) -> None:
         """Moves what is held to where the hand is now; its yaw stays as it was in the house."""
-        if self.held is not None:
-            held = self.scene.things[self.held]
-            ahead_x, ahead_z = heading(self.agent.rotation)
-            x, y, z = self.agent.eye
-            hand = Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
-            pending = set(self.changed)
-            self.move(held, hand, Vec3(0.0, held.rotation.y, 0.0))
-            self.changed = pending  # what is in the hand is met by no ray and no body
+        if self.held is None:
+            return
+        hand = self._hand()
+        for thing in [self.scene.things[self.held], *contents(self.scene, self.held)]:
+            if thing.from_hand is not None:
+                thing.position = Vec3(*(a + b for a, b in zip(hand, thing.from_hand, strict=True)))
+            self._prisms.pop(thing.id, None)  # no change to tell: what is in the hand is met by no ray and no body
+
+    def _hand(self) -> Vec3:
+        ahead_x, ahead_z = heading(self.agent.rotation)
+        x, y, z = self.agent.eye
+        return Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
+
+
+def _rounded(values: Vec3) -> Vec3:
+    return Vec3(*(round(float(value), KEPT_DECIMALS) for value in values))

@@ -2,11 +2,15 @@ import numpy as np
 import pytest
 import shapely
 
+from vigil.assets.sizes import AssetDatabase
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
+from vigil.sim.build import build_scene
+from vigil.sim.mujoco.engine import MujocoEngine
 from vigil.sim.mujoco.pieces import Triangles
-from vigil.sim.mujoco.structure import OVERLAP_M, shells_of
+from vigil.sim.mujoco.structure import BEHIND_FRAME_M, OVERLAP_M, shells_of
 from vigil.sim.scene import Hole, RoomShape, Scene, WallPanel
+from vigil.sim.trial_house import PANE, trial_house
 
 SHAPES = {
     "rectangle": [(0.1, 0.2), (3.3, 0.2), (3.3, 4.0), (0.1, 4.0)],
@@ -46,9 +50,12 @@ def test_a_wall_has_its_holes_and_faces_its_room() -> None:
     facing = crosses(wall)
     assert facing[:, 1].min() > 0
     whole = 4.0 * (2.5 + 2 * OVERLAP_M)
-    assert facing[:, 1].sum() == pytest.approx(whole - 0.9 * (2.1 + OVERLAP_M) - 1.0 * 0.9)
+    behind = BEHIND_FRAME_M
+    door, window = (0.9 - 2 * behind) * (2.1 - behind + OVERLAP_M), (1.0 - 2 * behind) * (0.9 - 2 * behind)
+    assert facing[:, 1].sum() == pytest.approx(whole - door - window)
     centers = wall.vertices[wall.faces].mean(axis=1)
-    inside = (centers[:, 0] > 2.0) & (centers[:, 0] < 3.0) & (centers[:, 2] > 0.9) & (centers[:, 2] < 1.8)
+    inside = (centers[:, 0] > 2.0 + behind) & (centers[:, 0] < 3.0 - behind)
+    inside &= (centers[:, 2] > 0.9 + behind) & (centers[:, 2] < 1.8 - behind)
     assert not inside.any()
 
 
@@ -73,3 +80,23 @@ def test_neighbouring_cells_share_their_corners() -> None:
         along = (corners - start) @ (end - start) / np.dot(end - start, end - start)
         off = np.linalg.norm(corners - start - along[:, None] * (end - start), axis=1)
         assert not ((off < 1e-6) & (along > 1e-6) & (along < 1 - 1e-6)).any()
+
+
+def test_no_ray_slips_between_a_frame_and_its_wall() -> None:
+    """Rays at the corners and edges of the window between two rooms end at its frame, its pane or the wall."""
+    scene = build_scene(trial_house(), AssetDatabase.default())
+    engine = MujocoEngine()
+    engine.load(scene)
+    pane, rng = scene.things[PANE], np.random.default_rng(3)
+    x, y, z = pane.position
+    width, height = pane.asset.size.x / 2, pane.asset.size.y / 2
+    for _ in range(40):
+        eye = Vec3(x - float(rng.uniform(0.5, 3.0)), float(rng.uniform(0.3, 2.2)), z + float(rng.uniform(-1.0, 2.0)))
+        across = np.concatenate([rng.uniform(-width, width, 40), np.repeat([-width, width], 20)])
+        up = np.concatenate([np.repeat([-height, height], 20), rng.uniform(-height, height, 40)])
+        nudge = rng.choice([-1e-3, -1e-4, 0.0, 1e-4, 1e-3], (80, 2))
+        targets = np.column_stack([np.full(80, x), y + up + nudge[:, 0], z + across + nudge[:, 1]])
+        lengths = np.linalg.norm(targets - eye, axis=1)
+        hits = engine.cast(eye, (targets - eye) / lengths[:, None], through_glass=False)
+        assert (hits.distances < lengths + 0.01).all()
+    engine.close()

@@ -14,11 +14,13 @@ from vigil.house import MaterialRef
 from vigil.sim.mujoco.frames import faces as facing
 from vigil.sim.mujoco.frames import points
 from vigil.sim.mujoco.pieces import Triangles, merge
-from vigil.sim.scene import RoomShape, Scene, WallPanel
+from vigil.sim.scene import Hole, RoomShape, Scene, WallPanel
 
 EXTERIOR = "exterior"
 CELL_M = 0.5
 OVERLAP_M = 0.02
+BEHIND_FRAME_M = 0.002
+"""How far walls reach behind the frame in a hole, so that no ray slips between the two."""
 SKIRTING_HEIGHT_M = 0.09
 SKIRTING_DEPTH_M = 0.012
 SKIRTING = MaterialRef(name="plastic/#e9e6df")
@@ -71,9 +73,16 @@ def _walls(scene: Scene) -> list[Shell]:
 
 def _cuts(ends: list[float], scene: Scene) -> np.ndarray:
     low, high = min(ends, default=0.0) - OVERLAP_M, max(ends, default=0.0) + OVERLAP_M
-    sills = [height for panel in scene.panels for hole in panel.holes for height in (hole.bottom, hole.top)]
+    holes = [_behind_frame(panel, hole) for panel in scene.panels for hole in panel.holes]
+    sills = [height for hole in holes for height in (hole.bottom, hole.top)]
     grid = np.arange(np.ceil(low / CELL_M), np.floor(high / CELL_M) + 1) * CELL_M
     return _distinct(np.concatenate([grid, sills, ends]), low, high)
+
+
+def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
+    """Returns a hole a little smaller at every side that a frame covers."""
+    bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
+    return Hole(hole.left + BEHIND_FRAME_M, hole.right - BEHIND_FRAME_M, bottom, hole.top - BEHIND_FRAME_M)
 
 
 def _distinct(values: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -87,7 +96,8 @@ def _wall(panel: WallPanel, heights: np.ndarray) -> Triangles:
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)
     first = float(start @ along)
-    edges = np.array([edge for hole in panel.holes for edge in (hole.left, hole.right)], dtype=float)
+    holes = [_behind_frame(panel, hole) for hole in panel.holes]
+    edges = np.array([edge for hole in holes for edge in (hole.left, hole.right)], dtype=float)
     grid = np.arange(np.ceil(first / CELL_M), np.floor((first + length) / CELL_M) + 1) * CELL_M - first
     across = _distinct(np.concatenate([grid, edges]), 0.0, length)
     low, high = panel.bottom - OVERLAP_M, panel.bottom + panel.height + OVERLAP_M
@@ -95,7 +105,7 @@ def _wall(panel: WallPanel, heights: np.ndarray) -> Triangles:
     u, v = np.meshgrid(across, up, indexing="ij")
     middle_u, middle_v = (across[:-1] + across[1:]) / 2, (up[:-1] + up[1:]) / 2
     solid = np.ones((len(middle_u), len(middle_v)), dtype=bool)
-    for hole in panel.holes:
+    for hole in holes:
         bottom = -np.inf if hole.bottom <= panel.bottom + 0.01 else hole.bottom
         solid &= ~np.outer(
             (middle_u > hole.left) & (middle_u < hole.right), (middle_v > bottom) & (middle_v < hole.top)

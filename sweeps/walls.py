@@ -1,0 +1,288 @@
+"""Sweep: nothing goes through a wall. Every leaf opened and shut, things put down and dropped at walls, rays at seams.
+
+    python -m sweeps.walls --packs all --seeds 0:1000
+
+Each house is a piece. Finished pieces are kept in a log (JSON lines); started again, the sweep goes on after them.
+"""
+
+import argparse
+import json
+import sys
+import time
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+import vigil.packs as packaged
+from sweeps.wall_geometry import Shell, floors_of, home_of, vertices_of
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import VigilError
+from vigil.house import House
+from vigil.housegen import generate, spec_for
+from vigil.pose import Pose, Vec3
+from vigil.sim import make_simulator
+from vigil.sim.access import set_openness, swing_blocker
+from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.placing import put_down, spot_below, spot_on
+from vigil.sim.scene import Thing
+from vigil.sim.state import SceneState
+from vigil.sim.supports import contents, level_surfaces
+
+SPECS = ("kitchen", "bedroom", "2-room", "bathroom", "3-room", "living-room", "4-room", "kitchen-living", "6-room")
+LEAF_M, LAID_M, LEAK_M = 0.001, 1e-6, 0.02
+"""How far a leaf, and what is put down, may be beyond a wall; how much deeper than a wall a ray may end."""
+OPENNESSES = np.linspace(0.0, 1.0, 17)
+PLACEMENTS, DROPS, EYES = 20, 20, 4
+JITTER_M = (0.0, 1e-4, -1e-4, 1e-3, -1e-3)
+
+
+@dataclass
+class Finding:
+    """What one house came to."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    falls: list[str] = field(default_factory=list)
+
+
+class Walls:
+    """One loaded house."""
+
+    def __init__(self, simulator: EmbeddedSimulator, house: House) -> None:
+        simulator.load(house)
+        self.simulator = simulator
+        self.state: SceneState = simulator._now().state
+        self.floors = floors_of(self.state.scene)
+        self.shell = Shell(self.state.scene)
+        self.random = np.random.default_rng(zlib.crc32(house.name.encode()))
+        self.finding = Finding()
+
+    def sweep(self) -> Finding:
+        """Tries everything and returns what came of it."""
+        self.leaves()
+        for _ in range(PLACEMENTS):
+            self.place()
+        spots = self._spots_by_walls()
+        for _ in range(DROPS if len(spots) else 0):
+            self.drop(spots[self.random.integers(len(spots))])
+        self.rays()
+        return self.finding
+
+    def leaves(self) -> None:
+        """Opens and closes all that opens, from as the house has it."""
+        for thing in list(self.state.scene.things.values()):
+            if not thing.is_openable or not thing.asset.can_open:
+                continue
+            self._check_leaf(thing, [thing.openness], "stands")
+            self._count("leaves")
+            with self.simulator.rehearsal():
+                set_openness(self.state, thing, 0.0)
+                for target in (1.0, 0.0):
+                    if swing_blocker(self.state, thing, target) is not None:
+                        self._count("swings refused")
+                        break
+                    self._count("swings")
+                    set_openness(self.state, thing, target)
+                    self._check_leaf(thing, [float(each) for each in OPENNESSES], "swings")
+
+    def _check_leaf(self, thing: Thing, openness: list[float], what: str) -> None:
+        home = home_of(thing, self.floors)
+        allowed = self._beyond(thing, home, vertices_of(thing, 0.0, moving=True)) + LEAF_M
+        for each in openness:
+            deep = self._beyond(thing, home, vertices_of(thing, each, moving=True))
+            if deep > allowed:
+                self._fall(f"{thing.id} {what} {deep:.4f} m beyond a wall at openness {each:.3f}")
+                return
+
+    def _beyond(self, thing: Thing, home: shapely.Geometry, vertices: np.ndarray) -> float:
+        """Returns how far (m) vertices reach out of a room through a wall; not through a doorway."""
+        out = np.asarray(shapely.distance(home, shapely.points(vertices[:, 0], vertices[:, 2])))
+        if not len(out) or out.max() <= 0.0:
+            return 0.0
+        inner = home.representative_point() if thing.is_structure else shapely.Point(thing.position.x, thing.position.z)
+        if not thing.is_structure and home.covers(inner):
+            from_middle = np.tile([thing.position.x, 0.0, thing.position.z], (len(vertices), 1))
+            from_middle[:, 1] = vertices[:, 1]
+            is_through = np.isfinite(self.shell.crossings(from_middle, vertices, windows_are_holes=False))
+            out = np.where(is_through, out, 0.0)
+        return float(out.max())
+
+    def place(self) -> None:
+        """Puts a thing of the house at a place of a surface that is near a wall."""
+        things = list(self.state.scene.things.values())
+        small = [thing for thing in things if thing.is_pickupable]
+        wide = [thing for thing in things if thing.is_receptacle and not thing.is_pickupable]
+        if not small or not wide:
+            return
+        thing, receptacle = (pool[self.random.integers(len(pool))] for pool in (small, wide))
+        surfaces = list(level_surfaces(receptacle))
+        if not surfaces or receptacle in contents(self.state.scene, thing.id):
+            return
+        surface, frame = surfaces[self.random.integers(len(surfaces))]
+        shares = self.random.uniform(-0.5, 0.5, (8, 2)) * [surface.size_x, surface.size_z]
+        points = frame(np.insert(shares, 1, 0.0, axis=1))
+        home = home_of(receptacle, self.floors)
+        inside = points[shapely.contains_xy(home, points[:, 0], points[:, 2])]
+        if not len(inside):
+            return
+        edges = shapely.distance(home.boundary, shapely.points(inside[:, 0], inside[:, 2]))
+        clicked = Vec3(*map(float, inside[int(np.argmin(edges))]))
+        with self.simulator.rehearsal():
+            self.state.take(thing)
+            self._count("placements tried")
+            spot = spot_on(self.state, thing, receptacle, clicked)
+            if spot is not None:
+                put_down(self.state, spot)
+                self._check_laid(thing, clicked, f"put on {receptacle.id}")
+                self._count("placements")
+
+    def drop(self, place: np.ndarray) -> None:
+        """Drops a thing of the house from a place beside a wall."""
+        small = [thing for thing in self.state.scene.things.values() if thing.is_pickupable]
+        if not small:
+            return
+        thing = small[self.random.integers(len(small))]
+        with self.simulator.rehearsal():
+            stand = Vec3(float(place[0]), 0.0, float(place[1]))
+            self.state.agent = Pose(position=stand, rotation=float(self.random.uniform(-180, 180)))
+            self.state.take(thing)
+            self._count("drops tried")
+            spot = spot_below(self.state, thing)
+            if spot is not None:
+                put_down(self.state, spot)
+                self._check_laid(thing, stand, "dropped")
+                self._count("drops")
+
+    def _check_laid(self, thing: Thing, hand: Vec3, what: str) -> None:
+        vertices = vertices_of(thing)
+        starts = np.tile([hand.x, 0.0, hand.z], (len(vertices), 1))
+        starts[:, 1] = vertices[:, 1]
+        shares = self.shell.crossings(starts, vertices, windows_are_holes=False)
+        through = np.isfinite(shares)
+        if through.any():
+            lengths = np.linalg.norm(vertices - starts, axis=1)
+            deep = float(((1.0 - shares[through]) * lengths[through]).max())
+            if deep > LAID_M:
+                self._fall(f"{thing.id} {what} is {deep:.5f} m beyond a wall")
+
+    def _spots_by_walls(self) -> np.ndarray:
+        lines = shapely.unary_union([floor.boundary for floor in self.floors.values()])
+        found: list[np.ndarray] = []
+        for floor in self.floors.values():
+            left, low, right, high = floor.bounds
+            tried = self.random.uniform((left, low), (right, high), (150, 2))
+            near = tried[shapely.distance(lines, shapely.points(tried[:, 0], tried[:, 1])) < 0.6]
+            free = [spot for spot in near if self.simulator.can_stand(Vec3(float(spot[0]), 0.0, float(spot[1])))]
+            found += free[:20]
+        return np.array(found).reshape(-1, 2)
+
+    def rays(self) -> None:
+        """Casts rays from points in every room at the joints of walls, and a little beside them."""
+        joints = np.array(list(self.shell.joints()))
+        for floor in self.floors.values():
+            left, low, right, high = floor.bounds
+            places = self.random.uniform((left, low), (right, high), (40 * EYES, 2))
+            places = places[shapely.contains_xy(floor.buffer(-0.05), places[:, 0], places[:, 1])][:EYES]
+            for number, (x, z) in enumerate(places):
+                eye = Vec3(float(x), 1.576 if number % 2 else float(self.random.uniform(0.1, 2.2)), float(z))
+                jitter = self.random.choice(JITTER_M, joints.shape)
+                for targets in (joints, joints + jitter):
+                    for through_glass in (False, True):
+                        self._cast(eye, targets, through_glass=through_glass)
+
+    def _cast(self, eye: Vec3, targets: np.ndarray, *, through_glass: bool) -> None:
+        offsets = targets - np.array(eye)
+        lengths = np.linalg.norm(offsets, axis=1)
+        offsets, lengths = offsets[lengths > 1e-3], lengths[lengths > 1e-3]
+        directions = offsets / lengths[:, None]
+        hits = self.simulator._engine.cast(eye, directions, through_glass=through_glass)
+        far = 50.0
+        starts = np.tile(np.array(eye), (len(directions), 1))
+        shares = self.shell.crossings(starts, starts + far * directions, windows_are_holes=through_glass)
+        self._count("rays", len(directions))
+        for index in np.flatnonzero(hits.distances > shares * far + LEAK_M):
+            thing = list(self.state.scene.things.values())[hits.things[index]] if hits.things[index] >= 0 else None
+            if thing is None:
+                self._count("rays past a wall that meet no thing")
+            elif not thing.is_structure:
+                self._fall(
+                    f"a ray from ({eye.x:.4f}, {eye.y:.4f}, {eye.z:.4f}) along {directions[index].tolist()} meets "
+                    f"{thing.id} at {hits.distances[index]:.3f} m, a wall is at {shares[index] * far:.3f} m"
+                )
+
+    def _count(self, what: str, number: int = 1) -> None:
+        self.finding.counts[what] += number
+
+    def _fall(self, text: str) -> None:
+        self._count(f"FALLS: {text.split()[0] if text.startswith('a ray') else text.split()[1]}")
+        self.finding.falls.append(text)
+
+
+def houses(packs: str, seeds: str) -> Iterator[tuple[str, Path | tuple[int, str]]]:
+    """Yields (name of the piece, file or (seed, spec)) of all houses that were asked for."""
+    root = Path(packaged.__path__[0])
+    for file in sorted(root.glob("*/houses/*.json")) if packs else ():
+        if packs == "all" or file.parts[-3] in packs.split(","):
+            yield "/".join(file.parts[-3:]), file
+    first, _, last = seeds.partition(":")
+    for seed in range(int(first), int(last)) if last else ():
+        spec = SPECS[seed % len(SPECS)]
+        yield f"{spec}_{seed}", (seed, spec)
+
+
+def main() -> int:
+    """Sweeps; returns 1 when anything fell."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--packs", default="", help="'all', or names of packs, separated by commas")
+    parser.add_argument("--seeds", default="", help="generated houses: FIRST:LAST, the last one not included")
+    parser.add_argument(
+        "--share", default="0/1", help="I/N: only every N-th house, from the I-th: for several processes"
+    )
+    parser.add_argument("--log", type=Path, default=Path("runs/sweeps/walls.jsonl"), help="finished pieces")
+    options = parser.parse_args()
+    options.log.parent.mkdir(parents=True, exist_ok=True)
+    lines = options.log.read_bytes().split(b"\n")[:-1] if options.log.exists() else []
+    done = {row["piece"]: row for row in map(json.loads, lines)}
+    options.log.write_bytes(b"".join(line + b"\n" for line in lines))  # without what a kill left half-written
+    part, _, of = options.share.partition("/")
+    wanted = [each for index, each in enumerate(houses(options.packs, options.seeds)) if index % int(of) == int(part)]
+    simulator = make_simulator("mujoco", assets=AssetDatabase.default())
+    for name, source in wanted:
+        if name in done:
+            continue
+        began = time.process_time()
+        try:
+            house = House.load(source) if isinstance(source, Path) else generate(source[0], spec_for(source[1]))
+            finding = Walls(simulator, house).sweep()
+        except VigilError as error:
+            finding = Finding(Counter({"houses that do not load": 1}), [str(error)])
+        row = {"piece": name, "seconds": round(time.process_time() - began, 2), "counts": finding.counts,
+               "falls": finding.falls}  # fmt: skip
+        done[name] = row
+        with options.log.open("a", encoding="utf-8") as log:
+            log.write(json.dumps(row) + "\n")
+        print(f"{name}: {row['seconds']} s, {len(finding.falls)} falls", flush=True)
+        for fall in finding.falls[:5]:
+            print(f"  {fall}", flush=True)
+    return _told([done[name] for name, _ in wanted])
+
+
+def _told(rows: list[dict]) -> int:
+    total: Counter[str] = Counter()
+    for row in rows:
+        total.update(row["counts"])
+    falls = sum(len(row["falls"]) for row in rows)
+    seconds = sum(row["seconds"] for row in rows)
+    print(f"{len(rows)} houses, {seconds / max(len(rows), 1):.2f} s of processor time each")
+    for name, count in sorted(total.items()):
+        print(f"  {name}: {count}")
+    print(f"  falls: {falls}")
+    return int(falls > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
