@@ -118,6 +118,21 @@ def review(episode: Episode, verdict: str, **more: str) -> Review:
     return Review.model_validate({**fields, "episode_sha256": episode_sha256(episode)})
 
 
+def test_what_is_kept_of_an_earlier_version_enters_first(drafts_file: DraftsFile, tmp_path: Path) -> None:
+    wish = Wish("p", 5, families=("VS",))
+    drafts = drafts_file.read().drafts
+    usual = {candidate.episode.id for candidate in select(candidates([drafts_file], []), wish)}
+    old = DraftsFile(tmp_path / "kept.jsonl")
+    old.open(drafts_file.read().header)
+    unlucky = [line for line in drafts if line.episode.id not in usual][:3]
+    for line in unlucky:
+        done = Done(family="VS", house=line.episode.house.name, kept=1, rejected={}, seconds=0.0)
+        old.add(drafts_file.house(line.episode.house.name), [line, done])
+    chosen = {candidate.episode.id for candidate in select(candidates([old, drafts_file], [], old), wish)}
+    assert {line.episode.id for line in unlucky} < chosen
+    assert len(chosen) == 5
+
+
 def test_approved_enter_first_and_rejected_never(drafts_file: DraftsFile) -> None:
     wish = Wish("p", 5, families=("VS",))
     episodes = [each.episode for each in drafts_file.read().drafts]

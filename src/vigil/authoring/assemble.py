@@ -1,7 +1,7 @@
 """Assembly: from drafts and reviews to the episodes of a pack, evenly over its strata, the same each time.
 
 Manual first: of each kind, what a reviewer approved enters before what nobody has reviewed; what one rejected never
-enters.
+enters. For a new version of a pack, what is kept of the old one enters before all else.
 """
 
 import hashlib
@@ -38,6 +38,8 @@ class Candidate:
     draft: Draft
     episode: Episode
     reviewer_kinds: tuple[str, ...] = ()
+    is_kept: bool = False
+    """It comes from an earlier version of the pack."""
 
     @property
     def stratum(self) -> str:
@@ -74,8 +76,13 @@ Check = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
 """Replays candidates. Returns episode id -> findings, for those that do not hold."""
 
 
-def candidates(files: Iterable[DraftsFile], reviews: Sequence[Review]) -> list[Candidate]:
-    """Returns all drafts that no reviewer rejects, each id once. Raises EpisodeError on an id with two contents."""
+def candidates(
+    files: Iterable[DraftsFile], reviews: Sequence[Review], kept: DraftsFile | None = None
+) -> list[Candidate]:
+    """Returns all drafts that no reviewer rejects, each id once; `kept` is the one of `files` to keep from.
+
+    Raises EpisodeError on an id with two contents.
+    """
     by_id: dict[str, list[Review]] = defaultdict(list)
     for review in reviews:
         by_id[review.episode_id].append(review)
@@ -84,14 +91,15 @@ def candidates(files: Iterable[DraftsFile], reviews: Sequence[Review]) -> list[C
         for draft in file.read().drafts:
             if found.setdefault(draft.episode.id, draft).episode != draft.episode:
                 raise EpisodeError(f"Two drafts have the id {draft.episode.id!r} and differ; leave one file out.")
-    wanted = [_candidate(draft, by_id[name]) for name, draft in sorted(found.items())]
+    old = {draft.episode.id for draft in kept.read().drafts} if kept else set()
+    wanted = [_candidate(draft, by_id[name], is_kept=name in old) for name, draft in sorted(found.items())]
     return [candidate for candidate in wanted if candidate.episode.provenance.reviewed != "rejected"]
 
 
-def _candidate(draft: Draft, reviews: Sequence[Review]) -> Candidate:
+def _candidate(draft: Draft, reviews: Sequence[Review], *, is_kept: bool) -> Candidate:
     judged = {name for name, decision in decisions(draft.episode, reviews).items() if decision.judgement}
     kinds = {review.reviewer_kind for review in reviews if review.reviewer in judged}
-    return Candidate(draft, apply_reviews(draft.episode, reviews), tuple(sorted(kinds)))
+    return Candidate(draft, apply_reviews(draft.episode, reviews), tuple(sorted(kinds)), is_kept)
 
 
 @dataclass(slots=True)
@@ -136,6 +144,7 @@ class _Tally:
             self.of_family[family, "stratum", candidate.stratum],
             candidate.stratum,
             lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
+            not candidate.is_kept,
             not candidate.is_approved,
             self.of_family[family, "thing", episode.house.name, episode.goal.object_id],
             self.of_family[family, "category", facts.category],
@@ -189,14 +198,22 @@ def select_holding(
 
 
 def assemble(
-    out: Path, files: Sequence[DraftsFile], reviews: Sequence[Review], wish: Wish, check: Check
+    out: Path,
+    files: Sequence[DraftsFile],
+    reviews: Sequence[Review],
+    wish: Wish,
+    check: Check,
+    *,
+    kept: DraftsFile | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
     """Freezes a pack into `out`. Returns it with what was left out because its solution does not hold.
+
+    Of `kept`, one of `files`, episodes enter first.
 
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
     check_free(out, wish.name)
-    chosen, bad = select_holding(candidates(files, reviews), wish, check)
+    chosen, bad = select_holding(candidates(files, reviews, kept), wish, check)
     meta = _meta(chosen, files, wish)
     houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
     facts = [{"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json")} for c in chosen]

@@ -70,9 +70,13 @@ def propose(
 
 
 def build(
-    drafts: Annotated[list[Path], typer.Option(help="Drafts file; may be repeated.")],
     name: Annotated[str, typer.Option(help="The pack's name.")],
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
+    drafts: Annotated[list[Path] | None, typer.Option(help="Drafts file; may be repeated.")] = None,
+    kept: Annotated[
+        Path | None, typer.Option(help="Drafts file of an earlier version's episodes, which enter first.")
+    ] = None,
+    version: Annotated[str, typer.Option(help="The pack's version.")] = "1",
     reviews: Reviews = None,
     per_family: Annotated[int, typer.Option(min=1, help="Episodes of each family.")] = 125,
     family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
@@ -88,22 +92,34 @@ def build(
 
     Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine
     """
-    files = [DraftsFile(path) for path in drafts]
+    old = DraftsFile(kept) if kept else None
+    files = [*([old] if old else []), *(DraftsFile(path) for path in drafts or [])]
+    if not files:
+        raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
     given = [review for path in reviews or [] for review in _reviews(path)]
     wish = Wish(
         name,
         per_family,
         seed,
         house_uses,
+        version=version,
         description=description,
         aliases=tuple(alias or []),
         families=_families(family or []),
     )
-    _freeze(out, files, given, wish, Means(backend, database(assets), workers))
+    _freeze(out, files, given, wish, Means(backend, database(assets), workers), kept=old)
 
 
-def _freeze(out: Path, files: list[DraftsFile], given: list[Review], wish: Wish, means: Means) -> None:
-    pack, bad = assemble(out, files, given, wish, checker(files, means))
+def _freeze(
+    out: Path,
+    files: list[DraftsFile],
+    given: list[Review],
+    wish: Wish,
+    means: Means,
+    *,
+    kept: DraftsFile | None = None,
+) -> None:
+    pack, bad = assemble(out, files, given, wish, checker(files, means), kept=kept)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
