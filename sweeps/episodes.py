@@ -147,7 +147,8 @@ def _play(
         counts["steps"] += 1
         counts["steps that changed the house"] += bool(step.effect and step.effect.changed)
         counts["invalid replies"] += step.invalid is not None
-        counts["refused actions"] += bool(step.effect and step.effect.refusal)
+        if step.effect is not None and step.effect.refusal is not None:
+            counts[f"refused: {step.effect.refusal}"] += 1
     record = env.record(run_id="sweep")
     counts["episodes"] += 1
     counts[f"ended by {record.end}"] += 1

@@ -18,7 +18,7 @@ EDGE_MAGNITUDES = (
     5e-324, 1e-300, 1e-12, 1e-9, 2e-9, 1e-6, 0.001, 0.2499999, 0.25, 0.999999999, 1.0, 1.000000001, 1.5, 3, 39.999999,
     40, 40.000001, 41, 89.999999, 90, 180, 359.9999999999, 360, 360.0000001, 720, 1e6, 1e16, 1e308, 10**299,
 )  # fmt: skip
-NEAR_M = 4.0
+NEAR_M = 2.5
 REFOCUS = 0.15
 
 
@@ -54,7 +54,7 @@ class RandomAgent:
         active = [thing for thing in near if thing.is_openable or thing.is_pickupable or thing.is_toggleable]
         if self._is_holding():
             active += [thing for thing in near if thing.is_receptacle] * 3
-        if rng.random() < 0.4 or not active:
+        if rng.random() < 0.2 or not active:
             return things[rng.choice(self._bound)]
         return rng.choice(active)
 
@@ -70,9 +70,9 @@ class RandomAgent:
     def _intent(self, thing: Thing) -> Intent:
         fitting: list[Intent] = ["ground"]
         if thing.is_openable:
-            fitting += ["open_access", "close_access"] * 2
+            fitting += ["open_access" if thing.openness < 0.5 else "close_access"] * 4 + ["open_access", "close_access"]
         if thing.is_toggleable:
-            fitting += ["activate", "deactivate"]
+            fitting += ["deactivate" if thing.is_toggled else "activate"] * 2 + ["activate", "deactivate"]
         if self._is_holding():
             fitting += ["place", "place", "drop"]
         elif thing.is_pickupable or CATALOG[thing.category].is_pickupable:
@@ -80,7 +80,7 @@ class RandomAgent:
         return self._rng.choice(fitting)
 
     def _pixel_on(self, thing: Thing) -> tuple[int, int] | None:
-        if self._rng.random() < 0.3:
+        if self._rng.random() < 0.7:
             pixels = self._simulator.pixels_of(thing.id)
             if not len(pixels):
                 return None
