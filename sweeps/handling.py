@@ -18,6 +18,7 @@ import traceback
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import partial
+from typing import cast
 
 import numpy as np
 
@@ -127,7 +128,7 @@ class Hands:
         return None if held is None else self._things[held]
 
     def _intent(self, thing: Thing) -> Intent:
-        options: list[Intent] = ["ground"]
+        options: list[str] = ["ground"]
         if thing.is_openable:
             options += ["open_access" if thing.openness < 0.5 else "close_access"] * 6
         if thing.is_toggleable:
@@ -136,7 +137,7 @@ class Hands:
             options += [*["place"] * (12 if thing.is_receptacle else 1), "drop"]
         elif thing.is_pickupable:
             options += ["pick"] * 8
-        return self._rng.choice(options)
+        return cast(Intent, self._rng.choice(options))
 
     def _stand_before(self, thing: Thing) -> bool:
         """Stands the agent within reach of a thing, facing it. Returns whether a pixel of it can be clicked on."""

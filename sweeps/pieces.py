@@ -103,13 +103,13 @@ class PieceLog:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            sys.exit(f"{path} is being written by another process. Wait for it, or give another --log.")
+            self._refuse(f"{path} is being written by another process. Wait for it, or give another --log.")
         asked = {"sweep": sweep.name, "settings": sweep.settings}
         lines = self._whole_lines()
         if not lines:
             self.append(asked)
         elif lines[0] != asked:
-            sys.exit(f"{path} is the log of {lines[0]}, this is {asked}. Give another --log.")
+            self._refuse(f"{path} is the log of {lines[0]}, this is {asked}. Give another --log.")
         self.done = {line["piece"]: line for line in lines[1:]}
 
     def append(self, line: dict[str, Any]) -> None:
@@ -125,6 +125,10 @@ class PieceLog:
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
+
+    def _refuse(self, message: str) -> None:
+        self._file.close()
+        sys.exit(message)
 
     def _whole_lines(self) -> list[dict[str, Any]]:
         """Returns the lines, after cutting off a last one without its newline."""
@@ -143,6 +147,7 @@ def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple
     waiting = list(reversed(missing))
     while waiting:
         running: dict[Future[tuple[int, float, Finding]], int] = {}
+        suspects: list[int] = []
         with _executor(workers) as executor:
             try:
                 while waiting or running:
@@ -155,7 +160,7 @@ def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple
                         yield result
             except BrokenProcessPool:
                 suspects = sorted(running.values())
-        for piece in suspects if running else ():  # one of them ended its process: each again, by itself
+        for piece in suspects:  # one of them ended its process: each again, by itself
             yield _alone(work, piece)
 
 
@@ -164,7 +169,11 @@ def _alone(work: Work, piece: int) -> tuple[int, float, Finding]:
         try:
             return executor.submit(_timed, work, piece).result()
         except BrokenProcessPool:
-            return piece, 0.0, Finding(Counter(), [Fall("the process died", "crashed or was killed", f"--piece {piece}")])
+            return (
+                piece,
+                0.0,
+                Finding(Counter(), [Fall("the process died", "crashed or was killed", f"--piece {piece}")]),
+            )
 
 
 def _executor(workers: int) -> ProcessPoolExecutor:
@@ -172,9 +181,15 @@ def _executor(workers: int) -> ProcessPoolExecutor:
 
 
 def _timed(work: Work, piece: int) -> tuple[int, float, Finding]:
-    began = time.process_time()
+    began = _processor_seconds()
     finding = work(piece)
-    return piece, time.process_time() - began, finding
+    return piece, _processor_seconds() - began, finding
+
+
+def _processor_seconds() -> float:
+    """Returns what this process and those that it started and that have ended have used."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
 
 
 def _line(piece: int, seconds: float, finding: Finding) -> dict[str, Any]:
@@ -202,14 +217,18 @@ def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, An
         counts.update(line["counts"])
     falls = [fall for line in lines for fall in line["falls"]]
     kinds = Counter(fall["kind"] for fall in falls)
-    options = " ".join(f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in sweep.settings.items())
+    options = " ".join(
+        f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in sweep.settings.items()
+    )
     for kind, number in kinds.most_common(SHOWN_FALLS):
         first = min((fall for fall in falls if fall["kind"] == kind), key=lambda fall: len(fall["detail"]))
         print(f"\nFELL {number} x {kind}\n  {first['detail'][:2000]}")
         print(f"  again: python -m sweeps.{sweep.name} {options} {first['case']}")
     seconds, commits = sum(line["seconds"] for line in lines), {line["commit"] for line in lines}
-    print(f"\n{sweep.name} ({', '.join(f'{name} {value}' for name, value in place.items() if name == 'log')}): "
-          f"{len(lines)} pieces, {seconds:.0f} s of processor time, {len(commits)} version(s) of the code")
+    print(
+        f"\n{sweep.name} ({', '.join(f'{name} {value}' for name, value in place.items() if name == 'log')}): "
+        f"{len(lines)} pieces, {seconds:.0f} s of processor time, {len(commits)} version(s) of the code"
+    )
     print(", ".join(f"{name} {number}" for name, number in sorted(counts.items())))
     print(f"fell: {len(falls)}")
     return 1 if falls else 0

@@ -3,7 +3,7 @@
 import json
 import math
 import random
-from typing import Any
+from typing import Any, cast
 
 from sweeps.reply_forms import any_form
 from vigil.actions import INTENTS, REACH_M, STATUSES, Intent
@@ -50,7 +50,9 @@ class RandomAgent:
     def _interesting(self) -> Thing:
         things, rng = self._simulator.scene().things, self._rng
         here = self._simulator.world(()).agent.position
-        near = [thing for thing in things.values() if thing.is_present and floor_distance(thing.position, here) < NEAR_M]
+        near = [
+            thing for thing in things.values() if thing.is_present and floor_distance(thing.position, here) < NEAR_M
+        ]
         active = [thing for thing in near if thing.is_openable or thing.is_pickupable or thing.is_toggleable]
         if self._is_holding():
             active += [thing for thing in near if thing.is_receptacle] * 3
@@ -68,7 +70,7 @@ class RandomAgent:
         return _interact(self._intent(thing), *pixel)
 
     def _intent(self, thing: Thing) -> Intent:
-        fitting: list[Intent] = ["ground"]
+        fitting: list[str] = ["ground"]
         if thing.is_openable:
             fitting += ["open_access" if thing.openness < 0.5 else "close_access"] * 4 + ["open_access", "close_access"]
         if thing.is_toggleable:
@@ -77,7 +79,7 @@ class RandomAgent:
             fitting += ["place", "place", "drop"]
         elif thing.is_pickupable or CATALOG[thing.category].is_pickupable:
             fitting += ["pick"] * 3
-        return self._rng.choice(fitting)
+        return cast(Intent, self._rng.choice(fitting))
 
     def _pixel_on(self, thing: Thing) -> tuple[int, int] | None:
         if self._rng.random() < 0.7:
@@ -87,7 +89,9 @@ class RandomAgent:
             x, y = pixels[self._rng.randrange(len(pixels))]
             return int(x), int(y)
         half = [size / 2 for size in thing.asset.size]
-        point = Vec3(*(value + self._rng.uniform(-size, size) for value, size in zip(thing.position, half, strict=True)))
+        point = Vec3(
+            *(value + self._rng.uniform(-size, size) for value, size in zip(thing.position, half, strict=True))
+        )
         return self._simulator.pixel_of(point)
 
     def _face(self, thing: Thing) -> str:

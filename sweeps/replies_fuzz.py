@@ -129,10 +129,11 @@ def _insane(found: ParsedReply) -> list[tuple[str, str]]:
     action = found.action
     if isinstance(action, Navigate | Look) and not 0.0 < action.magnitude < float("inf"):
         return [("a magnitude that is none", repr(action.magnitude))]
-    if isinstance(action, InteractPixel) and action.intent != "drop":
-        if action.x is None or action.y is None or not (0 <= action.x < FRAME_WIDTH and 0 <= action.y < FRAME_HEIGHT):
-            return [("a pixel outside of the frame", f"{action.x}, {action.y}")]
-    return []
+    if not isinstance(action, InteractPixel) or action.intent == "drop":
+        return []
+    x, y = action.x, action.y
+    is_inside = x is not None and y is not None and 0 <= x < FRAME_WIDTH and 0 <= y < FRAME_HEIGHT
+    return [] if is_inside else [("a pixel outside of the frame", f"{x}, {y}")]
 
 
 def _timed(text: str | bytes, coordinates: Coordinates, policy: ReplyPolicy) -> tuple[Parsed, float]:

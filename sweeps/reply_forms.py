@@ -137,7 +137,9 @@ def _head(rng: random.Random) -> str:
     for _ in range(rng.choice([1, 1, 1, 2, 3])):
         opening, closing = rng.choice(MARKERS)
         kind = rng.randrange(6)
-        inner = rng.choice([sentence(rng), action_text(rng), "", "{", "```json\n", f"{opening}{sentence(rng)}{closing}"])
+        inner = rng.choice(
+            [sentence(rng), action_text(rng), "", "{", "```json\n", f"{opening}{sentence(rng)}{closing}"]
+        )
         opening = "" if kind == 0 else f"{opening[:-1]} a='b'{opening[-1]}" if kind == 1 else opening
         blocks.append(_blanks(rng) + opening + inner + closing)
     return "".join(blocks)
@@ -146,7 +148,9 @@ def _head(rng: random.Random) -> str:
 def _trailed(rng: random.Random) -> Form:
     """Anything but white space after the object is text around it."""
     opening, closing = rng.choice(MARKERS)
-    tail = rng.choice([sentence(rng) or ".", f"{opening}{word(rng)}{closing}", opening, closing, action_text(rng), "```"])
+    tail = rng.choice(
+        [sentence(rng) or ".", f"{opening}{word(rng)}{closing}", opening, closing, action_text(rng), "```"]
+    )
     if not tail.strip():
         tail = "."
     head = _head(rng) if rng.random() < 0.3 else ""
@@ -164,7 +168,9 @@ def _split(rng: random.Random) -> Form:
 
 def _fenced(rng: random.Random) -> Form:
     lead, trail = rng.choice(["", sentence(rng) + "\n"]), rng.choice(["", "\n" + sentence(rng)])
-    return Form(f"{lead}```{rng.choice(['json', '', 'JSON', 'python'])}\n{action_text(rng)}\n```{trail}", is_refused=True)
+    return Form(
+        f"{lead}```{rng.choice(['json', '', 'JSON', 'python'])}\n{action_text(rng)}\n```{trail}", is_refused=True
+    )
 
 
 def _wordy(rng: random.Random) -> Form:
@@ -269,7 +275,14 @@ def _mutated(rng: random.Random) -> Form:
 
 
 def _strange(rng: random.Random) -> Form:
-    pool = [*STRANGE, *BLANKS, *(marker for pair in MARKERS for marker in pair), '{"skill_name":', '"arguments":{}', "```"]
+    pool = [
+        *STRANGE,
+        *BLANKS,
+        *(marker for pair in MARKERS for marker in pair),
+        '{"skill_name":',
+        '"arguments":{}',
+        "```",
+    ]
     return Form("".join(rng.choices(pool, k=rng.randrange(40))))
 
 
@@ -285,7 +298,25 @@ def _lone_surrogate(rng: random.Random) -> Form:
 
 def _repeated(rng: random.Random) -> Form:
     """A short piece many times over: what would show a time that grows with the square of the length."""
-    pool = ["{", "[", '"', "\\", "}", "]", ":", ",", "`", "<think>", "</think>", "◁/think▷", '{"a":', "{}", "a", " ", "1"]
+    pool = [
+        "{",
+        "[",
+        '"',
+        "\\",
+        "}",
+        "]",
+        ":",
+        ",",
+        "`",
+        "<think>",
+        "</think>",
+        "◁/think▷",
+        '{"a":',
+        "{}",
+        "a",
+        " ",
+        "1",
+    ]
     unit = "".join(rng.choices(pool, k=rng.randrange(1, 4)))
     size = rng.choice([1000, 10_000, LIMIT_BYTES, LIMIT_BYTES, 300_000])
     return Form(rng.choice(["", "<think>", "{", '{"skill_name": "']) + unit * (size // len(unit)))

@@ -76,7 +76,9 @@ class Solids:
                 x, height, z = offset_from(frame, low)
                 beside = max(abs(x) - surface.size_x / 2, abs(z) - surface.size_z / 2)
                 if abs(height) > FLOAT_M or beside > 1e-6:
-                    where = f"{height * 1000:.1f} mm over and {beside * 1000:.1f} mm beside {parent.id}'s {surface.name}"
+                    where = (
+                        f"{height * 1000:.1f} mm over and {beside * 1000:.1f} mm beside {parent.id}'s {surface.name}"
+                    )
                     faults.append(("not on its surface", f"{thing.id} {where}"))
             elif parent is None and abs(bottom) > FLOAT_M:
                 faults.append(("not on the floor", f"{thing.id}: bottom at {bottom * 1000:.1f} mm, on nothing"))
