@@ -1,6 +1,7 @@
 """Confined calls: a function in a forked process with bounded memory and time, and what came of it."""
 
 import json
+import math
 import os
 import resource
 import select
@@ -36,7 +37,7 @@ def confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> Outcome:
     child = os.fork()
     if child == 0:
         os.close(reader)
-        _be_child(call, writer)
+        _be_child(call, writer, wall_s)
     os.close(writer)
     try:
         answer = _read(reader, wall_s)
@@ -54,14 +55,16 @@ def confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> Outcome:
     return Outcome(kind, text)
 
 
-def _be_child(call: Callable[[], str], writer: int) -> None:
-    """Does the call and never returns."""
+def _be_child(call: Callable[[], str], writer: int, wall_s: float) -> None:
+    """Does the call and never returns; ends itself, late, should nobody be left to end it."""
     try:
         os.setsid()
+        signal.alarm(2 * math.ceil(wall_s))
         with open("/proc/self/statm") as statm:
             had = int(statm.read().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (had + MEMORY_BYTES, had + MEMORY_BYTES))
-        resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
+        signal.signal(signal.SIGXCPU, _too_long)
+        resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS + 10))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
@@ -71,6 +74,10 @@ def _be_child(call: Callable[[], str], writer: int) -> None:
         os._exit(0)
 
 
+def _too_long(*_: object) -> None:
+    raise TimeoutError(f"more than {CPU_SECONDS} s of processor time")
+
+
 def _outcome(call: Callable[[], str]) -> tuple[Kind, str]:
     try:
         return "done", call()
@@ -78,6 +85,8 @@ def _outcome(call: Callable[[], str]) -> tuple[Kind, str]:
         return "refused", f"{type(error).__name__}: {error}"[:20_000]
     except MemoryError:
         return "memory", _last_lines()
+    except TimeoutError:
+        return "hang", _last_lines()
     except SystemExit as end:
         return "exception", f"SystemExit {end.code}"
     except BaseException:  # noqa: BLE001 - whatever comes is what is looked for

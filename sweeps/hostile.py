@@ -115,7 +115,7 @@ def _pack_case(rng: random.Random, folder: Path) -> Case:
         arguments = rng.choice(
             (
                 ["pack", "info", str(pack)],
-                ["pack", "validate", str(pack), "--backend", "fake"],
+                ["pack", "validate", str(pack)],
                 ["run", "--pack", str(pack), "--agent", "random", "--log-dir", str(folder / "run"), "--limit", "2"],
             )
         )
@@ -151,7 +151,7 @@ def _command(arguments: list[str]) -> str:
 def _use_pack(folder: Path, is_drawn: bool) -> str:
     pack = Pack.load(folder)
     solutions = pack.solutions
-    simulator = make_simulator("mujoco" if is_drawn else "fake", assets=AssetDatabase.default())
+    simulator = make_simulator("mujoco", assets=AssetDatabase.default())
     env = Env(simulator, pack.house_of, Profile())
     for episode in pack.episodes[:PLAYED_EPISODES]:
         record = _play(env, episode, is_drawn)
@@ -183,7 +183,7 @@ def _use_house(path: Path, is_drawn: bool) -> str:
     if House.load(path.with_name("saved.json")).sha256 != house.sha256:
         raise AssertionError("the house saved and loaded again has another hash")
     faults = check_house(house, assets)
-    simulator = make_simulator("mujoco" if is_drawn else "fake", assets=assets)
+    simulator = make_simulator("mujoco", assets=assets)
     simulator.load(house)
     room = simulator.scene().rooms[0].polygon.mean(axis=0)
     start = house.start or Pose(position=Vec3(float(room[0]), 0.0, float(room[1])), rotation=0.0)
