@@ -95,5 +95,5 @@ def test_a_floor_without_area_is_named(data):
 def test_what_could_not_be_held_in_memory_is_named(data, part: str):
     polygon = {"rooms": "floorPolygon", "walls": "polygon", "doors": "holePolygon"}[part]
     data[part][0][polygon][1]["x"] = 9000.0
-    with pytest.raises(HouseError, match="House 'wide': (room|wall|opening) '.*' reaches 9000 m from the origin"):
+    with pytest.raises(HouseError, match=r"House 'wide': (room|wall|opening) '.*' reaches 9000 m from the origin"):
         rooms_of(House("wide", data))
