@@ -41,7 +41,7 @@ from vigil.world import Effect, Setup
 
 DEEDS = 60
 STANDS_TRIED = 12
-RELATIVE_M = 1e-9
+RELATIVE_M = 5e-9
 """How far contents may shift relative to what carries them, by rounding."""
 
 
