@@ -109,6 +109,17 @@ def test_drops_prefer_the_first_free_distance(simulator):
     assert spot.position.z == pytest.approx(2.4)
 
 
+def test_nothing_thin_comes_to_rest_with_its_middle_over_the_edge(simulator):
+    edge = 1.8 + simulator.scene().things["DiningTable|1"].asset.surfaces[0].size_x / 2
+    state = stand(simulator, edge - 0.01, 1.8, Setup(held="Pen|1"))
+    on = spot_below(state, state.scene.things["Pen|1"])
+    assert on is not None
+    assert on.parent == "DiningTable|1"
+    state = stand(simulator, edge + 0.01, 1.8, Setup(held="Pen|1"))
+    beside = spot_below(state, state.scene.things["Pen|1"])
+    assert beside is None or beside.parent is None
+
+
 def test_nothing_is_dropped_onto_the_own_feet(simulator):
     state = stand(simulator, setup=Setup(held="Box|1"))  # 0.35 m deep: at 0.3 m it would touch the body
     spot = spot_below(state, state.scene.things["Box|1"])
