@@ -97,3 +97,12 @@ def test_what_could_not_be_held_in_memory_is_named(data, part: str):
     data[part][0][polygon][1]["x"] = 9000.0
     with pytest.raises(HouseError, match=r"House 'wide': (room|wall|opening) '.*' reaches 9000 m from the origin"):
         rooms_of(House("wide", data))
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_wall_without_length_or_height_is_named(data, axis: str):
+    wall = next(wall for wall in data["walls"] if wall["polygon"][0]["x"] != wall["polygon"][1]["x"])
+    for point in wall["polygon"]:
+        point[axis] = 1.0
+    with pytest.raises(HouseError, match=f"House 'flat': wall {re.escape(repr(wall['id']))} has no length or no height"):
+        panels_of(House("flat", data))

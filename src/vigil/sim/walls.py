@@ -22,6 +22,7 @@ DOOR_DEPTH_M = 0.14
 WINDOW_DEPTH_M = 0.09
 PROBE_M = 0.01
 LEAST_FLOOR_M2 = 0.01
+LEAST_WALL_M = 1e-4
 FARTHEST_SHELL_M = 200.0
 """No room, wall or opening is beyond this; floors and walls are drawn in cells of half a metre."""
 
@@ -64,8 +65,17 @@ def _check_extent(house: House) -> None:
 
 
 def panels_of(house: House) -> list[WallPanel]:
-    """Returns the wall panels with the holes of all doors and windows."""
+    """Returns the wall panels with the holes of all doors and windows.
+
+    Raises HouseError on a wall without length or height.
+    """
     document = house.document
+    for wall in document.walls:
+        heights = [point.y for point in wall.polygon]
+        if math.dist(*_ends(wall)) < LEAST_WALL_M or max(heights) - min(heights) < LEAST_WALL_M:
+            raise HouseError(
+                f"House {house.name!r}: wall {wall.id!r} has no length or no height. Mend its corners, or leave it out."
+            )
     walls = {wall.id: wall for wall in document.walls}
     rooms = {room.id: _floor(room) for room in document.rooms}
     holes: dict[str, list[Hole]] = {}
