@@ -122,6 +122,8 @@ REFUSED: list[tuple[str, bytes, bytes, bool, type[VigilError], str]] = [
     ("manifest.json", b'"schema_version": 1', b'"schema_version": 9', True, PackMismatch, r"schema 9"),
     ("manifest.json", b'"name": "small"', b'"name": "small", "x": 1', True, PackMismatch, r"x: Extra inputs"),
     ("manifest.json", b"houses/house.json", b"../house.json", True, PackMismatch, r"outside the pack"),
+    ("manifest.json", b"houses/house.json", b"houses/" + b"x" * 300, True, PackMismatch, r"or be no file"),
+    ("manifest.json", b"houses/house.json", b"houses/a\\u0000b", True, PackMismatch, r"or be no file"),
     ("manifest.json", b"solutions.jsonl", b"solved.jsonl", True, PackMismatch, r"does not list solutions.jsonl"),
     ("manifest.json", b"houses/house.json", b"houses/home.json", True, PackMismatch, r"houses/home.json is missing"),
 ]

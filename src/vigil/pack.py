@@ -31,6 +31,8 @@ MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solu
 MAX_MANIFEST_BYTES = 16 * 1024 * 1024
 MAX_LINES_BYTES = 512 * 1024 * 1024
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
+FILE_PATTERN = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,199}/){0,4}[A-Za-z0-9][A-Za-z0-9_.-]{0,199}"
+"""Of a file that a manifest lists: a plain path inside the pack, and no longer than a file's name may be."""
 HOUSES_KEPT = 16
 """Houses that a pack holds in memory; others are read again from disk."""
 _Line = TypeVar("_Line", bound=BaseModel)
@@ -358,8 +360,11 @@ def _manifest(folder: Path, raw: bytes) -> Manifest:
         if name not in manifest.files:
             raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
     for name in manifest.files:
-        if name.startswith("/") or ".." in Path(name).parts:
-            raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} lists {name!r}, which lies outside the pack.")
+        if not re.fullmatch(FILE_PATTERN, name):
+            raise PackMismatch(
+                f"Pack {str(folder)!r}: {MANIFEST} lists {name[:100]!r}, which may lie outside the pack or be no file. "
+                "Files are named by letters, digits, '_', '.', '-', in folders by '/', e.g. houses/kitchen_1.json."
+            )
     return manifest
 
 

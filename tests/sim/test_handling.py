@@ -109,6 +109,15 @@ def test_drops_prefer_the_first_free_distance(simulator):
     assert spot.position.z == pytest.approx(2.4)
 
 
+@pytest.mark.parametrize(("past_edge_m", "parent"), [(-0.01, "DiningTable|1"), (0.01, None)])
+def test_nothing_thin_comes_to_rest_with_its_middle_over_the_edge(simulator, past_edge_m: float, parent: str | None):
+    state = stand(simulator, setup=Setup(held="Pen|1"))
+    edge = 1.8 + state.scene.things["DiningTable|1"].asset.surfaces[0].size_x / 2
+    state.agent = Pose(position=Vec3(edge + past_edge_m, 0.0, 1.8), rotation=0.0)
+    spot = spot_below(state, state.scene.things["Pen|1"])
+    assert (None if spot is None else spot.parent) == parent
+
+
 def test_nothing_is_dropped_onto_the_own_feet(simulator):
     state = stand(simulator, setup=Setup(held="Box|1"))  # 0.35 m deep: at 0.3 m it would touch the body
     spot = spot_below(state, state.scene.things["Box|1"])

@@ -82,3 +82,27 @@ def test_a_floor_that_crosses_itself_is_named(data):
     room["floorPolygon"][:2] = room["floorPolygon"][1::-1]
     with pytest.raises(HouseError, match=f"room {re.escape(repr(room['id']))}: its floor is no simple polygon"):
         rooms_of(House("bow", data))
+
+
+def test_a_floor_without_area_is_named(data):
+    for point in data["rooms"][0]["floorPolygon"]:
+        point["x"] *= 1e-4
+    with pytest.raises(HouseError, match=r"House 'strip': room 'room\|1': its floor has .* expected at least 0.01"):
+        rooms_of(House("strip", data))
+
+
+@pytest.mark.parametrize("part", ["rooms", "walls", "doors"])
+def test_what_could_not_be_held_in_memory_is_named(data, part: str):
+    polygon = {"rooms": "floorPolygon", "walls": "polygon", "doors": "holePolygon"}[part]
+    data[part][0][polygon][1]["x"] = 9000.0
+    with pytest.raises(HouseError, match=r"House 'wide': (room|wall|opening) '.*' reaches 9000 m from the origin"):
+        rooms_of(House("wide", data))
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_wall_without_length_or_height_is_named(data, axis: str):
+    wall = next(wall for wall in data["walls"] if wall["polygon"][0]["x"] != wall["polygon"][1]["x"])
+    for point in wall["polygon"]:
+        point[axis] = 1.0
+    with pytest.raises(HouseError, match=f"House 'flat': wall {re.escape(repr(wall['id']))} has no length or no height"):
+        panels_of(House("flat", data))

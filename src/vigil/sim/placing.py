@@ -252,6 +252,8 @@ def _landings_on(thing: Thing, bulk: Bulk, x: float, z: float, yaw: float) -> li
         return found
     for surface, frame in open_surfaces(thing):
         local = offset_from(frame, Vec3(x, 0.0, z))
+        if abs(local.x) > surface.size_x / 2 or abs(local.z) > surface.size_z / 2:
+            continue  # a thin thing would lie with its middle over the edge
         height = float(frame.shift[1])
         corners = bulk.footprint(np.array([local.x]), np.array([local.z]), np.array([yaw - _yaw_of(frame)]))
         edge = np.array([surface.size_x, surface.size_z]) / 2 + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)

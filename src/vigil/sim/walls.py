@@ -21,27 +21,61 @@ LIGHT_DROP_M = 0.2
 DOOR_DEPTH_M = 0.14
 WINDOW_DEPTH_M = 0.09
 PROBE_M = 0.01
+LEAST_FLOOR_M2 = 0.01
+LEAST_WALL_M = 1e-4
+FARTHEST_SHELL_M = 200.0
+"""No room, wall or opening is beyond this; floors and walls are drawn in cells of half a metre."""
 
 
 def rooms_of(house: House) -> list[RoomShape]:
     """Returns the rooms with heights from their walls and lights from the document, else from their middle.
 
-    Raises HouseError when a floor crosses itself.
+    Raises HouseError when a floor crosses itself, has no area, or the house is absurdly large.
     """
     document = house.document
+    _check_extent(house)
     for room in document.rooms:
         if not (floor := _floor(room)).is_valid:
             raise HouseError(
                 f"House {house.name!r}: room {room.id!r}: its floor is no simple polygon "
                 f"({shapely.is_valid_reason(floor)}). Put its corners in their order round the room."
             )
+        if floor.area < LEAST_FLOOR_M2:
+            raise HouseError(
+                f"House {house.name!r}: room {room.id!r}: its floor has {floor.area:.2g} m2, expected at least "
+                f"{LEAST_FLOOR_M2:g}. Mend its corners, or leave the room out."
+            )
     points = [light for light in document.procedural_parameters.lights if light.type == "point"]
     return [_room(room, document, points) for room in document.rooms]
 
 
-def panels_of(house: House) -> list[WallPanel]:
-    """Returns the wall panels with the holes of all doors and windows."""
+def _check_extent(house: House) -> None:
+    """Raises HouseError when a room, wall or hole is so far away that the house could not be held in memory."""
     document = house.document
+    shapes = [(f"room {room.id!r}", room.floor_polygon) for room in document.rooms]
+    shapes += [(f"wall {wall.id!r}", wall.polygon) for wall in document.walls]
+    shapes += [(f"opening {each.id!r}", each.hole_polygon) for each in [*document.doors, *document.windows]]
+    for name, points in shapes:
+        reach = max(abs(value) for point in points for value in point.vec)
+        if reach > FARTHEST_SHELL_M:
+            raise HouseError(
+                f"House {house.name!r}: {name} reaches {reach:g} m from the origin, more than the limit of "
+                f"{FARTHEST_SHELL_M:g} m. Are its coordinates metres?"
+            )
+
+
+def panels_of(house: House) -> list[WallPanel]:
+    """Returns the wall panels with the holes of all doors and windows.
+
+    Raises HouseError on a wall without length or height.
+    """
+    document = house.document
+    for wall in document.walls:
+        heights = [point.y for point in wall.polygon]
+        if math.dist(*_ends(wall)) < LEAST_WALL_M or max(heights) - min(heights) < LEAST_WALL_M:
+            raise HouseError(
+                f"House {house.name!r}: wall {wall.id!r} has no length or no height. Mend its corners, or leave it out."
+            )
     walls = {wall.id: wall for wall in document.walls}
     rooms = {room.id: _floor(room) for room in document.rooms}
     holes: dict[str, list[Hole]] = {}

@@ -1,0 +1,244 @@
+"""Fuzzes whole episodes: random replies through the parser, Env and the simulator, with what must always hold.
+
+    python -m sweeps.episodes                        400 pieces: a house each, 20 episodes in it, 10^5 steps and more
+    python -m sweeps.episodes --piece 3 --case 2     one episode again
+
+After every step: no exception; the world is finite and sane (`sweeps.snapshots`); a refused, invalid or closing reply
+leaves it as it was, to the last bit; what is said to have changed is what changed; budgets are obeyed to the step. Of
+every episode: the record written and read again is equal and is settled the same; W_strict implies W, B implies W,
+progress lies in 0..1, labels partition; a second simulator, loaded afresh and playing the same replies in another order
+of episodes, comes to the same record and the same world after every step, to the last bit.
+"""
+
+import argparse
+import random
+import sys
+import traceback
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import partial
+
+from sweeps import pieces
+from sweeps.pieces import Fall, Finding, Sweep
+from sweeps.random_agent import RandomAgent
+from sweeps.random_episodes import draw_house
+from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from vigil.actions import InteractPixel, Reply, Report
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.errors import EpisodeError
+from vigil.goals import check
+from vigil.house import House
+from vigil.profile import PROFILE_NAMES, Profile
+from vigil.record import EpisodeRecord, StepRecord, dump_line
+from vigil.scoring import settle
+from vigil.sim import make_simulator
+from vigil.sim.embedded import EmbeddedSimulator
+from vigil.summary import assert_identities
+
+PER_PIECE = 20
+NOW = datetime(2026, 1, 1, tzinfo=UTC)
+Faults = Iterator[tuple[str, str]]
+
+
+def main() -> int:
+    """Runs the sweep."""
+    parser = pieces.parser(__doc__ or "", 400)
+    parser.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
+    options = parser.parse_args()
+    work = partial(fuzz, options.seed, options.backend, options.case, PER_PIECE)
+    return pieces.run(Sweep("episodes", _settings(options), work), options)
+
+
+def _settings(options: argparse.Namespace) -> dict[str, object]:
+    return {"seed": options.seed, "backend": options.backend}
+
+
+@dataclass(slots=True)
+class Played:
+    """An episode that was played, with the whole hidden state at its start and after every step."""
+
+    episode: Episode
+    profile: Profile
+    record: EpisodeRecord
+    moments: list[Snapshot] = field(default_factory=list)
+
+
+def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> Finding:
+    """Returns what came of a piece: `count` episodes in one house, or one `case` of them."""
+    finding = Finding()
+    house, drawing = draw_house(random.Random(f"{seed}/{piece}"))
+    played: dict[int, Played] = {}
+    first, second = _loaded(backend, house), _loaded(backend, house)
+    for number in range(count) if case is None else (case,):
+        rng = random.Random(f"{seed}/{piece}/{number}")
+        try:
+            done = _play(rng, first, house, drawing(rng, first), finding.counts)
+            played[number] = done.played
+            faults = done.faults
+        except EpisodeError:
+            finding.counts["episodes that cannot be set up"] += 1
+            continue
+        except Exception:  # noqa: BLE001 - any exception at all is what is looked for
+            faults = [("an exception", traceback.format_exc(limit=-4))]
+        finding.falls += [Fall(kind, detail, f"--piece {piece} --case {number}") for kind, detail in faults]
+    for number in reversed(played):
+        for kind, detail in _replayed(played[number], second, house):
+            finding.falls.append(Fall(kind, detail, f"--piece {piece} --case {number}"))
+        finding.counts["replays"] += 1
+    return finding
+
+
+def _loaded(backend: str, house: House) -> EmbeddedSimulator:
+    simulator = make_simulator(backend, assets=AssetDatabase.default())
+    simulator.load(house)
+    return simulator
+
+
+def _env(simulator: EmbeddedSimulator, house: House, profile: Profile) -> Env:
+    """Returns an Env over a simulator that has loaded the house already."""
+    return Env(_Kept(simulator), lambda _: house, profile, lambda: NOW)  # pyright: ignore[reportArgumentType]
+
+
+class _Kept:
+    """A simulator that has its house: loading it again does nothing."""
+
+    def __init__(self, simulator: EmbeddedSimulator) -> None:
+        self._simulator = simulator
+        self.name, self.reset, self.step = simulator.name, simulator.reset, simulator.step
+        self.world, self.frame, self.object_at = simulator.world, simulator.frame, simulator.object_at
+        self.renderer, self.close = simulator.renderer, simulator.close
+
+    def load(self, house: House) -> None:
+        """Leaves the scene as it is."""
+
+
+@dataclass(slots=True)
+class _Done:
+    played: Played
+    faults: list[tuple[str, str]]
+
+
+def _play(
+    rng: random.Random, simulator: EmbeddedSimulator, house: House, episode: Episode, counts: Counter[str]
+) -> _Done:
+    profile = Profile(
+        name=rng.choice(PROFILE_NAMES),
+        coordinates=rng.choice(["pixel", "pixel", "normalized_1000"]),
+        reply_policy=rng.choice(["strict", "lenient"]),
+    )
+    env, faults = _env(simulator, house, profile), list[tuple[str, str]]()
+    agent = RandomAgent(rng, simulator, episode.bound_ids(), nonsense=rng.choice([0.0, 0.05, 0.3]))
+    observation = env.reset(episode)
+    sanity, moments, steps = Sanity(simulator), [snapshot(simulator)], list[StepRecord]()
+    faults += sanity.faults(episode.start.position.y, moments[0])
+    while observation is not None:
+        observation = env.step(Reply.model_validate({"text": agent.reply()}))
+        moments.append(snapshot(simulator))
+        step = env._steps[-1]
+        steps.append(step)
+        held = {thing.id for thing in simulator.scene().things.values() if thing.is_held}
+        faults += _of_step(step, _Moment(moments[-2], moments[-1], held), profile, observation)
+        faults += sanity.faults(episode.start.position.y, changed(moments[-2], moments[-1]))
+        faults += _of_budget(steps, episode, env.end)
+        counts["steps"] += 1
+        counts["steps that changed the house"] += bool(step.effect and step.effect.changed)
+        counts["invalid replies"] += step.invalid is not None
+        if step.effect is not None and step.effect.refusal is not None:
+            counts[f"refused: {step.effect.refusal}"] += 1
+    record = env.record(run_id="sweep")
+    counts["episodes"] += 1
+    counts[f"ended by {record.end}"] += 1
+    return _Done(Played(episode, profile, record, moments), [*faults, *_of_record(episode, record)])
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """What a step did: the hidden state before and after it, and what is in the hand or on what is."""
+
+    before: Snapshot
+    after: Snapshot
+    held: set[str]
+
+
+def _of_step(step: StepRecord, moment: _Moment, profile: Profile, observation: object) -> Faults:
+    effect, before, after, held = step.effect, moment.before, moment.after, moment.held
+    what = f"step {step.index}, {step.action or step.invalid!r}, {effect!r}"
+    found = changed(before, after)
+    is_still = effect is None or effect.refusal is not None
+    is_still |= isinstance(step.action, InteractPixel) and step.action.intent == "ground"
+    if is_still and found:
+        yield "what did nothing changed something", f"{what}: {difference(before, after)}"
+    if effect is not None and isinstance(step.action, InteractPixel) and not is_still:
+        said = set(effect.changed)
+        if found - said - held - {"agent"}:
+            yield "something changed that was not said", f"{what}: {sorted(found - said)}"
+        if said - found:
+            yield "something was said to change and did not", f"{what}: {sorted(said - found)}"
+    if effect is not None and not isinstance(step.action, InteractPixel) and effect.changed:
+        yield "moving the body changed things", what
+    feedback = getattr(observation, "feedback", None)
+    if observation is not None and (feedback is not None) != profile.has_feedback:
+        yield "feedback against the profile", what
+    if feedback is not None:
+        shown = (feedback.too_far, feedback.path_blocked)
+        if shown != ((False, False) if effect is None else (effect.too_far, effect.path_blocked)):
+            yield "feedback is wrong", f"{what}: {feedback!r}"
+
+
+def _of_budget(steps: list[StepRecord], episode: Episode, end: str | None) -> Faults:
+    invalid = sum(step.invalid is not None for step in steps)
+    expected = None
+    if isinstance(steps[-1].action, Report):
+        expected = "report"
+    elif invalid > episode.max_invalid:
+        expected = "invalid_action_limit_exceeded"
+    elif len(steps) >= episode.max_steps:
+        expected = "fail_no_report"
+    if end != expected:
+        yield "a budget is not obeyed", f"step {len(steps)}, {invalid} invalid: ended as {end}, expected {expected}"
+
+
+def _of_record(episode: Episode, record: EpisodeRecord) -> Faults:
+    line = dump_line(record)
+    again = EpisodeRecord.model_validate_json(line)
+    if again != record or dump_line(again) != line:
+        yield "the record read again differs", record.episode_id
+    outcome = settle(episode, record)
+    if settle(episode, record) != outcome or settle(episode, again) != outcome:
+        yield "settled twice, two verdicts", record.episode_id
+    assert_identities([outcome])
+    if outcome.W_strict > outcome.W or outcome.B > outcome.W:
+        yield "B or W_strict without W", repr(outcome)
+    rows = check(episode.goal, record).rows
+    if any(row.progress is not None and not 0.0 <= row.progress <= 1.0 for row in rows):
+        yield "progress out of 0..1", repr(rows)
+    if any(row.strict > row.semantic or (row.progress == 1.0) > row.semantic for row in rows):
+        yield "strict or progress 1 without the goal", repr(rows)
+
+
+def _replayed(played: Played, simulator: EmbeddedSimulator, house: House) -> Faults:
+    try:
+        env = _env(simulator, house, played.profile)
+        observation = env.reset(played.episode)
+        moments = [snapshot(simulator)]
+        for step in played.record.steps:
+            if observation is None:
+                break
+            observation = env.step(step.reply)
+            moments.append(snapshot(simulator))
+        for number, (old, new) in enumerate(zip(played.moments, moments, strict=False)):
+            if old != new:
+                yield "played again the world differs", f"after step {number}: {difference(old, new)}"
+                return
+        if env.record(run_id="sweep") != played.record:
+            yield "played again the record differs", played.episode.id
+    except Exception:  # noqa: BLE001 - any exception at all is what is looked for
+        yield "an exception in the replay", traceback.format_exc(limit=-4)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

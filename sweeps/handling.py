@@ -1,0 +1,289 @@
+"""Fuzzes the handling of things: random picking, placing, dropping, opening, closing and switching, with real clicks.
+
+    python -m sweeps.handling                        1,000 pieces: a house each, 60 deeds in it
+    python -m sweeps.handling --piece 3              one house again
+
+The agent is stood before one thing after another, faces it and clicks on a pixel of it. After every deed: what was
+refused left all as it was, to the last bit; what was put down or moved is no deeper in other solids than it ever was,
+beyond the simulator's own tolerance; it lies in one room, and on the floor or its surface; what lies on or in a thing
+moved along with it and kept its place relative to it; what is shut in can neither be clicked on nor picked; a thing
+picked and placed at the same point again and again comes to rest at the same place; and all deeds carried out again in
+a simulator loaded afresh give the same world, to the last bit.
+"""
+
+import math
+import random
+import sys
+import traceback
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import partial
+from typing import cast
+
+import numpy as np
+
+from sweeps import pieces
+from sweeps.pieces import Fall, Finding, Sweep
+from sweeps.random_episodes import draw_house, random_setup
+from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from sweeps.solids import Solids
+from vigil.actions import Intent, InteractPixel
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import EpisodeError
+from vigil.house import House
+from vigil.pose import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
+from vigil.sim import make_simulator
+from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.geometry import place_of
+from vigil.sim.scene import Thing
+from vigil.sim.supports import ancestors, children, contents, is_shut_in
+from vigil.world import Effect, Setup
+
+DEEDS = 60
+STANDS_TRIED = 12
+RELATIVE_M = 5e-9
+"""How far contents may shift relative to what carries them, by rounding."""
+
+
+def main() -> int:
+    """Runs the sweep."""
+    parser = pieces.parser(__doc__ or "", 1000)
+    parser.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
+    options = parser.parse_args()
+    work = partial(fuzz, options.seed, options.backend, DEEDS)
+    return pieces.run(Sweep("handling", {"seed": options.seed, "backend": options.backend}, work), options)
+
+
+@dataclass(frozen=True, slots=True)
+class Deed:
+    """Where the agent stood, and what it clicked on there."""
+
+    pose: Pose
+    action: InteractPixel
+
+
+@dataclass(slots=True)
+class Story:
+    """What was done in a house, and how the house was after each deed."""
+
+    house: House
+    setup: Setup
+    start: Pose
+    deeds: list[Deed] = field(default_factory=list)
+    moments: list[Snapshot] = field(default_factory=list)
+
+
+def fuzz(seed: int, backend: str, count: int, piece: int) -> Finding:
+    """Returns what came of a piece: `count` deeds in one house."""
+    finding = Finding()
+    rng = random.Random(f"{seed}/{piece}")
+    house, _ = draw_house(rng)
+    again = f"--piece {piece}"
+    try:
+        hands = Hands(rng, house, _loaded(backend, house), finding.counts)
+        for kind, detail in hands.do(count):
+            finding.falls.append(Fall(kind, f"{house.name}: {detail}", again))
+        finding.falls += [Fall(kind, detail, again) for kind, detail in replayed(hands.story, _loaded(backend, house))]
+    except Exception:  # noqa: BLE001 - any exception at all is what is looked for
+        finding.falls.append(Fall("an exception", traceback.format_exc(limit=-4), again))
+    finding.counts["houses"] += 1
+    return finding
+
+
+def _loaded(backend: str, house: House) -> EmbeddedSimulator:
+    simulator = make_simulator(backend, assets=AssetDatabase.default())
+    simulator.load(house)
+    return simulator
+
+
+class Hands:
+    """A random series of deeds in one house."""
+
+    def __init__(self, rng: random.Random, house: House, simulator: EmbeddedSimulator, counts: Counter[str]) -> None:
+        self._rng, self._simulator, self._counts = rng, simulator, counts
+        self._things = simulator.scene().things
+        self.story = _begun(rng, house, simulator)
+        self._solids, self._sanity = Solids(simulator), Sanity(simulator)
+        self._solids.remember(self._things)
+        self._faults: list[tuple[str, str]] = []
+
+    def do(self, count: int) -> list[tuple[str, str]]:
+        """Does so many deeds. Returns what did not hold."""
+        for _ in range(count):
+            thing = self._interesting()
+            if self._stand_before(thing):
+                self._deed(thing, self._intent(thing))
+        return self._faults
+
+    def _interesting(self) -> Thing:
+        present = [thing for thing in self._things.values() if thing.is_present and not thing.is_held]
+        if self._held() is not None and self._rng.random() < 0.8:
+            present = [thing for thing in present if thing.is_receptacle] or present
+        else:
+            present = [t for t in present if t.is_pickupable or t.is_openable or t.is_toggleable] or present
+        return self._rng.choice(present)
+
+    def _held(self) -> Thing | None:
+        held = self._simulator.world(()).held
+        return None if held is None else self._things[held]
+
+    def _intent(self, thing: Thing) -> Intent:
+        options: list[str] = ["ground"]
+        if thing.is_openable:
+            options += ["open_access" if thing.openness < 0.5 else "close_access"] * 6
+        if thing.is_toggleable:
+            options += ["deactivate" if thing.is_toggled else "activate"] * 2
+        if self._held() is not None:
+            options += [*["place"] * (12 if thing.is_receptacle else 1), "drop"]
+        elif thing.is_pickupable:
+            options += ["pick"] * 8
+        return cast(Intent, self._rng.choice(options))
+
+    def _stand_before(self, thing: Thing) -> bool:
+        """Stands the agent within reach of a thing, facing it. Returns whether a pixel of it can be clicked on."""
+        for _ in range(STANDS_TRIED):
+            bearing, away_m = self._rng.uniform(0.0, 360.0), self._rng.uniform(0.3, 1.6)
+            x, z = rotate_floor(0.0, away_m + min(thing.asset.size.x, thing.asset.size.z) / 2, bearing)
+            place = Vec3(thing.position.x + x, 0.0, thing.position.z + z)
+            if not self._simulator.can_stand(place):
+                continue
+            down = math.degrees(math.atan2(1.576 - thing.position.y, max(floor_distance(place, thing.position), 0.1)))
+            pose = Pose(
+                position=place, rotation=yaw_towards(place, thing.position), horizon=max(-30.0, min(60.0, down))
+            )
+            _stand(self._simulator, pose)
+            if len(self._simulator.pixels_of(thing.id)):
+                return True
+        self._counts["things that could not be clicked on"] += 1
+        if is_shut_in(self._simulator.scene(), thing):
+            self._counts["shut in, and out of reach of clicks"] += 1
+        return False
+
+    def _deed(self, thing: Thing, intent: Intent) -> None:
+        pixels = self._simulator.pixels_of(thing.id)
+        if self._is_hidden(thing):
+            self._faults.append(("what is shut in can be clicked on", f"{thing.id} in {thing.parent}"))
+        x, y = pixels[self._rng.randrange(len(pixels))]
+        self._click(thing, InteractPixel(intent=intent, x=int(x), y=int(y)))
+        if intent == "place" and thing.is_receptacle and self._rng.random() < 0.3:
+            self._again(thing, InteractPixel(intent="place", x=int(x), y=int(y)))
+
+    def _is_hidden(self, thing: Thing) -> bool:
+        """Whether a thing is shut in by what is closed to the last; through a gap it may be seen."""
+        scene = self._simulator.scene()
+        return is_shut_in(scene, thing) and all(each.openness == 0.0 for each in ancestors(scene, thing))
+
+    def _click(self, thing: Thing, action: InteractPixel) -> Effect:
+        """Carries out a deed and looks at all that must hold of it."""
+        agent = self._simulator.world(()).agent
+        before, places = snapshot(self._simulator), self._relative_places()
+        effect = self._simulator.step(action)
+        after = snapshot(self._simulator)
+        what = f"deed {len(self.story.deeds)}, {action.intent} {thing.id} at {agent.position}: {effect!r}"
+        names = changed(before, after) - {"agent"}
+        self.story.deeds.append(Deed(agent, action))
+        self.story.moments.append(after)
+        self._counts["deeds"] += 1
+        self._counts[f"{action.intent}: {effect.refusal or 'done'}"] += 1
+        faults = self._sanity.faults(0.0, names) + self._relations(places)
+        if effect.refusal is not None and before != after:
+            faults.append(("what was refused changed something", difference(before, after)))
+        if effect.refusal is None and set(effect.changed) != names:
+            faults.append(("changed is not what is said", f"{sorted(set(effect.changed) ^ names)}"))
+        faults += self._of_solids(action.intent, names)
+        self._faults += [(kind, f"{detail}; {what}") for kind, detail in faults]
+        return effect
+
+    def _of_solids(self, intent: Intent, names: set[str]) -> list[tuple[str, str]]:
+        if not names or intent not in ("place", "drop", "open_access", "close_access"):
+            return []
+        is_leaf = intent in ("open_access", "close_access")
+        faults = self._solids.overlap_faults(names, is_leaf)
+        if not is_leaf:
+            top = [name for name in names if self._things[name].parent not in names]
+            faults += self._solids.room_faults(names) + self._solids.float_faults(top)
+        self._solids.remember(names)
+        return faults
+
+    def _relative_places(self) -> dict[str, tuple[str, np.ndarray]]:
+        """Returns, of all that lies on or in something else, what carries it and where on that it is."""
+        held = self._held()
+        carriers = [thing for thing in self._things.values() if contents(self._simulator.scene(), thing.id)]
+        found: dict[str, tuple[str, np.ndarray]] = {}
+        for carrier in carriers:
+            inverse = place_of(carrier).inverse()
+            for child in children(self._simulator.scene(), carrier.id):
+                if child.parent_joint is None or held is carrier:
+                    found[child.id] = carrier.id, inverse(np.array(child.position)[None])[0]
+        return found
+
+    def _relations(self, before: dict[str, tuple[str, np.ndarray]]) -> list[tuple[str, str]]:
+        """Returns which things are on the same thing as before, but elsewhere on it."""
+        faults: list[tuple[str, str]] = []
+        for name, (carrier, place) in self._relative_places().items():
+            old_carrier, old = before.get(name, (carrier, place))
+            if old_carrier == carrier and float(np.abs(old - place).max()) > RELATIVE_M:
+                faults.append(("shifted on what carries it", f"{name} on {carrier}: {old} became {place}"))
+        return faults
+
+    def _again(self, receptacle: Thing, action: InteractPixel) -> None:
+        """Picks up what was placed and places it at the same point, twice: the two places must be equal."""
+        scene = self._simulator.scene()
+        placed = [t for t in children(scene, receptacle.id) if self.story.deeds and t.is_pickupable]
+        last = self.story.moments[-1]
+        earlier = self.story.moments[-2] if len(self.story.moments) > 1 else last
+        moved = [thing for thing in placed if last[thing.id] != earlier[thing.id]]
+        if len(moved) != 1 or self._held() is not None:
+            return
+        found: list[str] = []
+        for _ in range(2):
+            pixels = self._simulator.pixels_of(moved[0].id)
+            if not len(pixels):
+                return
+            x, y = pixels[len(pixels) // 2]
+            if self._click(moved[0], InteractPixel(intent="pick", x=int(x), y=int(y))).refusal is not None:
+                return
+            if self._click(receptacle, action).refusal is not None:
+                what = f"{moved[0].id} on {receptacle.id}, clicked at {action.x}, {action.y}"
+                self._faults.append(("picked up, and finds no room where it was", what))
+                return
+            found.append(snapshot(self._simulator)[moved[0].id])
+        self._counts["placed again"] += 1
+        if found[0] != found[1]:
+            self._faults.append(("placed again it lies elsewhere", f"{moved[0].id}: {found[0]} and {found[1]}"))
+
+
+def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> Story:
+    """Returns a story that has begun: with a random setup, where that leaves the house's start free."""
+    assert house.start is not None
+    setup = random_setup(rng, list(simulator.scene().things.values()))
+    try:
+        simulator.reset(house.start, setup)
+    except EpisodeError:
+        setup = Setup()
+        simulator.reset(house.start, setup)
+    return Story(house, setup, house.start)
+
+
+def _stand(simulator: EmbeddedSimulator, pose: Pose) -> None:
+    """Stands the agent somewhere, with what it holds."""
+    state = simulator._now().state
+    state.agent = pose
+    state.carry_along()
+    simulator._flush()
+
+
+def replayed(story: Story, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
+    """Returns in what the same deeds come out otherwise in a simulator loaded afresh."""
+    simulator.reset(story.start, story.setup)
+    for number, (deed, moment) in enumerate(zip(story.deeds, story.moments, strict=True)):
+        _stand(simulator, deed.pose)
+        simulator.step(deed.action)
+        found = snapshot(simulator)
+        if found != moment:
+            return [("done again the world differs", f"after deed {number}: {difference(moment, found)}")]
+    return []
+
+
+if __name__ == "__main__":
+    sys.exit(main())

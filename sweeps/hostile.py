@@ -1,0 +1,199 @@
+"""Feeds hostile packs and houses to all that reads them: each must work, or be refused with its name and its fault.
+
+    python -m sweeps.hostile                         400 pieces: 25 packs or houses each
+    python -m sweeps.hostile --piece 3 --case 7      one of them again
+    python -m sweeps.hostile --piece 3 --case 7 --keep DIR   the same, its files left in DIR
+
+Each case runs in a process of its own with bounded memory and time. It is loaded, verified and played for a few steps,
+drawn, and given to the commands `vigil pack info`, `pack validate`, `houses check`, `render` and `run`. It falls when
+anything but a VigilError comes out, when that does not say where the fault is, when it hangs, dies or takes more than
+3 GiB.
+"""
+
+import contextlib
+import json
+import random
+import sys
+import tempfile
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from sweeps import pieces
+from sweeps.confined import Outcome, confined
+from sweeps.hostile_cases import base, hostile_house, hostile_pack, house_file
+from sweeps.pieces import Fall, Finding, Sweep
+from vigil.actions import Reply
+from vigil.assets.sizes import AssetDatabase
+from vigil.cli import main as vigil_main
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.errors import VigilError
+from vigil.house import House
+from vigil.housegen import check_house
+from vigil.pack import Pack
+from vigil.pose import Pose, Vec3
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord, dump_line
+from vigil.scoring import settle
+from vigil.sim import make_simulator
+from vigil.world import Setup
+
+PER_PIECE = 25
+PLAYED_STEPS = 6
+PLAYED_EPISODES = 3
+DRAWN = 0.1
+BY_COMMAND = 0.15
+MAX_MESSAGE_CHARS = 2000
+ALLOWED_EXITS = (0, 1, 2)
+REPLIES = (
+    '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 2}}',
+    '{"skill_name": "interact_pixel", "arguments": {"intent": "open_access", "x": 320, "y": 300}}',
+    '{"skill_name": "interact_pixel", "arguments": {"intent": "pick", "x": 320, "y": 350}}',
+    '{"skill_name": "interact_pixel", "arguments": {"intent": "drop"}}',
+    '{"skill_name": "look", "arguments": {"direction": "down", "magnitude": 20}}',
+    '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}',
+)
+
+
+def main() -> int:
+    """Runs the sweep."""
+    parser = pieces.parser(__doc__ or "", 400)
+    parser.add_argument("--keep", type=Path, help="with --piece and --case: leave the case's files in this folder")
+    options = parser.parse_args()
+    work = partial(fuzz, options.seed, options.case, options.keep, PER_PIECE)
+    return pieces.run(Sweep("hostile", {"seed": options.seed}, work), options)
+
+
+def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int) -> Finding:
+    """Returns what came of the cases of a piece, or of one of them."""
+    finding = Finding()
+    base(0)
+    for number in range(count) if case is None else (case,):
+        rng = random.Random(f"{seed}/{piece}/{number}")
+        with _folder(keep) as folder:
+            what, call, places = (_pack_case if rng.random() < 0.6 else _house_case)(rng, folder)
+            outcome = confined(call)
+        finding.counts["cases"] += 1
+        ending = outcome.text if outcome.text.startswith("exit ") else outcome.kind
+        finding.counts[f"{what.partition(':')[0]}: {ending}"] += 1
+        fault = _fault(outcome, places)
+        if fault is not None:
+            detail = f"{what}: {outcome.text}"
+            finding.falls.append(Fall(fault, detail, f"--piece {piece} --case {number}"))
+    return finding
+
+
+@contextlib.contextmanager
+def _folder(keep: Path | None) -> Iterator[Path]:
+    if keep is not None:
+        keep.mkdir(parents=True, exist_ok=True)
+        yield keep
+        return
+    with tempfile.TemporaryDirectory(prefix="hostile-") as folder:
+        yield Path(folder)
+
+
+def _fault(outcome: Outcome, places: list[str]) -> str | None:
+    if outcome.kind == "done":
+        return None
+    if outcome.kind != "refused":
+        last = outcome.text.strip().splitlines()[-1][:60] if outcome.text.strip() else ""
+        return f"{outcome.kind} {last}".strip()
+    if not any(place in outcome.text for place in places):
+        return "a refusal that does not say where"
+    return "a refusal of too many words" if len(outcome.text) > MAX_MESSAGE_CHARS else None
+
+
+Case = tuple[str, partial[str], list[str]]
+
+
+def _pack_case(rng: random.Random, folder: Path) -> Case:
+    pack = folder / "the_pack"
+    what = hostile_pack(rng, pack)
+    if rng.random() < BY_COMMAND:
+        arguments = rng.choice(
+            (
+                ["pack", "info", str(pack)],
+                ["pack", "validate", str(pack)],
+                ["run", "--pack", str(pack), "--agent", "random", "--log-dir", str(folder / "run"), "--limit", "2"],
+            )
+        )
+        return f"pack, vigil {' '.join(arguments[:2])}: {what}", partial(_command, arguments), ["exit"]
+    return f"pack: {what}", partial(_use_pack, pack, rng.random() < DRAWN), ["the_pack", "pisode", "ouse"]
+
+
+def _house_case(rng: random.Random, folder: Path) -> Case:
+    files = base(rng.randrange(8))
+    document, what = hostile_house(rng, json.loads(files[house_file(files)]))
+    path = folder / "the_house.json"
+    path.write_bytes(json.dumps(document).encode("utf-8", "surrogatepass"))
+    if rng.random() < BY_COMMAND:
+        check = ["houses", "check", str(path)]
+        picture = ["render", "--house", str(path), "--pose", "2,2,0,20", "--out", str(folder / "picture.png")]
+        arguments = rng.choice((check, picture))
+        return f"house, vigil {arguments[0]}: {what}", partial(_command, arguments), ["exit"]
+    return f"house: {what}", partial(_use_house, path, rng.random() < DRAWN), ["the_house"]
+
+
+def _command(arguments: list[str]) -> str:
+    """Runs `vigil`. Returns its exit code; raises on one that tells of a traceback."""
+    sys.argv = ["vigil", *arguments]
+    try:
+        vigil_main()
+    except SystemExit as end:
+        if end.code not in (None, *ALLOWED_EXITS):
+            raise
+        return f"exit {end.code}"
+    return "exit 0"
+
+
+def _use_pack(folder: Path, is_drawn: bool) -> str:
+    pack = Pack.load(folder)
+    solutions = pack.solutions
+    simulator = make_simulator("mujoco", assets=AssetDatabase.default())
+    env = Env(simulator, pack.house_of, Profile())
+    for episode in pack.episodes[:PLAYED_EPISODES]:
+        record = _play(env, episode, is_drawn)
+        line = dump_line(record)
+        again = EpisodeRecord.model_validate_json(line)
+        if dump_line(again) != line:
+            raise AssertionError(f"the record of {episode.id} read again differs")
+        if record.end != "error":
+            settle(episode, record)
+    return f"{len(pack.episodes)} episodes, {len(solutions)} solutions"
+
+
+def _play(env: Env, episode: Episode, is_drawn: bool) -> EpisodeRecord:
+    observation = env.reset(episode)
+    for text in REPLIES[:PLAYED_STEPS]:
+        if observation is None:
+            break
+        if is_drawn:
+            observation.rgb.mean()
+        observation = env.step(Reply(text=text))
+    env.fail("runner", "the fuzzer stops here")
+    return env.record()
+
+
+def _use_house(path: Path, is_drawn: bool) -> str:
+    assets = AssetDatabase.default()
+    house = House.load(path)
+    house.save(path.with_name("saved.json"))
+    if House.load(path.with_name("saved.json")).sha256 != house.sha256:
+        raise AssertionError("the house saved and loaded again has another hash")
+    faults = check_house(house, assets)
+    simulator = make_simulator("mujoco", assets=assets)
+    simulator.load(house)
+    room = simulator.scene().rooms[0].polygon.mean(axis=0)
+    start = house.start or Pose(position=Vec3(float(room[0]), 0.0, float(room[1])), rotation=0.0)
+    with contextlib.suppress(VigilError):  # the start may be taken: the house is fine all the same
+        simulator.reset(start, Setup())
+    simulator.world(simulator.object_ids()[:50]).model_dump_json()
+    if is_drawn:
+        simulator.frame()
+    return f"{len(faults)} faults"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
