@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tiny_pack import tiny_pack
 from bare_house import bare_house
 from stories import episode
 
@@ -195,3 +196,24 @@ def test_only_some_houses_are_kept_in_memory(tmp_path: Path, monkeypatch: pytest
     again = pack.house_of(tasks[0])
     assert again is not first
     assert again.sha256 == first.sha256
+
+
+def test_a_pack_whose_making_was_killed_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Killed(BaseException):
+        """Ends the making, as a kill would, before the second file."""
+
+    written: list[Path] = []
+    write = Path.write_bytes
+
+    def dying(path: Path, data: bytes) -> int:
+        if written:
+            raise Killed
+        written.append(path)
+        return write(path, data)
+
+    with monkeypatch.context() as patched, pytest.raises(Killed):
+        patched.setattr(Path, "write_bytes", dying)
+        tiny_pack(tmp_path / "tiny")
+    assert not (tmp_path / "tiny").exists()
+    assert len(tiny_pack(tmp_path / "tiny").episodes) == 4
+    assert [path.name for path in tmp_path.iterdir()] == ["tiny"]
