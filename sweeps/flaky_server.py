@@ -146,7 +146,8 @@ def _read_request(stream: Any) -> dict[str, Any] | None:
         name, _, value = line.partition(b":")
         if name.lower() == b"content-length":
             length = int(value)
-    return json.loads(stream.read(length))
+    body = stream.read(length)
+    return json.loads(body) if len(body) == length > 0 else None
 
 
 def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -179,7 +180,9 @@ def conversation(messages: Sequence[dict[str, Any]]) -> str:
 
 def _place(messages: Sequence[dict[str, Any]]) -> str:
     """Returns which episode, by its prompt, and which turn is asked about."""
-    return f"{conversation(messages[:1])[:12]} {(len(messages) - 2) // 2 + 1}"
+    content = messages[0]["content"]
+    prompt = content if isinstance(content, str) else content[0]["text"]
+    return f"{hashlib.sha256(prompt.encode()).hexdigest()[:12]} {(len(messages) - 2) // 2 + 1}"
 
 
 def _number(text: str) -> float:
