@@ -41,11 +41,11 @@ from vigil.runner.verify import How, resimulate
 from vigil.runner.verify_run import pack_of
 from vigil.sim import make_simulator
 from vigil.web.drawing import Drawer, Look
-from vigil.web.export import export_site
+from vigil.web.export import episode_page
 from vigil.web.library import Library
 from vigil.web.view import make_view
 
-SECONDS = 20
+SECONDS = 120
 Reader = Callable[[Path], None]
 
 
@@ -102,14 +102,9 @@ class Readers:
                 raise RuntimeError(f"{page} answers with {status}")
 
     def _export(self, run: Path) -> None:
-        library = Library([run], [self._pack])
-        for shown in library.runs():
-            if shown.table is not None:
-                out = run.with_name("site")
-                try:
-                    export_site(shown, out, self._drawer)
-                finally:
-                    shutil.rmtree(out, ignore_errors=True)
+        for shown in Library([run], [self._pack]).runs():
+            for key in sorted(shown.table.rows)[:1] if shown.table else []:
+                episode_page(shown, key, self._drawer)
 
     def _resume(self, run: Path) -> None:
         rows = run / EPISODES_FILE
@@ -120,7 +115,9 @@ class Readers:
             after = rows.read_bytes() if rows.is_file() else b""
             torn = b"".join(side.read_bytes() for side in sorted(run.glob(f"{EPISODES_FILE}.torn-*")))
             if after + torn not in (before, before + b"\n"):
-                raise RuntimeError(f"resuming has lost rows: {len(before)} bytes before, {len(after)} + {len(torn)} after")
+                raise RuntimeError(
+                    f"resuming has lost rows: {len(before)} bytes before, {len(after)} + {len(torn)} after"
+                )
 
 
 def _use(rows: object) -> None:
@@ -166,7 +163,9 @@ def _state(run: Path) -> dict[str, tuple[int, int]]:
     return {str(path): (path.lstat().st_size, path.lstat().st_mtime_ns) for path in run.rglob("*") if not path.is_dir()}
 
 
-def one_case(seed: int, case: int, finished: Path, readers: Readers, shows_trace: bool = False) -> tuple[str, dict[str, str]]:
+def one_case(
+    seed: int, case: int, finished: Path, readers: Readers, shows_trace: bool = False
+) -> tuple[str, dict[str, str]]:
     """Corrupts a copy of a run in the way of a case; returns what was done and how each reader took it."""
     rng = random.Random(f"{seed} {case}")
     run = finished.with_name("corrupted")

@@ -9,7 +9,23 @@ from typing import Any
 
 from vigil.record import EPISODES_FILE, HEADER_FILE
 
-ODD = (None, True, -1, 10**400, 1.5, "", "x" * 100_000, [], {}, [[]], float("nan"), float("inf"), "\ud800", "\x00", -(2**70))
+ODD = (
+    None,
+    True,
+    -1,
+    10**400,
+    1.5,
+    "",
+    "x" * 100_000,
+    [],
+    {},
+    [[]],
+    float("nan"),
+    float("inf"),
+    "\ud800",
+    "\x00",
+    -(2**70),
+)
 Corruption = Callable[[random.Random, Path], str]
 
 
@@ -63,10 +79,30 @@ def _remove(rng: random.Random, lines: list[bytes]) -> str:
 
 
 ALIEN = (
-    b"\n", b"  \n", b"null\n", b"[]\n", b"{}\n", b"7\n", b"NaN\n", b'"text"\n', b"[" * 100_000 + b"\n", b'{"a":' * 100_000 + b"\n",
-    b"[" * 900 + b"]" * 900 + b"\n", b"\x00" * 4096 + b"\n", b"\xff\xfe\n", b"\r\n", b"9" * 5000 + b"\n", b'{"schema_version": 99}\n',
-    b'{"a": "' + b"x" * 5_000_000 + b'"}\n', b'"\\ud800"\n', b"\xe2\x80\xa8\n", b"// note\n", b"<<<<<<< HEAD\n", b"\x0b\n", b"\x85\n",
-)  # fmt: skip
+    b"\n",
+    b"  \n",
+    b"null\n",
+    b"[]\n",
+    b"{}\n",
+    b"7\n",
+    b"NaN\n",
+    b'"text"\n',
+    b"[" * 100_000 + b"\n",
+    b'{"a":' * 100_000 + b"\n",
+    b"[" * 900 + b"]" * 900 + b"\n",
+    b"\x00" * 4096 + b"\n",
+    b"\xff\xfe\n",
+    b"\r\n",
+    b"9" * 5000 + b"\n",
+    b'{"schema_version": 99}\n',
+    b'{"a": "' + b"x" * 5_000_000 + b'"}\n',
+    b'"\\ud800"\n',
+    b"\xe2\x80\xa8\n",
+    b"// note\n",
+    b"<<<<<<< HEAD\n",
+    b"\x0b\n",
+    b"\x85\n",
+)
 
 
 def _insert(rng: random.Random, lines: list[bytes]) -> str:
@@ -152,13 +188,32 @@ def _unreadable(rng: random.Random, path: Path) -> str:
 
 
 ANY_FILE: tuple[Corruption, ...] = (
-    _cut, _cut, _cut, _flip, _flip, _flip, _overwrite, _crlf, _utf16, _unreadable, _prefixed(b"\xef\xbb\xbf"), _prefixed(b"\x00"),
-    _prefixed(b"\n\n"), _filled(b"", "empty"), _filled(b"\x00" * 10_000, "NUL bytes alone"), _filled(b"\n" * 9, "line breaks alone"),
-    _filled(b"[" * 200_000, "a nesting bomb"), _replaced(lambda path: None, "missing"), _replaced(Path.mkdir, "a folder"),
-    _replaced(lambda path: path.symlink_to(path), "a link to itself"), _replaced(os.mkfifo, "a pipe"),
+    _cut,
+    _cut,
+    _cut,
+    _flip,
+    _flip,
+    _flip,
+    _overwrite,
+    _crlf,
+    _utf16,
+    _unreadable,
+    _prefixed(b"\xef\xbb\xbf"),
+    _prefixed(b"\x00"),
+    _prefixed(b"\n\n"),
+    _filled(b"", "empty"),
+    _filled(b"\x00" * 10_000, "NUL bytes alone"),
+    _filled(b"\n" * 9, "line breaks alone"),
+    _filled(b"[" * 200_000, "a nesting bomb"),
+    _replaced(lambda path: None, "missing"),
+    _replaced(Path.mkdir, "a folder"),
+    _replaced(lambda path: path.symlink_to(path), "a link to itself"),
+    _replaced(os.mkfifo, "a pipe"),
     _replaced(lambda path: path.symlink_to("/dev/zero"), "a link to /dev/zero"),
-)  # fmt: skip
-OF_ROWS: tuple[Corruption, ...] = tuple(map(_lines, (_duplicate, _shuffle, _remove, _insert, _insert, _value, _value, _value, _value)))
+)
+OF_ROWS: tuple[Corruption, ...] = tuple(
+    map(_lines, (_duplicate, _shuffle, _remove, _insert, _insert, _value, _value, _value, _value))
+)
 OF_HEADER: tuple[Corruption, ...] = (_header_value,) * 6
 
 

@@ -28,6 +28,7 @@ class Call:
 
     @property
     def body(self) -> bytes:
+        """The body that a faultless server would send."""
         return json.dumps(self.answer).encode()
 
     def send(self, data: bytes) -> None:
@@ -39,9 +40,7 @@ Mode = Callable[[Call], bool]
 JSON = "application/json"
 
 
-def response(
-    body: bytes, status: int = 200, kind: str = JSON, length: int | None = None, **headers: str
-) -> bytes:
+def response(body: bytes, status: int = 200, kind: str = JSON, length: int | None = None, **headers: str) -> bytes:
     """Returns a response with its headers; `length` is what they claim of the body."""
     head = [f"HTTP/1.1 {status} Told", f"Content-Type: {kind}"]
     head += [f"{name.replace('_', '-')}: {value}" for name, value in headers.items()]
@@ -134,7 +133,9 @@ def _set(*place: str | int, value: Any) -> Callable[[dict[str, Any]], None]:
 
 
 MESSAGE = ("choices", 0, "message")
-FLAWLESS = frozenset({"slow_body", "keepalive_closed", "unknown_fields", "many_headers", "continue_first", "chunked_bytes"})
+FLAWLESS = frozenset(
+    {"slow_body", "keepalive_closed", "unknown_fields", "many_headers", "continue_first", "chunked_bytes"}
+)
 """Modes that bring the right answer in an unusual way."""
 MODES: dict[str, Mode] = {
     "reset_before": _reset_before,
@@ -176,7 +177,7 @@ MODES: dict[str, Mode] = {
     "length_twice": _raw(lambda call: response(call.body, Content_length="7")),
     "wrong_type": _raw(lambda call: response(b"out of order", kind="text/plain"), goes_on=True),
     "gzip_garbage": _raw(lambda call: response(b"\x1f\x8b garbage", Content_Encoding="gzip"), goes_on=True),
-    "gzip_truncated": _raw(lambda call: response(gzip.compress(call.body)[:-40], Content_Encoding="gzip"), goes_on=True),
+    "gzip_truncated": _raw(lambda call: response(gzip.compress(call.body)[:-40], Content_Encoding="gzip")),
     "not_gzip": _raw(lambda call: response(call.body, Content_Encoding="gzip"), goes_on=True),
     "chunked_garbage": _raw(lambda call: response(b"zz\r\n{}\r\n", length=-1, Transfer_Encoding="chunked")),
     "chunked_cut": _raw(lambda call: response(b"40\r\n{}\r\n", length=-1, Transfer_Encoding="chunked")),

@@ -1,6 +1,6 @@
 """A model server that often fails: a run against it must end with the records of a run against a faultless one.
 
-    python -m sweeps.flaky_server                                 every mode of `sweeps.flaky_modes`, 30 % of the answers
+    python -m sweeps.flaky_server                    every mode of `sweeps.flaky_modes`, 30 % of the answers
     python -m sweeps.flaky_server --share 0.3 --modes status_429,html_200 --rounds 5
 
 The model is a deterministic function of the conversation, so that any difference between the records, other than
@@ -155,13 +155,13 @@ def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
     number = _number(conversation(messages))
     turn = (len(messages) - 2) // 2 + 1
     texts = (
-        '{"skill_name": "look", "arguments": {"direction": "down", "magnitude": %d}}' % (1 + 1000 * number % 20),
-        '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": %d}}' % (5 + 1000 * number % 85),
-        '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": %d}}' % (5 + 1000 * number % 60),
+        skill("look", direction="down", magnitude=1 + int(1000 * number) % 20),
+        skill("navigate", mode="turn_left", magnitude=5 + int(1000 * number) % 85),
+        skill("navigate", mode="forward", magnitude=5 + int(1000 * number) % 60),
         "prose",
     )
     status = ("success", "fail", "open", "closed")[int(number * 4)]
-    report = '{"skill_name": "report", "arguments": {"status": "%s", "summary": "%.6f"}}' % (status, number)
+    report = skill("report", status=status, summary=f"{number:.6f}")
     text = report if turn >= TURNS or number < 0.05 else texts[int(number * 997) % 4 % (4 if turn < 3 else 3)]
     return {
         "id": "chatcmpl-1",
@@ -171,6 +171,11 @@ def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "choices": [{"index": 0, "message": {"role": "assistant", "content": text}, "finish_reason": "stop"}],
         "usage": {"prompt_tokens": 100, "completion_tokens": 10, "total_tokens": 110},
     }
+
+
+def skill(name: str, **arguments: Any) -> str:
+    """Returns a valid reply."""
+    return json.dumps({"skill_name": name, "arguments": arguments})
 
 
 def conversation(messages: Sequence[dict[str, Any]]) -> str:

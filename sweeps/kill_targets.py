@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from sweeps.flaky_server import Chance, FlakyServer, plain
+from sweeps.flaky_server import Chance, FlakyServer, plain, skill
 from sweeps.lives import start
 from sweeps.tiny import tiny_pack
 from vigil.authoring.drafts import DraftsFile
@@ -70,7 +70,7 @@ class Target(ABC):
         """Returns how much of a log no later start may change."""
         return data.rfind(b"\n") + 1
 
-    def drive(self, deadline: float) -> None:
+    def drive(self, deadline: float) -> None:  # noqa: B027 - most targets need nobody
         """Does what a person or a client does meanwhile, until a time of the monotonic clock."""
 
     def check_kept(self) -> list[str]:
@@ -182,7 +182,9 @@ class Play(Target):
             self._acknowledged = place
             if state["is_on"]:
                 moment = state["moment"]
-                state = self._ask("POST", "/reply", {"moment": moment, "text": self._text(state["instruction"], moment)})
+                state = self._ask(
+                    "POST", "/reply", {"moment": moment, "text": self._text(state["instruction"], moment)}
+                )
             elif state["done"] == state["of"]:
                 self.is_over = True
                 return
@@ -192,8 +194,8 @@ class Play(Target):
     def _text(self, instruction: str, moment: int) -> str:
         number = sum(map(ord, instruction)) + 31 * moment
         if moment >= 5:
-            return '{"skill_name": "report", "arguments": {"status": "open", "summary": "%d"}}' % number
-        return '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": %d}}' % (1 + number % 20)
+            return skill("report", status="open", summary=str(number))
+        return skill("look", direction="up", magnitude=1 + number % 20)
 
     def _ask(self, method: str, path: str, body: Any = None) -> dict[str, Any]:
         connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=3)
@@ -256,7 +258,9 @@ class Packing(Target):
         if self._undisturbed is None:
             return faults
         is_, was = (_files(path) for path in (self.folder, self._undisturbed))
-        faults += [f"{name}: missing, added or different" for name in was.keys() | is_.keys() if was.get(name) != is_.get(name)]
+        faults += [
+            f"{name}: missing, added or different" for name in was.keys() | is_.keys() if was.get(name) != is_.get(name)
+        ]
         if _told(self._drafts) != _told(self._undisturbed.with_name(f"{self._undisturbed.name}.drafts.jsonl")):
             faults.append("the drafts differ")
         strays = [path.name for path in self.folder.parent.glob(f".{self.folder.name}*")]
@@ -285,7 +289,7 @@ class Kind(ABC):
     def __enter__(self) -> "Kind":
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_: object) -> None:  # noqa: B027 - most kinds hold nothing
         """Frees what the kind holds."""
 
     @abstractmethod

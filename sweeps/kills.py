@@ -86,7 +86,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("what", choices=sorted(KINDS))
     parser.add_argument("--count", type=int, default=100, help="kills in all, those in the log included (100)")
-    parser.add_argument("--log", type=Path, default=Path("kills.jsonl"), help="one line a life; continued (kills.jsonl)")
+    parser.add_argument(
+        "--log", type=Path, default=Path("kills.jsonl"), help="one line a life; continued (kills.jsonl)"
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--whole", type=float, default=0.1, help="share of starts by command line (0.1)")
     given = parser.parse_args(arguments)

@@ -5,6 +5,6 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
-from tiny_pack import tiny_pack  # noqa: E402
+from tiny_pack import tiny_pack
 
 __all__ = ["tiny_pack"]
