@@ -66,6 +66,10 @@ class Target(ABC):
     def logs(self) -> list[Path]:
         """Returns the append-only files."""
 
+    def is_finished(self) -> bool:
+        """Whether no command is left to be started, now that one has ended well."""
+        return True
+
     def whole_bytes(self, data: bytes) -> int:
         """Returns how much of a log no later start may change."""
         return data.rfind(b"\n") + 1
@@ -237,6 +241,10 @@ class Packing(Target):
         return ["pack", "build", "--drafts", str(self._drafts), "--name", "kills", "--per-family", "2", "--out",
                 str(self.folder), *choice[2:]]  # fmt: skip
 
+    def is_finished(self) -> bool:
+        """Whether no command is left to be started, now that one has ended well."""
+        return (self.folder / "manifest.json").exists()
+
     def _is_proposed(self) -> bool:
         return self._drafts.exists() and self._drafts.read_bytes().count(b'"line":"done"') >= 6
 
@@ -299,7 +307,7 @@ class Kind(ABC):
     def undisturbed(self, target: Target) -> Path:
         """Lets a target be worked on without kills and returns its folder."""
         began = time.monotonic()
-        while not target.is_over and not (target.folder / "manifest.json").exists():
+        while True:
             begun = start(target.forked, "undisturbed", target.folder)
             target.drive(time.monotonic() + 600)
             if target.is_over:
@@ -307,7 +315,7 @@ class Kind(ABC):
             code = begun.wait(600)
             if code != target.final_code:
                 raise RuntimeError(f"undisturbed, {target.variant} ends with {code}: {begun.said()}")
-            if isinstance(target, Run):
+            if target.is_finished():
                 break
         self.seconds[target.variant] = time.monotonic() - began
         return target.folder

@@ -45,7 +45,8 @@ def live(target: Target, rng: random.Random, whole_share: float) -> dict[str, An
             kills, longest_s = kills + 1, longest_s * GROWTH
             faults += [f"after kill {kills}: {fault}" for fault in target.check_kept()]
         elif code == target.final_code:
-            break
+            if target.is_finished():
+                break
         elif code:
             faults.append(f"after kill {kills}: the command ended with {code}: {begun.said()}")
             break
