@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from bare_house import bare_house
 from stories import episode
+from tiny_pack import tiny_pack
 
 from vigil import pack as pack_module
 from vigil.actions import Report
@@ -197,3 +198,25 @@ def test_only_some_houses_are_kept_in_memory(tmp_path: Path, monkeypatch: pytest
     again = pack.house_of(tasks[0])
     assert again is not first
     assert again.sha256 == first.sha256
+
+
+def test_a_pack_whose_making_was_killed_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Killed(BaseException):
+        """Ends the making, as a kill would, before the second file."""
+
+    written: list[Path] = []
+    write = Path.write_bytes
+
+    def dying(path: Path, data: bytes) -> int:
+        if written:
+            raise Killed
+        written.append(path)
+        return write(path, data)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_bytes", dying)
+        with pytest.raises(Killed):
+            tiny_pack(tmp_path / "tiny")
+    assert not (tmp_path / "tiny").exists()
+    assert len(tiny_pack(tmp_path / "tiny").episodes) == 4
+    assert [path.name for path in tmp_path.iterdir()] == ["tiny"]

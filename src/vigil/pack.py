@@ -11,6 +11,7 @@ The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code
 import hashlib
 import json
 import re
+import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -331,10 +332,15 @@ def check_free(folder: Path, name: str) -> None:
 
 
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
+    """Writes a pack whole or not at all: beside its folder first. What a killed process left there goes."""
+    partial = folder.absolute().with_name(f".{folder.absolute().name}.partial")
+    if partial.exists():
+        shutil.rmtree(partial)
     for path, data in contents.items():
-        target = folder / path
+        target = partial / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(data)
+    partial.rename(folder)
 
 
 def _read(folder: Path, name: str, limit: int) -> bytes:

@@ -142,3 +142,22 @@ def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: Filed) -> 
     assert ids
     assert ids != {draft.episode.id for draft in written.read().drafts if draft.episode.family == "PG"}
     assert np.isfinite([line.facts.distance_m for line in lines if isinstance(line, Draft)]).all()
+
+
+def test_a_header_that_a_kill_has_cut_is_written_again(tmp_path: Path) -> None:
+    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header("mujoco", "grammar")
+    file.open(header)
+    whole = file.path.read_bytes()
+    for size in (0, 1, len(whole) - 1, len(whole)):
+        file.path.write_bytes(whole[:size])
+        assert file.open(header) == set()
+        assert file.path.read_bytes() == whole
+
+
+@pytest.mark.parametrize("text", ["notes without a line break", "notes\nof many\nlines\n"])
+def test_a_file_of_something_else_is_left_as_it_is(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text(text)
+    with pytest.raises(SettingError, match=r"notes\.txt"):
+        DraftsFile(path).open(TERMS.header("mujoco", "grammar"))
+    assert path.read_text() == text

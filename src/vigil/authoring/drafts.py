@@ -10,6 +10,7 @@ line was interrupted and is cut off when the file is continued.
 """
 
 import hashlib
+import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -131,18 +132,17 @@ class DraftsFile:
         if not self.path.parent.is_dir():
             raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Make it first.")
         self.houses.mkdir(exist_ok=True)
-        if not self.path.exists() or not self.path.stat().st_size:
-            self._append([header])
+        raw = self.path.read_bytes() if self.path.exists() else b""
+        if _bytes_of(header).startswith(raw):  # nothing, or what a kill left of the first line
+            self.path.write_bytes(_bytes_of(header))
             return set()
-        whole = _whole_bytes(self.path.read_bytes())
-        with self.path.open("r+b") as file:
-            file.truncate(whole)
         found = self.read()
         if found.header != header:
             raise SettingError(
                 f"Drafts file {str(self.path)!r} was begun with other settings ({_differences(found.header, header)}). "
                 "Use the same ones, or another file."
             )
+        os.truncate(self.path, _whole_bytes(raw))
         return {(done.house, done.family) for done in found.done}
 
     def add(self, house: House | None, lines: Iterable[Line]) -> None:
@@ -183,9 +183,8 @@ class DraftsFile:
                 raise SettingError(f"{self.path} line {number}: {place}: {fault['msg']}.") from None
 
     def _append(self, lines: Iterable[Header | Line]) -> None:
-        data = b"".join(canonical_json(line.model_dump(mode="json")) + b"\n" for line in lines)
         with self.path.open("ab") as file:
-            file.write(data)
+            file.write(b"".join(map(_bytes_of, lines)))
 
 
 def draft_id(episode: Episode, category: str) -> str:
@@ -194,6 +193,10 @@ def draft_id(episode: Episode, category: str) -> str:
     digest = hashlib.sha256(canonical_json(dumped)).hexdigest()
     seed = episode.provenance.seed or 0
     return f"procthor_{category.lower()}_seed{seed:03d}_{episode.family.lower()}_{digest[:DIGITS]}"
+
+
+def _bytes_of(line: Header | Line) -> bytes:
+    return canonical_json(line.model_dump(mode="json")) + b"\n"
 
 
 def _whole_bytes(raw: bytes) -> int:

@@ -133,7 +133,7 @@ def _trouble(model: Model, error: Exception) -> ModelTrouble:
     message = getattr(root, "provider_message", None) or str(root) or type(root).__name__
     if is_rejection(status, message):
         return ModelTrouble(message, is_rejection=True)
-    can_retry = model.should_retry(root) or isinstance(root, _TRANSPORT_ERRORS) or status in (408, 409, 429)
+    can_retry = model.should_retry(root) or isinstance(root, _TRANSPORT_ERRORS) or status in (408, 409, 425, 429)
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     return ModelTrouble(f"{type(root).__name__}: {message}"[:1000], can_retry=can_retry, wait_s=wait_s)
 

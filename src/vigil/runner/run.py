@@ -167,7 +167,11 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
         patience=Patience(
-            settings.retries, settings.first_wait_s, rng=np.random.default_rng(settings.seed), tell=run.tally.note
+            settings.retries,
+            settings.first_wait_s,
+            settings.longest_wait_s,
+            rng=np.random.default_rng(settings.seed),
+            tell=run.tally.note,
         ),
     )
     if settings.preflight:

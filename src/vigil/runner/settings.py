@@ -66,6 +66,8 @@ class RunSettings:
     preflight: bool = True
     retries: int = 8
     first_wait_s: float = 1.0
+    longest_wait_s: float = 60.0
+    """Between two tries of a request, whatever the provider asks for."""
     reply_seconds: int = REPLY_SECONDS
     """How long one reply of a model or a program may take."""
     patience_s: float = PATIENCE_S

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from fastapi import Body, FastAPI
 from fastapi.responses import HTMLResponse, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from vigil.actions import PhysicalAction
 from vigil.house import House
@@ -16,13 +16,25 @@ from vigil.web.plan import plan_of
 from vigil.web.site import page, picture
 from vigil.world import Setup
 
+FARTHEST = 10_000.0
+"""No coordinate (m) or angle (degrees) of a place to look from is greater."""
+
+
+def _near(pose: Pose) -> Pose:
+    if not all(abs(value) <= FARTHEST for value in (*pose.position, pose.rotation, pose.horizon)):
+        raise ValueError(f"each coordinate and angle must be a number from -{FARTHEST:g} to {FARTHEST:g}")
+    return pose
+
+
+Place = Annotated[Pose, AfterValidator(_near)]
+
 
 class Walk(BaseModel):
     """One step of a walk: from where, and what to do there."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    pose: Pose
+    pose: Place
     action: Annotated[PhysicalAction | None, Field(discriminator="skill_name")] = None
 
 
@@ -31,7 +43,7 @@ class Point(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    pose: Pose
+    pose: Place
     x: int = Field(ge=0, lt=640)
     y: int = Field(ge=0, lt=480)
 

@@ -4,12 +4,12 @@ import hmac
 import re
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from http.cookies import SimpleCookie
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlencode, urlsplit
+from urllib.parse import urlencode
 
 from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
 from fastapi.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from fastapi.staticfiles import StaticFiles
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -21,6 +21,8 @@ STATIC = HERE / "static"
 COOKIE = "vigil_token"
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
 MAX_BODY_BYTES = 256 * 1024
+_LENGTH = re.compile(r"[0-9]{1,9}")
+_MAX_FAULT_CHARS = 300
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
@@ -96,7 +98,7 @@ def make_site(address: Address) -> FastAPI:
         response = _refusal(request, address) or await go_on(request)
         for name, value in HEADERS.items():
             response.headers.setdefault(name, value)
-        if not request.url.path.startswith("/static/"):
+        if not request.scope["path"].startswith("/static/"):
             response.headers.setdefault("Cache-Control", "no-store")
         return response
 
@@ -104,6 +106,12 @@ def make_site(address: Address) -> FastAPI:
     async def tell(request: Request, error: VigilError) -> Response:
         status = 503 if isinstance(error, InfrastructureError) else 400 if isinstance(error, InputError) else 500
         return fault(request, status, str(error))
+
+    @site.exception_handler(RequestValidationError)
+    async def misread(request: Request, error: RequestValidationError) -> Response:
+        found = error.errors()[0]
+        place = ".".join(str(part) for part in found["loc"])
+        return fault(request, 422, f"{place}: {found['msg']}"[:_MAX_FAULT_CHARS])
 
     @site.exception_handler(KeyError)
     async def miss(request: Request, error: KeyError) -> Response:
@@ -117,10 +125,14 @@ def make_site(address: Address) -> FastAPI:
 
 
 def fault(request: Request, status: int, message: str) -> Response:
-    """Returns a page, or JSON for scripts, that says what went wrong."""
+    """Returns a page, or JSON for scripts, that says what went wrong.
+
+    The message may quote the request, also what UTF-8 cannot hold of it.
+    """
+    message = message.encode("utf-8", "replace").decode()
     if request.method != "GET" or "application/json" in request.headers.get("accept", ""):
         return JSONResponse({"error": message}, status)
-    if request.url.path.rpartition(".")[2] in ("png", "gif", "json"):
+    if request.scope["path"].rpartition(".")[2] in ("png", "gif", "json"):
         return PlainTextResponse(message, status)
     return page("fault.html", status=status, title="Not shown", message=message)
 
@@ -131,13 +143,14 @@ def _refusal(request: Request, address: Address) -> Response | None:
     if not address.token and host not in LOOPBACK:
         return PlainTextResponse("This server answers to 127.0.0.1 and localhost alone.", 421)
     origin = request.headers.get("origin")
-    is_foreign = origin not in (None, "null") and urlsplit(origin or "").netloc != request.headers.get("host", "")
+    is_foreign = origin not in (None, "null") and origin.partition("://")[2] != request.headers.get("host", "")
     if is_foreign or _is_asked_by_another_site(request):
         return PlainTextResponse("Requests from other sites are refused.", 403)
     if request.method not in ("GET", "HEAD"):
         length = request.headers.get("content-length", "")
         is_json = request.headers.get("content-type", "").startswith("application/json")
-        if not is_json or not length.isdigit() or int(length) > MAX_BODY_BYTES or origin == "null":
+        is_reasonable = _LENGTH.fullmatch(length) is not None and int(length) <= MAX_BODY_BYTES
+        if not is_json or not is_reasonable or origin == "null":
             return PlainTextResponse("Only JSON of a reasonable length is taken.", 415)
     return _token_refusal(request, address) if address.token else None
 
@@ -156,9 +169,8 @@ def _token_refusal(request: Request, address: Address) -> Response | None:
         response = RedirectResponse(path + (f"?{rest}" if rest else ""), 303)
         response.set_cookie(COOKIE, address.token, httponly=True, samesite="strict")
         return response
-    cookie = SimpleCookie(request.headers.get("cookie", "")).get(COOKIE)
     bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
-    if _is_same(cookie.value if cookie else "", address.token) or _is_same(bearer, address.token):
+    if _is_same(request.cookies.get(COOKIE, ""), address.token) or _is_same(bearer, address.token):
         return None
     return PlainTextResponse("This server asks for its token: open the address with ?token=...", 401)
 

@@ -1,0 +1,218 @@
+"""Corrupted record files: every reader works, or says with a VigilError what is wrong, and harms no row that is good.
+
+    python -m sweeps.corrupt --count 2000
+    python -m sweeps.corrupt --case 1234          one case again, with the traceback
+
+A finished run is corrupted in one way a case; then `vigil score`, `report`, `verify`, the pages of `vigil view`, `vigil
+export` and the resumption of the run read it, in this process. A fall is a traceback, an answer of 500 and above, more
+than `SECONDS`, a file that a reader has changed, or a row that resuming has lost. Exit code 1 when anything fell.
+"""
+
+import argparse
+import asyncio
+import contextlib
+import io
+import os
+import random
+import shutil
+import signal
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from fastapi.testclient import TestClient
+
+from sweeps.corruptions import corrupt
+from sweeps.tiny import tiny_pack
+from vigil.analysis.rows import frame_of, read_runs
+from vigil.assets.sizes import AssetDatabase
+from vigil.cli.scores import score
+from vigil.env import Env
+from vigil.errors import VigilError
+from vigil.profile import Profile
+from vigil.record import EPISODES_FILE, read_header, standing
+from vigil.runner.run import run_pack
+from vigil.runner.run_folder import RunFolder, read_run
+from vigil.runner.settings import RunSettings
+from vigil.runner.verify import How, resimulate
+from vigil.runner.verify_run import pack_of
+from vigil.sim import make_simulator
+from vigil.web.drawing import Drawer, Look
+from vigil.web.export import episode_page
+from vigil.web.library import Library
+from vigil.web.view import make_view
+
+SECONDS = 120
+Reader = Callable[[Path], None]
+
+
+class Overdue(BaseException):
+    """A reader took too long."""
+
+
+class Readers:
+    """All that reads a run's folder, by name."""
+
+    def __init__(self, run: Path, pack: Path) -> None:
+        self._pack = pack
+        self._spec = read_header(run).spec
+        self._drawer = Drawer()
+        self._env = Env(
+            make_simulator("fake", assets=AssetDatabase.default()), pack_of(read_header(run), pack).house_of, Profile()
+        )
+
+    def all(self) -> dict[str, Reader]:
+        """Returns the readers by name; the last one may change the folder."""
+        return {
+            "score": lambda run: score([run], as_json=False, pack=str(self._pack)),
+            "report": lambda run: _use(frame_of(read_runs([run], str(self._pack), use_cache=False))),
+            "verify": self._verify,
+            "view": self._view,
+            "export": self._export,
+            "resume": self._resume,
+        }
+
+    def close(self) -> None:
+        """Ends the drawing process."""
+        self._drawer.close()
+
+    def _verify(self, run: Path) -> None:
+        header, rows = read_run(run)
+        pack = pack_of(header, self._pack)
+        for record in list(standing(rows).values())[:3]:
+            if record.end != "error":
+                resimulate(pack.episode(record.episode_id), record, self._env, How(frames=False, exact=True))
+
+    def _view(self, run: Path) -> None:
+        library = Library([run], [self._pack])
+        site = TestClient(make_view(library, self._drawer, look=Look("fake")), base_url="http://127.0.0.1")
+        (shown,) = library.runs() or [None]
+        pages = ["/", "/houses"]
+        if shown is not None:
+            pages += [f"/runs/{shown.slug}", f"/compare?a={shown.slug}&b={shown.slug}"]
+            for episode_id, epoch in list(shown.table.rows)[:3] if shown.table else []:
+                here = f"/runs/{shown.slug}/episodes/{episode_id}/{epoch}"
+                pages += [here, f"{here}/frames/1.png", f"{here}/frames/1.json"]
+        for page in pages:
+            status = site.get(page).status_code
+            if status >= 500:
+                raise RuntimeError(f"{page} answers with {status}")
+
+    def _export(self, run: Path) -> None:
+        for shown in Library([run], [self._pack]).runs():
+            for key in sorted(shown.table.rows)[:1] if shown.table else []:
+                episode_page(shown, key, self._drawer)
+
+    def _resume(self, run: Path) -> None:
+        rows = run / EPISODES_FILE
+        before = rows.read_bytes() if rows.is_file() else b""
+        try:
+            RunFolder.create_or_resume(run, self._spec).close()
+        finally:
+            after = rows.read_bytes() if rows.is_file() else b""
+            torn = b"".join(side.read_bytes() for side in sorted(run.glob(f"{EPISODES_FILE}.torn-*")))
+            if after + torn not in (before, before + b"\n"):
+                raise RuntimeError(
+                    f"resuming has lost rows: {len(before)} bytes before, {len(after)} + {len(torn)} after"
+                )
+
+
+def _use(rows: object) -> None:
+    """Takes what a reader has read."""
+
+
+@contextlib.contextmanager
+def at_most(seconds: int) -> Iterator[None]:
+    """Ends the block by an exception after so long."""
+
+    def ring(*_: object) -> None:
+        raise Overdue(f"not done within {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def attempt(name: str, reader: Reader, run: Path, shows_trace: bool) -> str:
+    """Lets a reader read a folder. Returns `works`, `refuses`, or what fell."""
+    before = _state(run)
+    try:
+        with at_most(SECONDS), contextlib.redirect_stdout(io.StringIO()):
+            reader(run)
+        outcome = "works"
+    except VigilError:
+        outcome = "refuses"
+    except (Exception, Overdue, SystemExit) as error:  # noqa: BLE001 - this is what the sweep looks for
+        if shows_trace:
+            traceback.print_exc()
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return f"{type(error).__name__}: {str(error)[:160]} ({Path(place.filename).name}:{place.lineno})"
+    if name != "resume" and _state(run) != before:
+        return "the reader has changed the folder"
+    return outcome
+
+
+def _state(run: Path) -> dict[str, tuple[int, int]]:
+    return {str(path): (path.lstat().st_size, path.lstat().st_mtime_ns) for path in run.rglob("*") if not path.is_dir()}
+
+
+def one_case(
+    seed: int, case: int, finished: Path, readers: Readers, shows_trace: bool = False
+) -> tuple[str, dict[str, str]]:
+    """Corrupts a copy of a run in the way of a case; returns what was done and how each reader took it."""
+    rng = random.Random(f"{seed} {case}")
+    run = finished.with_name("corrupted")
+    shutil.copytree(finished, run)
+    try:
+        deed = corrupt(rng, run)
+        return deed, {name: attempt(name, reader, run, shows_trace) for name, reader in readers.all().items()}
+    finally:
+        shutil.rmtree(run)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the sweep and returns its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sweeps.corrupt", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--count", type=int, default=300, help="cases (300)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case, to go on (0)")
+    parser.add_argument("--case", type=int, help="this case alone, with tracebacks")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args(arguments)
+    cases = range(given.first, given.first + given.count) if given.case is None else [given.case]
+    outcomes: Counter[str] = Counter()
+    falls: Counter[str] = Counter()
+    asyncio.set_event_loop(asyncio.new_event_loop())
+    with tempfile.TemporaryDirectory() as place:
+        pack = tiny_pack(Path(place) / "tiny", 6)
+        finished = Path(place) / "finished"
+        run_pack(
+            RunSettings(pack=pack.folder, agent="sweep", log_dir=finished, backend="fake", workers=1, save_frames=True)
+        )
+        readers = Readers(finished, pack.folder)
+        for case in cases:
+            deed, found = one_case(given.seed, case, finished, readers, given.case is not None)
+            for name, outcome in found.items():
+                outcomes[outcome if outcome in ("works", "refuses") else "falls"] += 1
+                if outcome not in ("works", "refuses"):
+                    falls[f"{name}: {outcome[:90]}"] += 1
+                    print(f"case {case}: {deed}: {name}: {outcome}", flush=True)
+        readers.close()
+    for fall, count in falls.most_common():
+        print(f"{count} x {fall}")
+    counted = ", ".join(f"{name} {outcomes[name]}" for name in ("works", "refuses", "falls"))
+    print(f"{len(cases)} cases, {outcomes.total()} readings: {counted}")
+    return 1 if falls else 0
+
+
+if __name__ == "__main__":
+    os.umask(0o077)
+    sys.exit(main())

@@ -1,0 +1,118 @@
+"""Kill -9 loops: a command is killed at a random moment and started again, until it finishes; then all is compared.
+
+    python -m sweeps.kills run --count 500 --log kills.jsonl      vigil run: scripted, exec: and model agents
+    python -m sweeps.kills play --count 300 --log kills.jsonl     vigil play, driven through HTTP
+    python -m sweeps.kills pack --count 200 --log kills.jsonl     vigil pack propose, build and make
+
+One *life* is a folder that is worked on until it is whole. After each kill every line that was ever written whole must
+still be there, byte for byte; at the end nothing may be lost or doubled, the result must equal an undisturbed one, and
+no process may be left over. `--count` is the total of kills in the log, so that the same command continues. Most
+starts are forks of this process, which has imported everything; `--whole` is the share of starts by command line.
+"""
+
+import argparse
+import json
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from sweeps.kill_targets import KINDS, Target
+from sweeps.lives import Start, leftovers, start
+
+SHORTEST_S = 0.05
+LONGEST_SHARE = 0.9
+"""The longest time until a kill at first, as a share of the time that the work takes undisturbed."""
+GROWTH = 1.05
+"""By which the longest time until a kill grows with each kill of a life, so that each comes to an end."""
+
+
+def live(target: Target, rng: random.Random, whole_share: float) -> dict[str, Any]:
+    """Kills and starts a target until it is whole; returns what is logged."""
+    began, kills, faults = time.monotonic(), 0, []
+    longest_s = LONGEST_SHARE * target.typical_s
+    token = f"life-{os.getpid()}-{target.folder.name}-{time.monotonic_ns()}"
+    while True:
+        delay_s = rng.uniform(SHORTEST_S, longest_s)
+        begun = start(target.whole() if rng.random() < whole_share else target.forked, token, target.folder)
+        code = _until(begun, target, delay_s)
+        if code is None:
+            kills, longest_s = kills + 1, longest_s * GROWTH
+            faults += [f"after kill {kills}: {fault}" for fault in target.check_kept()]
+        elif code == target.final_code:
+            if target.is_finished():
+                break
+        elif code:
+            faults.append(f"after kill {kills}: the command ended with {code}: {begun.said()}")
+            break
+        if faults:
+            break
+    faults += [f"process left over: {name}" for name in leftovers(token)]
+    faults += [] if faults else target.check_whole()
+    return {"kills": kills, "seconds": round(time.monotonic() - began, 1), "faults": faults}
+
+
+def _until(begun: Start, target: Target, delay_s: float) -> int | None:
+    """Lets a start work for a while, then kills it; returns its exit code when it ended before, None when killed."""
+    target.drive(time.monotonic() + delay_s)
+    code = begun.wait(delay_s)
+    if code is not None:
+        return code
+    begun.signal(signal.SIGTERM if target.is_over else signal.SIGKILL)
+    code = begun.wait(30.0)
+    if target.is_over:
+        return code
+    return None
+
+
+def read_log(path: Path) -> list[dict[str, Any]]:
+    """Returns the lives that are logged; a torn last line is left out."""
+    if not path.exists():
+        return []
+    data = path.read_bytes()
+    whole = data[: data.rfind(b"\n") + 1]
+    os.truncate(path, len(whole))
+    return [json.loads(line) for line in whole.splitlines()]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the sweep and returns its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sweeps.kills", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", choices=sorted(KINDS))
+    parser.add_argument("--count", type=int, default=100, help="kills in all, those in the log included (100)")
+    parser.add_argument(
+        "--log", type=Path, default=Path("kills.jsonl"), help="one line a life; continued (kills.jsonl)"
+    )
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--whole", type=float, default=0.1, help="share of starts by command line (0.1)")
+    given = parser.parse_args(arguments)
+    lives = [life for life in read_log(given.log) if (life["what"], life["seed"]) == (given.what, given.seed)]
+    with tempfile.TemporaryDirectory() as place, KINDS[given.what](Path(place)) as kind:
+        while sum(life["kills"] for life in lives) < given.count:
+            case = len(lives)
+            rng = random.Random(f"{given.seed} {given.what} {case}")
+            target = kind.target(case)
+            life = {"what": given.what, "seed": given.seed, "case": case, "variant": target.variant}
+            life |= live(target, rng, given.whole)
+            lives.append(life)
+            with given.log.open("a", encoding="utf-8") as log:
+                log.write(json.dumps(life) + "\n")
+            print(json.dumps(life), flush=True)
+            target.clear()
+    kills, seconds = (sum(life[name] for life in lives) for name in ("kills", "seconds"))
+    fallen = [fault for life in lives for fault in life["faults"]]
+    print(f"{given.what}: {kills} kills in {len(lives)} lives, {seconds:.0f} s: {len(fallen)} faults")
+    for fault in fallen:
+        print(f"  {fault}")
+    return 1 if fallen else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

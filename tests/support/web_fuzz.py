@@ -1,0 +1,262 @@
+"""Hostile requests, byte by byte: what an ordinary client would never send, and what the pages must answer to calmly.
+
+`hostile_requests` yields the same requests for the same seed: every oddity of a header, a body and an address once on
+every route, then so many drawn at random in which several oddities meet.
+"""
+
+import contextlib
+import itertools
+import json
+import logging
+import random
+import re
+import socket
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import h11
+from web_oddities import (
+    COOKIES,
+    HOSTS,
+    LENGTHS,
+    METHODS,
+    ODD_VALUES,
+    ORIGINS,
+    OTHERS,
+    QUERIES,
+    RANGES,
+    RAW_BODIES,
+    SEGMENTS,
+    TYPES,
+)
+
+PATIENCE_S = 30.0
+SHORT_S = 0.05
+"""How long an answer to an unfinished request is waited for."""
+TOKEN = "correct horse"
+
+
+@dataclass(frozen=True)
+class Route:
+    """A route with an address, its parameters in braces, and, for POST, a body that it takes."""
+
+    method: str
+    pattern: str
+    body: Any = None
+    takes_query: bool = False
+
+    @property
+    def path(self) -> str:
+        return self.pattern.replace("{", "").replace("}", "")
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One request as it goes over the wire."""
+
+    name: str
+    data: bytes
+    is_unfinished: bool = False
+    """Whether the server may wait for more of it."""
+
+
+@dataclass
+class Told:
+    """What a server logged as an error."""
+
+    lines: list[str] = field(default_factory=list)
+
+
+def hostile_requests(routes: Sequence[Route], port: int, *, count: int, seed: int, token: str = "") -> Iterator[Shot]:
+    """Yields odd headers and methods on the routes in turn, odd addresses and bodies on all, then `count` mixtures."""
+    plain = {"Host": f"127.0.0.1:{port}", **({"Authorization": f"Bearer {token}"} if token else {})}
+    for route in routes:
+        yield shot(route, plain, name="plain")
+        for path in odd_paths(route):
+            yield shot(route, plain, path=path, name=f"path {path[:60]!r}")
+        if route.method == "POST":
+            for body in odd_bodies(route.body):
+                yield shot(route, plain, body=body, name=f"body {body[:60]!r}")
+            yield from _odd_lengths(route, plain)
+    yield from _in_turn([route for route in routes if route.method == "GET"], plain)
+    yield from _in_turn([route for route in routes if route.method == "POST"], plain)
+    rng = random.Random(seed)
+    for _ in range(count):
+        yield _mixed(rng, rng.choice(routes), plain)
+    yield from _no_http()
+
+
+def _in_turn(routes: Sequence[Route], plain: dict[str, str]) -> Iterator[Shot]:
+    """Yields each odd header and method once, on one route after the other."""
+    if not routes:
+        return
+    turns = itertools.cycle(routes)
+    for name, value in _header_oddities():
+        headers = {key: each for key, each in plain.items() if key != name}
+        yield shot(next(turns), {**headers, name: value}, name=f"{name}: {value[:60]!r}")
+    for method in METHODS:
+        yield shot(next(turns), plain, method=method, name=f"method {method[:10]}")
+
+
+def _header_oddities() -> list[tuple[str, str]]:
+    groups = (("Origin", ORIGINS), ("Host", HOSTS), ("Cookie", COOKIES), ("Content-Type", TYPES), ("Range", RANGES))
+    return [*((name, value) for name, values in groups for value in values), *OTHERS]
+
+
+def odd_paths(route: Route) -> Iterator[str]:
+    """Yields a route's address with each of its parameters in turn replaced, and with odd queries."""
+    for name in re.findall(r"{.*?}", route.pattern):
+        for segment in SEGMENTS:
+            before, _, after = route.pattern.partition(name)
+            yield Route(route.method, before).path + segment + Route(route.method, after).path
+    for query in QUERIES if route.takes_query else QUERIES[:2]:
+        yield route.path + query
+    yield from (
+        "/" + route.path,
+        route.path + "/",
+        route.path + "//",
+        route.path.upper(),
+        "//[" + route.path,
+        "/.." + route.path,
+    )
+    yield from ("http://[" + route.path, "*", "http://evil.example" + route.path, route.path.replace("/", "//"))
+
+
+def odd_bodies(body: Any) -> Iterator[bytes]:
+    """Yields bodies that are no JSON, or JSON with one value after the other replaced, left out or added."""
+    yield from RAW_BODIES
+    for changed in _changed(body):
+        yield json.dumps(changed).encode()
+
+
+def _changed(value: Any, depth: int = 0) -> Iterator[Any]:
+    """Yields `value` with one thing replaced, left out or added, at any depth; not each by every odd value."""
+    yield from ODD_VALUES if depth < 2 else ODD_VALUES[depth % 3 :: 3]
+    if isinstance(value, dict):
+        yield {**value, "unknown": float("nan")}
+        yield {**value, "\ud800": "\ud800"}
+        for name, inner in value.items():
+            yield {key: each for key, each in value.items() if key != name}
+            for changed in _changed(inner, depth + 1):
+                yield {**value, name: changed}
+    elif isinstance(value, list):
+        for place, inner in enumerate(value):
+            for changed in _changed(inner, depth + 1):
+                yield [*value[:place], changed, *value[place + 1 :]]
+
+
+def _odd_lengths(route: Route, plain: dict[str, str]) -> Iterator[Shot]:
+    body = json.dumps(route.body).encode()
+    for length in (*LENGTHS, str(len(body) + 10), str(len(body) - 1), str(300_000), str(256 * 1024)):
+        headers = {**plain, "Content-Type": "application/json", "Content-Length": length}
+        yield Shot(
+            f"{route.path} length {length[:20]!r}", _encoded("POST", route.path, headers, body), is_unfinished=True
+        )
+    chunked = {**plain, "Content-Type": "application/json", "Transfer-Encoding": "chunked"}
+    for data in (b"0\r\n\r\n", b"5\r\n{}\r\n", b"zz\r\n", b"2\r\n{}\r\n0\r\n\r\n", b"fffffffffffffffff\r\n{}"):
+        yield Shot(f"{route.path} chunked {data!r}", _encoded("POST", route.path, chunked, data), is_unfinished=True)
+
+
+def _mixed(rng: random.Random, route: Route, plain: dict[str, str]) -> Shot:
+    headers = dict(plain)
+    for name, value in rng.sample(_header_oddities(), rng.choice((0, 0, 1, 2))):
+        headers[name] = value
+    path = rng.choice(list(odd_paths(route))) if rng.random() < 0.5 else route.path
+    method = rng.choice(METHODS) if rng.random() < 0.15 else route.method
+    body = None
+    if route.method == "POST" and rng.random() < 0.8:
+        body = rng.choice(list(odd_bodies(route.body)))
+        if rng.random() < 0.5:
+            body = _scrambled(rng, body)
+    return shot(route, headers, method=method, path=path, body=body, name=f"mixed {path[:60]!r} {(body or b'')[:60]!r}")
+
+
+def _scrambled(rng: random.Random, body: bytes) -> bytes:
+    data = bytearray(body[:2000])
+    for _ in range(rng.randint(1, 5)):
+        if data:
+            data[rng.randrange(len(data))] = rng.randrange(256)
+    return bytes(data)
+
+
+def _no_http() -> Iterator[Shot]:
+    for data in (
+        b"",
+        b"\x00\r\n\r\n",
+        b"GET\r\n\r\n",
+        b"GET / HTTP/9.9\r\n\r\n",
+        b"GET /\r\n\r\n",
+        b"\x16\x03\x01\x02\x00",
+        b"GET / HTTP/1.1\r\n\r\n",
+    ):
+        yield Shot(f"no HTTP {data!r}", data, is_unfinished=True)
+    yield Shot(
+        "very many headers",
+        b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + b"A: b\r\n" * 5000 + b"\r\n",
+    )
+
+
+def shot(
+    route: Route,
+    headers: dict[str, str],
+    *,
+    method: str | None = None,
+    path: str | None = None,
+    body: bytes | None = None,
+    name: str,
+) -> Shot:
+    """Returns a request to a route, whole but for what is given otherwise."""
+    method = method or route.method
+    data = json.dumps(route.body).encode() if body is None and route.method == "POST" else body or b""
+    sent = dict(headers)
+    if data:
+        sent = {"Content-Type": "application/json", **sent, "Content-Length": str(len(data))}
+    is_unfinished = "Transfer-Encoding" in sent or sent.get("Expect") == "100-continue"
+    return Shot(f"{method[:10]} {route.path}: {name}", _encoded(method, path or route.path, sent, data), is_unfinished)
+
+
+def _encoded(method: str, path: str, headers: dict[str, str], body: bytes) -> bytes:
+    lines = [f"{method} {path} HTTP/1.1", *(f"{name}: {value}" for name, value in headers.items())]
+    head = "\r\n".join([*lines, "Connection: close", "", ""])
+    return head.encode("utf-8", "surrogatepass") + body
+
+
+def fire(port: int, shot: Shot) -> int | None:
+    """Sends a request and returns the status of the answer; None where there was none."""
+    with socket.create_connection(("127.0.0.1", port), SHORT_S if shot.is_unfinished else PATIENCE_S) as connection:
+        got = bytearray()
+        with contextlib.suppress(ConnectionError):  # the server has answered and closed before it read all
+            connection.sendall(shot.data)
+        try:
+            while chunk := connection.recv(1 << 16):
+                got += chunk
+        except ConnectionError:
+            pass
+        except TimeoutError:
+            assert shot.is_unfinished, f"no answer within {PATIENCE_S:g} s: {shot.name}"
+    words = bytes(got[:40]).split(b" ", 2)
+    return int(words[1]) if len(words) > 1 and words[0].startswith(b"HTTP/") else None
+
+
+@contextmanager
+def errors_logged() -> Iterator[Told]:
+    """Gathers what servers and event loops log as errors within the block."""
+    told = Told()
+
+    class Ear(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            if record.exc_info and isinstance(record.exc_info[1], h11.LocalProtocolError):
+                return  # uvicorn has answered a request of broken chunks with 400 before the application could
+            told.lines.append(self.format(record)[-300:])
+
+    ear = Ear(logging.ERROR)
+    loggers = [logging.getLogger(name) for name in ("uvicorn.error", "asyncio", "fastapi", "")]
+    for logger in loggers:
+        logger.addHandler(ear)
+    try:
+        yield told
+    finally:
+        for logger in loggers:
+            logger.removeHandler(ear)
