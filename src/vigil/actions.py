@@ -203,6 +203,8 @@ class Reply(_Action):
     seconds: float = 0.0
     provider_rejected: bool = False
     """The provider refused because of content or length, three times: a protocol failure."""
+    agent_ended: str = ""
+    """What a program did instead of answering a frame: it ended, hung or wrote out of turn. A protocol failure."""
 
     @model_validator(mode="before")
     @classmethod

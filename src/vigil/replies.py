@@ -58,6 +58,8 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
     """Returns what `reply` asks for, minding what its provider said about it."""
     if reply.provider_rejected:
         return InvalidAction(kind="protocol_failure", reason="provider_rejected")
+    if reply.agent_ended:
+        return InvalidAction(kind="protocol_failure", reason="agent_ended", detail=reply.agent_ended)
     if not reply.is_utf8:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
     parsed = parse(reply.text, coordinates, policy)

@@ -48,6 +48,8 @@ class Outcome:
 
     episode_id: str
     epoch: int
+    attempt: int
+    """1 unless the episode was begun before: killed and begun again, or lost."""
     family: Family
     tier: Tier
     house: str
@@ -143,6 +145,7 @@ def settle(episode: Episode, record: EpisodeRecord) -> Outcome:
     return Outcome(
         episode_id=episode.id,
         epoch=record.epoch,
+        attempt=record.attempt,
         family=episode.family,
         tier=FAMILIES[episode.family].tier,
         house=episode.house.name,

@@ -19,6 +19,8 @@ SCEPTICISM = 5
 """Hits for which plays of one episode are taken to be wholly alike, beside those that were seen."""
 MAX_ERROR_SHARE = 0.01
 """A report over more errors than this says so at its top."""
+MAX_REPEATED_SHARE = 0.01
+"""And one over more episodes that were begun more than once: what began them anew may have seen them before."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
 
 
@@ -31,6 +33,7 @@ class Unscored:
     family: Family
     boundary: Boundary
     message: str
+    attempt: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +56,35 @@ class Settlement:
         attempted = len(self.outcomes) + len(self.errors)
         return len(self.errors) > MAX_ERROR_SHARE * attempted
 
+    @property
+    def attempts(self) -> tuple[int, ...]:
+        """How often each episode was begun, those that ended as an error included."""
+        return tuple(row.attempt for row in (*self.outcomes, *self.errors))
+
+    @property
+    def repeats(self) -> str:
+        """Says how many episodes were begun more than once; empty when none was."""
+        return repeats(self.attempts)
+
+    @property
+    def has_many_repeats(self) -> bool:
+        """Whether more than 1 % of the episodes were begun more than once."""
+        return is_repeated_often(self.attempts)
+
+
+def repeats(attempts: Sequence[int]) -> str:
+    """Says how many of the episodes, each begun so often, were begun more than once; empty when none was."""
+    again = sum(count > 1 for count in attempts)
+    if not again:
+        return ""
+    share = " (more than 1 %)" if is_repeated_often(attempts) else ""
+    return f"{again} of {len(attempts)} episodes were begun more than once{share}, one of them {max(attempts)} times"
+
+
+def is_repeated_often(attempts: Sequence[int]) -> bool:
+    """Whether more than 1 % of the episodes, each begun so often, were begun more than once."""
+    return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
+
 
 def settle_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> Settlement:
     """Returns the verdicts on the records that stand, sorted by episode and epoch.
@@ -74,7 +106,7 @@ def settle_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], ep
             continue
         error = record.error
         boundary, message = (error.boundary, error.message) if error else ("runner", "")
-        errors.append(Unscored(episode_id, epoch, episode.family, boundary, message))
+        errors.append(Unscored(episode_id, epoch, episode.family, boundary, message, record.attempt))
     planned = dict.fromkeys(FAMILIES, 0)
     for episode in by_id.values():
         planned[episode.family] += epochs
@@ -91,13 +123,13 @@ def summarise(settlement: Settlement) -> dict:
     families = {
         family: _rates(
             [outcome for outcome in outcomes if outcome.family == family],
-            errors=sum(error.family == family for error in settlement.errors),
+            errors=[error for error in settlement.errors if error.family == family],
             planned=settlement.planned.get(family, 0),
         )
         for family in FAMILIES
         if family in settlement.planned or any(outcome.family == family for outcome in outcomes)
     }
-    overall = _rates(outcomes, errors=len(settlement.errors), planned=sum(settlement.planned.values()))
+    overall = _rates(outcomes, errors=settlement.errors, planned=sum(settlement.planned.values()))
     overall["report_policies"] = {
         policy: _mean([credit(outcome, policy) for outcome in outcomes]) for policy in REPORT_POLICIES
     }
@@ -172,13 +204,16 @@ def assert_identities(outcomes: Sequence[Outcome]) -> None:
         raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a fault of vigil.")
 
 
-def _rates(outcomes: Sequence[Outcome], *, errors: int, planned: int) -> dict:
+def _rates(outcomes: Sequence[Outcome], *, errors: Sequence[Unscored], planned: int) -> dict:
     n = len(outcomes)
+    attempts = [row.attempt for row in (*outcomes, *errors)]
     hits = {rate: [_is_hit(outcome, rate) for outcome in outcomes] for rate in RATES}
     episodes = [outcome.episode_id for outcome in outcomes]
     return {
         "episodes": n,
-        "errors": errors,
+        "errors": len(errors),
+        "repeated": sum(count > 1 for count in attempts),
+        "most_attempts": max(attempts, default=0),
         **{rate: _mean(hits[rate]) for rate in RATES},
         "mean_steps": _mean([outcome.steps for outcome in outcomes]),
         "complete": f"{n}/{max(planned, n)}",

@@ -1,4 +1,6 @@
 import json
+import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -7,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.agents.exec_agent import MAX_LINE_BYTES, ExecAgent
+from vigil.agents.exec_agent import ExecAgent
 from vigil.agents.picture import encode
+from vigil.agents.program import MAX_LINE_BYTES, environment, resolved
 from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import Feedback, Observation
 from vigil.profile import Profile
@@ -119,23 +122,104 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
     assert agent.act(look()).text == reply.text
 
 
-def test_a_program_that_dies_is_an_infrastructure_failure(make: Maker) -> None:
-    agent = make("sys.stdin.readline(); sys.exit(3)")
-    with pytest.raises(ModelAPIError, match=r"ended without an answer \(exit code 3\)"):
+@pytest.mark.parametrize(
+    ("program", "how"),
+    [
+        ("sys.stdin.readline(); sys.exit(3)", r"ended without an answer \(exit code 3\)"),
+        ("sys.exit(3)", r"ended without an answer \(exit code 3\)"),
+        ("os.close(0); time.sleep(60)", "does not read its input"),
+        ("time.sleep(60)", r"does not read its input for 1\.5 s"),
+        ("sys.stdin.readline(); time.sleep(60)", r"does not answer for 1\.5 s"),
+    ],
+)
+def test_a_program_that_fails_before_it_saw_a_frame_is_an_infrastructure_failure(
+    make: Maker, program: str, how: str
+) -> None:
+    agent = make(program, reply_seconds=1.5)
+    with pytest.raises(ModelAPIError, match=how):
         agent.act(look())
     agent.start("Another.")
 
 
-def test_a_program_that_dies_over_an_observation_is_named_with_its_exit_code(make: Maker) -> None:
-    agent = make("for line in sys.stdin:\n    if FRAME in line: sys.stdout.close(); time.sleep(0.3); os._exit(4)")
-    with pytest.raises(ModelAPIError, match=r"ended without an answer \(exit code 4\)"):
-        agent.act(look())
+@pytest.mark.parametrize(
+    ("deed", "how"),
+    [
+        ("sys.exit(3)", r"ended without an answer \(exit code 3\)"),
+        ("os.kill(os.getpid(), 9)", r"ended without an answer \(exit code -9\)"),
+        ("sys.stdout.close(); time.sleep(0.3); os._exit(4)", r"ended without an answer \(exit code 4\)"),
+        ("time.sleep(60)", r"does not answer for 1\.5 s"),
+        ("print('half', end='', flush=True); sys.exit(0)", r"ended without an answer \(exit code 0\)"),
+    ],
+)
+def test_a_program_that_fails_after_it_saw_a_frame_has_failed_itself(make: Maker, deed: str, how: str) -> None:
+    agent = make(f"for line in sys.stdin:\n    if FRAME in line: {deed}", reply_seconds=1.5)
+    for _ in range(2):
+        reply = agent.act(look())
+        assert re.fullmatch(how, reply.agent_ended)
+        assert reply.text == ("half" if "half" in deed else "")
+        invalid = parse_reply(reply, "pixel", "strict")
+        assert (invalid.kind, invalid.reason, invalid.detail) == ("protocol_failure", "agent_ended", reply.agent_ended)
 
 
-def test_a_program_that_hangs_is_ended(make: Maker) -> None:
-    agent = make("for line in sys.stdin: pass", reply_seconds=0.5)
-    with pytest.raises(ModelAPIError, match=r"does not answer for 0\.5 s"):
-        agent.act(look())
+def test_a_program_that_reads_a_part_of_a_frame_has_seen_it(make: Maker) -> None:
+    agent = make("sys.stdin.readline(); os.read(0, 3); sys.exit(3)")
+    time.sleep(0.3)
+    agent.close()
+    agent = make("d = b''\nwhile b'\\n' not in d: d += os.read(0, 1)\nos.read(0, 200); sys.exit(3)")
+    assert "exit code 3" in agent.act(look()).agent_ended
+
+
+def test_a_valid_line_does_not_save_a_reply_that_was_not_finished(make: Maker) -> None:
+    line = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
+    agent = make(f"for line in sys.stdin:\n    if FRAME in line: print({line!r}, end='', flush=True); sys.exit(0)")
+    assert parse_reply(agent.act(look()), "pixel", "strict").reason == "agent_ended"
+
+
+def test_a_program_that_is_started_again_sees_the_current_frame_alone(make: Maker, tmp_path: Path) -> None:
+    agent = make(f"""
+with open({str(tmp_path / "seen")!r}, "a") as seen:
+    for line in sys.stdin:
+        message = json.loads(line)
+        print(message["type"], message.get("feedback"), message.get("instruction"), file=seen, flush=True)
+        if message["type"] == "observation":
+            sys.exit(3)
+""")
+    agent.act(look())
+    agent.act(look(Feedback(too_far=True, path_blocked=False)))
+    assert (tmp_path / "seen").read_text().splitlines() == [
+        "start None Find the mug.",
+        "observation None None",
+        "start None Find the mug.",
+        "observation {'too_far': True, 'path_blocked': False} None",
+    ]
+
+
+def test_a_program_that_cannot_be_started_again_has_failed_itself(tmp_path: Path) -> None:
+    script = tmp_path / "agent.sh"
+    script.write_text("#!/bin/sh\nread start; read frame; rm $0; exit 5\n")
+    script.chmod(0o755)
+    agent = ExecAgent(str(script), Profile())
+    agent.start("Find the mug.")
+    assert agent.act(look()).agent_ended == "ended without an answer (exit code 5)"
+    assert agent.act(look()).agent_ended == "cannot be started: No such file or directory"
+    with pytest.raises(SettingError, match="cannot be started"):
+        agent.start("Another.")
+    agent.close()
+
+
+def test_an_episode_taken_over_is_gone_on_with(make: Maker) -> None:
+    agent = make("sys.stdin.readline(); sys.exit(3)")
+    agent.resume("Find the mug.")
+    assert agent.act(look()).agent_ended.startswith("ended without an answer")
+
+
+def test_talking_out_of_turn_after_a_frame_is_a_failure_of_the_programs(make: Maker) -> None:
+    agent = make("for line in sys.stdin:\n    if FRAME in line: print('{}', flush=True); print('more', flush=True)")
+    assert agent.act(look()).text == "{}"
+    time.sleep(0.3)
+    reply = agent.act(look())
+    assert (reply.text, parse_reply(reply, "pixel", "strict").reason) == ("more\n", "agent_ended")
+    assert agent.act(look()).text == "{}"
 
 
 def test_a_program_that_does_not_read_is_ended(make: Maker) -> None:
@@ -197,3 +281,89 @@ def test_what_stands_in_a_leading_think_block_is_counted_as_reasoning(make: Make
 def test_commands_that_make_no_sense_are_refused(command: str, named: str) -> None:
     with pytest.raises(SettingError, match=named):
         ExecAgent(command, Profile()).start("Find the mug.")
+
+
+FACTS = """
+import subprocess
+for line in sys.stdin:
+    if FRAME in line:
+        facts = {"cwd": os.getcwd(), "env": dict(os.environ), "argv": sys.argv,
+                 "fds": {name: os.readlink("/proc/self/fd/" + name) for name in os.listdir("/proc/self/fd")
+                         if os.path.lexists("/proc/self/fd/" + name)},
+                 "files": os.listdir(".")}
+        print(json.dumps({"text": json.dumps(facts)}), flush=True)
+"""
+
+
+def test_nothing_that_a_program_is_handed_leads_anywhere(
+    make: Maker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run"
+    run.mkdir()
+    monkeypatch.chdir(run)
+    monkeypatch.setenv("VIGIL_ASSETS", str(run / "assets"))
+    monkeypatch.setenv("INSPECT_LOG_DIR", str(run / "inspect"))
+    monkeypatch.setenv("OLDPWD", str(run))
+    monkeypatch.setenv("MY_MODEL_KEY", "stays")
+    with (run / "run.json").open("w") as open_file:
+        os.set_inheritable(open_file.fileno(), True)
+        facts = json.loads(make(FACTS).act(look()).text)
+    folder = Path(facts["cwd"])
+    assert facts["files"] == []
+    assert folder.name.startswith("agent-")
+    assert str(run) not in json.dumps(facts)
+    assert facts["env"]["MY_MODEL_KEY"] == "stays"
+    assert facts["env"]["PWD"] == str(folder)
+    pipes = {name: place for name, place in facts["fds"].items() if not place.startswith("/proc/")}
+    assert {"0", "1", "2"} == set(pipes)
+    assert all(place.startswith("pipe:") for place in pipes.values())
+
+
+def test_a_programs_folder_goes_with_it(tmp_path: Path) -> None:
+    script = tmp_path / "agent.py"
+    script.write_text(HEAD + FACTS)
+    agent = ExecAgent(f"{sys.executable} {script}", Profile())
+    agent.start("Find the mug.")
+    folder = Path(json.loads(agent.act(look()).text)["cwd"])
+    assert folder.is_dir()
+    agent.close()
+    assert not folder.exists()
+
+
+def test_what_a_program_says_is_passed_on_without_secrets(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    script = tmp_path / "agent.py"
+    script.write_text(
+        HEAD + "print('using', sys.argv[1], file=sys.stderr)\nfor line in sys.stdin: print(1, flush=True)"
+    )
+    agent = ExecAgent(f"{sys.executable} {script} word", Profile(), hide=lambda text: text.replace("word", "-"))
+    agent.start("Find the mug.")
+    agent.close()
+    assert capfd.readouterr().err == "using -\n"
+
+
+def test_relative_paths_in_a_command_are_the_users_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "agent.sh").write_text("#!/bin/sh\nread start; read frame; cat $1; cat\n")
+    (tmp_path / "bin" / "agent.sh").chmod(0o755)
+    (tmp_path / "words").write_text("found\n")
+    agent = ExecAgent("./bin/agent.sh words", Profile())
+    agent.start("Find the mug.")
+    assert agent.act(look()).text == "found"
+    agent.close()
+
+
+def test_only_words_that_name_what_exists_are_made_absolute(tmp_path: Path) -> None:
+    (tmp_path / "a.py").touch()
+    words = ["python", "a.py", "--config=a.py", "--name=b.py", "b.py", "-c", "", "x" * 5000, "./a.py"]
+    here = str(tmp_path)
+    expected = ["python", f"{here}/a.py", f"--config={here}/a.py", *words[3:-1], f"{here}/a.py"]
+    assert resolved(words, tmp_path) == expected
+    assert resolved(["bin/run", "/etc/passwd"], tmp_path) == [f"{here}/bin/run", "/etc/passwd"]
+
+
+def test_the_environment_is_the_users_without_what_is_vigils(tmp_path: Path) -> None:
+    given = {"VIGIL_X": "1", "INSPECT_Y": "2", "PWD": "/a", "HOME": "/h", "PATH": "bin:/usr/bin", "PYTHONPATH": "src:"}
+    here, folder = tmp_path / "here", tmp_path / "own"
+    kept = {"HOME": "/h", "PATH": f"{here}/bin:/usr/bin", "PYTHONPATH": f"{here}/src", "PWD": str(folder)}
+    assert environment(given, here, folder) == kept

@@ -24,6 +24,14 @@ class Agent(Protocol):
 
 
 @runtime_checkable
+class Resumable(Protocol):
+    """An agent that can go on with an episode when the process in which it played is gone."""
+
+    def resume(self, instruction: str) -> None:
+        """Takes over an episode that is going on, in place of `start`."""
+
+
+@runtime_checkable
 class Closeable(Protocol):
     """An agent that holds something (a process, a connection) to give back."""
 

@@ -2,6 +2,7 @@
 
 from vigil.agents.agent import REPLY_SECONDS, Agent
 from vigil.agents.exec_agent import PREFIX, ExecAgent
+from vigil.agents.program import Hide
 from vigil.agents.scripted import SCRIPTS, scripted_agent
 from vigil.errors import SettingError
 from vigil.profile import Profile
@@ -17,13 +18,20 @@ def is_known(name: str) -> bool:
     return is_exec(name) or name in SCRIPTS
 
 
-def make_agent(name: str, profile: Profile, seed: int = 0, reply_seconds: float = REPLY_SECONDS) -> Agent:
+def make_agent(
+    name: str,
+    profile: Profile,
+    seed: int = 0,
+    reply_seconds: float = REPLY_SECONDS,
+    hide: Hide = lambda text: text,
+) -> Agent:
     """Returns the agent of that name. Raises SettingError on an unknown one.
 
-    `seed` is for the scripted ones; a program may take `reply_seconds` for a reply.
+    `seed` is for the scripted ones; a program may take `reply_seconds` for a reply, and `hide` takes the secrets out of
+    what it writes to standard error.
     """
     if is_exec(name):
-        return ExecAgent(name.removeprefix(PREFIX), profile, reply_seconds)
+        return ExecAgent(name.removeprefix(PREFIX), profile, reply_seconds, hide)
     if name in SCRIPTS:
         return scripted_agent(name, seed)
     known = ", ".join(SCRIPTS)

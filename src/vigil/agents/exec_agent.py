@@ -13,23 +13,24 @@ input one JSON object a line:
 An answer is one line: the reply itself, e.g. {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 15}},
 or, for a reply that may hold line breaks or prose, {"text": "<the raw reply>"}. Flush after each line. Standard output
 is for answers only: write logs to standard error. A line that is no valid reply counts against the agent, as a model's
-would; a program that ends, hangs, or writes a line that nobody asked for is a failure of the infrastructure, and its
-episode ends as an `error`, to be played again. When its input ends, the program should end.
+would.
+
+A program that ends, hangs, or writes a line that nobody asked for, after it began to read a frame of the episode, has
+failed itself: the step is a protocol failure (`agent_ended`), and the program is started again with the next frame. One
+that does so before any frame is a failure of the infrastructure: its episode ends as an `error`, to be played again.
+When its input ends, the program should end. Source: `protocol.md` section 2.3.
 """
 
-import contextlib
 import json
-import os
-import select
 import shlex
-import signal
-import subprocess
 import time
+from pathlib import Path
 from typing import Any
 
 from vigil.actions import Reply
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.picture import encode
+from vigil.agents.program import Hide, Program, ProgramFault, Workplace, resolved
 from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.profile import Profile
@@ -38,140 +39,122 @@ from vigil.replies import split_reasoning
 
 PREFIX = "exec:"
 PROTOCOL = 1
-CLOSING_SECONDS = 2.0
-MAX_LINE_BYTES = 128 * 1024
-"""What is kept of an answer: twice what a valid reply may have."""
-_CHUNK = 1 << 16
 
 
 class ExecAgent:
     """A running program that answers observations."""
 
-    def __init__(self, command: str, profile: Profile, reply_seconds: float = REPLY_SECONDS) -> None:
-        """`command` is split as a shell would, but no shell is used. Raises SettingError when it is not one."""
+    def __init__(
+        self, command: str, profile: Profile, reply_seconds: float = REPLY_SECONDS, hide: Hide = lambda text: text
+    ) -> None:
+        """`command` is split as a shell would, but no shell is used. Raises SettingError when it is not one.
+
+        `hide` takes the secrets out of what the program writes to standard error, and of messages.
+        """
         self.name = f"{PREFIX}{command}"
         self._arguments = _split(command)
         self._profile = profile
         self._reply_seconds = reply_seconds
-        self._program: subprocess.Popen[bytes] | None = None
-        self._pending = bytearray()
+        self._hide = hide
+        self._workplace = Workplace()
+        self._program: Program | None = None
+        self._opening = b""
+        self._was_shown = False
+        """Whether the program has begun to read a frame of the episode."""
 
     def start(self, instruction: str) -> None:
         """Starts the program unless it runs, and tells it that an episode begins."""
-        if self._program is None or self._program.poll() is not None:
-            self.close()
-            self._program = self._launch()
-        prompt = system_prompt(instruction, self._profile)
-        self._send({"type": "start", "protocol": PROTOCOL, "prompt": prompt, "instruction": instruction})
+        self._begin(instruction, was_shown=False)
+        if self._program is not None and not self._program.is_running:
+            self._end()
+        try:
+            self._open(time.monotonic() + self._reply_seconds)
+        except ProgramFault as fault:
+            raise self._failed(fault) from None
+
+    def resume(self, instruction: str) -> None:
+        """Takes over an episode of which a program was shown a frame before, in a process that is gone."""
+        self._end()
+        self._begin(instruction, was_shown=True)
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the program's answer. Raises ModelAPIError when it ends, hangs or talks out of turn."""
+        """Returns the program's answer, or how it failed once it was shown a frame. Raises ModelAPIError before."""
         started = time.monotonic()
         picture = encode(observation.rgb, self._profile.image_format)
         frame = {"media_type": picture.media_type, "width": FRAME_WIDTH, "height": FRAME_HEIGHT, "data": picture.base64}
         message: dict[str, Any] = {"type": "observation", "frame": frame}
         if observation.feedback is not None:
             message["feedback"] = observation.feedback.model_dump()
-        self._refuse_stray_output()
-        self._send(message)
-        line = self._read_line(started + self._reply_seconds)
-        fields = {"text": _raw_reply(line), "seconds": time.monotonic() - started}
-        reply = Reply.model_validate(fields)
+        try:
+            text = _raw_reply(self._answer(_line(message), started + self._reply_seconds))
+            how = ""
+        except ProgramFault as fault:
+            self._program = None
+            if not self._was_shown:
+                raise self._failed(fault) from None
+            text, how = fault.written, str(fault)
+        seconds = time.monotonic() - started
+        reply = Reply.model_validate({"text": text, "seconds": seconds, "agent_ended": how})
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
 
     def close(self) -> None:
         """Closes the program's input, and kills it with all that it started when it does not end by itself."""
-        self._end(patience_s=CLOSING_SECONDS)
+        self._end()
+        self._workplace.close()
 
-    def _end(self, patience_s: float) -> None:
+    def _begin(self, instruction: str, *, was_shown: bool) -> None:
+        prompt = system_prompt(instruction, self._profile)
+        self._opening = _line({"type": "start", "protocol": PROTOCOL, "prompt": prompt, "instruction": instruction})
+        self._was_shown = was_shown
+
+    def _end(self) -> None:
         program, self._program = self._program, None
-        self._pending.clear()
-        if program is None:
-            return
-        with contextlib.suppress(OSError):
-            program.stdin.close() if program.stdin else None
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            program.wait(timeout=patience_s)
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(program.pid, signal.SIGKILL)
-        program.wait()
-        if program.stdout:
-            program.stdout.close()
+        if program is not None:
+            program.close()
 
-    def _launch(self) -> subprocess.Popen[bytes]:
-        try:
-            program = subprocess.Popen(
-                self._arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True
-            )
-        except OSError as error:
-            raise SettingError(
-                f"Agent program {self._arguments[0]!r} cannot be started: {error.strerror}. Give its path "
-                "(./agent.sh), or the program that runs it (exec:bash agent.sh)."
-            ) from None
-        for pipe in (program.stdin, program.stdout):
-            os.set_blocking(_fileno(pipe), False)
-        return program
-
-    def _send(self, message: dict[str, Any]) -> None:
-        data = memoryview(json.dumps(message).encode() + b"\n")
-        deadline = time.monotonic() + self._reply_seconds
-        fd = _fileno(self._running().stdin)
-        while data:
-            self._wait([], [fd], deadline, "does not read its input")
-            try:
-                data = data[os.write(fd, data[:_CHUNK]) :]
-            except BlockingIOError:
-                continue
-            except BrokenPipeError:
-                raise self._ended() from None
-
-    def _read_line(self, deadline: float) -> bytes:
-        """Returns the next line of output, cut to MAX_LINE_BYTES."""
-        while b"\n" not in self._pending:
-            self._wait([_fileno(self._running().stdout)], [], deadline, "does not answer")
-            if not self._read_chunk():
-                raise self._ended()
-            if len(self._pending) > MAX_LINE_BYTES and b"\n" not in self._pending:
-                del self._pending[MAX_LINE_BYTES:]
-        line, _, rest = bytes(self._pending).partition(b"\n")
-        self._pending = bytearray(rest)
-        return line[:MAX_LINE_BYTES]
-
-    def _read_chunk(self) -> bytes:
-        chunk = os.read(_fileno(self._running().stdout), _CHUNK)
-        self._pending += chunk
-        return chunk
-
-    def _refuse_stray_output(self) -> None:
-        ready, _, _ = select.select([_fileno(self._running().stdout)], [], [], 0)
-        if ready and not self._read_chunk():
-            raise self._ended()
-        if self._pending:
-            shown = bytes(self._pending[:200]).decode(errors="backslashreplace")
-            raise self._failed(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
-
-    def _wait(self, readers: list[int], writers: list[int], deadline: float, fault: str) -> None:
-        left = deadline - time.monotonic()
-        if left <= 0 or not any(select.select(readers, writers, [], left)):
-            raise self._failed(f"{fault} for {self._reply_seconds:g} s")
-
-    def _running(self) -> subprocess.Popen[bytes]:
+    def _open(self, deadline: float) -> Program:
+        """Returns the program, running and told that the episode begins. Raises ProgramFault."""
         if self._program is None:
-            raise ModelAPIError(f"Agent program {self.name!r} is not running: `start` comes before `act`.")
+            self._program = self._launch()
+        self._program.send(self._opening, deadline)
         return self._program
 
-    def _ended(self) -> ModelAPIError:
-        """Returns the failure of a program that has closed its pipe; its exit code follows in a moment."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._running().wait(timeout=CLOSING_SECONDS)
-        return self._failed("ended without an answer")
+    def _launch(self) -> Program:
+        try:
+            return Program(
+                resolved(self._arguments, Path.cwd()), self._workplace.folder, self._reply_seconds, self._hide
+            )
+        except OSError as error:
+            what = f"cannot be started: {error.strerror}"
+            if self._was_shown:
+                raise ProgramFault(what) from None
+            raise SettingError(
+                f"Agent program {self._hide(self._arguments[0])!r} {what}. Give its path (./agent.sh), or the program "
+                "that runs it (exec:bash agent.sh)."
+            ) from None
 
-    def _failed(self, what: str) -> ModelAPIError:
-        program = self._running()
-        code = program.poll()
-        self._end(patience_s=0.0)
-        exit_code = "" if code is None else f" (exit code {code})"
-        return ModelAPIError(f"Agent program {self.name!r} {what}{exit_code}.")
+    def _answer(self, message: bytes, deadline: float) -> bytes:
+        """Returns the program's line on a frame; notes whether it has begun to read one. Raises ProgramFault."""
+        program = self._program or self._open(deadline)
+        program.refuse_stray_output()
+        if not self._was_shown:
+            program.wait_until_read(deadline)
+        try:
+            program.send(message, deadline)
+            line = program.read_line(deadline)
+        except ProgramFault:
+            self._was_shown |= program.has_begun_to_read
+            raise
+        self._was_shown = True
+        return line
+
+    def _failed(self, fault: ProgramFault) -> ModelAPIError:
+        self._program = None
+        return ModelAPIError(self._hide(f"Agent program {self.name!r} {fault}."))
+
+
+def _line(message: dict[str, Any]) -> bytes:
+    return json.dumps(message).encode() + b"\n"
 
 
 def _split(command: str) -> list[str]:
@@ -182,10 +165,6 @@ def _split(command: str) -> list[str]:
     if not arguments:
         raise SettingError(f"Agent {PREFIX!r} names no command. Write e.g. `exec:python my_agent.py`.")
     return arguments
-
-
-def _fileno(pipe: Any) -> int:
-    return pipe.fileno()
 
 
 def _raw_reply(line: bytes) -> str | bytes:

@@ -4,6 +4,7 @@ Each function takes a Study and returns one Table. Source: `protocol.md` section
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 from vigil.actions import STATUSES
@@ -258,6 +259,7 @@ def runs(study: Study) -> Table:
         simulator="Simulator",
         vigil="vigil",
         started="Started (UTC)",
+        repeated="Begun more than once",
     )
     rows = []
     for entry in study.entries:
@@ -276,9 +278,15 @@ def runs(study: Study) -> Table:
             "simulator": header.simulator_version or spec.simulator,
             "vigil": ", then ".join(dict.fromkeys(_code(header, part) for part in (header, *header.resumed))),
             "started": header.started.strftime("%Y-%m-%d %H:%M"),
+            "repeated": _repeated(entry.run.attempts),
         }
         rows.append(row_of(entry, **facts))
     return Table("runs", "The runs", columns, tuple(rows))
+
+
+def _repeated(attempts: Sequence[int]) -> str:
+    again = sum(count > 1 for count in attempts)
+    return f"{again} episodes, at most {max(attempts)} times" if again else "none"
 
 
 def _code(header: RunHeader, session: RunHeader | Resumption) -> str:

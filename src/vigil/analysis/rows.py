@@ -28,7 +28,7 @@ from vigil.errors import RecordError
 from vigil.pack import find, frozen_episodes
 from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header, scan_records
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit, settle
-from vigil.summary import MAX_ERROR_SHARE
+from vigil.summary import MAX_ERROR_SHARE, repeats
 
 ROWS_FILE = "rows.parquet"
 ROWS_VERSION = 2
@@ -36,6 +36,7 @@ KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
 _PARALLEL_FROM_BYTES = 64 * 1024 * 1024
+_ERROR_COLUMNS = ["episode_id", "epoch", "attempt", "family", "boundary", "message"]
 _Row = dict[str, object]
 
 
@@ -68,6 +69,11 @@ class Run:
         return sum(self.planned.values())
 
     @property
+    def attempts(self) -> tuple[int, ...]:
+        """How often each episode was begun, those that ended as an error included."""
+        return tuple(int(count) for count in (*self.rows["attempt"], *self.errors["attempt"]))
+
+    @property
     def faults(self) -> tuple[str, ...]:
         """Returns what a report must say at its top about this run."""
         found = []
@@ -84,6 +90,8 @@ class Run:
         attempted = self.n + len(self.errors)
         if len(self.errors) > MAX_ERROR_SHARE * attempted:
             found.append(f"{len(self.errors)} of {attempted} episodes ended as errors (more than 1 %)")
+        if again := repeats(self.attempts):
+            found.append(again)
         return tuple(f"{self.name}: {fault}." for fault in (*found, *self.remarks))
 
 
@@ -137,7 +145,7 @@ def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> R
         header=header,
         model=model,
         rows=table,
-        errors=pd.DataFrame(facts["errors"], columns=["episode_id", "epoch", "family", "boundary", "message"]),
+        errors=pd.DataFrame(facts["errors"], columns=_ERROR_COLUMNS),
         planned={family: facts["planned"][family] for family in FAMILIES if family in facts["planned"]},
         remarks=tuple(facts["remarks"]),
         name=model.name,
@@ -246,7 +254,8 @@ def _settle(header: RunHeader, file: Path, data: bytes, pack: str | None) -> tup
 
 def _error(episodes: Mapping[str, Episode], row: EpisodeRecord) -> _Row:
     said = {"boundary": row.error.boundary, "message": row.error.message} if row.error else {}
-    return {"episode_id": row.episode_id, "epoch": row.epoch, "family": episodes[row.episode_id].family, **said}
+    place = {"episode_id": row.episode_id, "epoch": row.epoch, "attempt": row.attempt}
+    return {**place, "family": episodes[row.episode_id].family, **said}
 
 
 def _episodes_of(header: RunHeader, pack: str | None) -> dict[str, Episode]:

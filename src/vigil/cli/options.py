@@ -15,6 +15,7 @@ Assets = Annotated[
         help="AI2-THOR's asset database, for houses that use THOR's assets. Without it: typical sizes.",
     ),
 ]
+API_KEY_ENV = "Variable with the key for this model, e.g. at an address not its provider's own."
 PackName = Annotated[str, typer.Option("--pack", help="A pack's folder, or the name of a packaged one.")]
 
 

@@ -16,7 +16,7 @@ from vigil.authoring.review import Review, read_reviews
 from vigil.authoring.sources import Source, drawn, filed, seeded
 from vigil.authoring.validate import Finding
 from vigil.authoring.verify import Means, bundles, verified
-from vigil.cli.options import Assets, database
+from vigil.cli.options import API_KEY_ENV, Assets, database
 from vigil.cli.text import duration
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import SettingError
@@ -41,6 +41,7 @@ def propose(
     grammar: Annotated[bool, typer.Option("--grammar", help="Propose by the built-in grammar (the default).")] = False,
     model: Annotated[str | None, typer.Option(help="provider/model that proposes instead.")] = None,
     base_url: Annotated[str | None, typer.Option(help="Address of an OpenAI-style server.")] = None,
+    api_key_env: Annotated[str | None, typer.Option(metavar="VAR", help=API_KEY_ENV)] = None,
     seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
@@ -63,7 +64,7 @@ def propose(
     if model is None:
         run_campaign(file, sources, terms, workers=workers, on_progress=said.standing)
     else:
-        with completing(model, base_url) as complete:
+        with completing(model, base_url, api_key_env=api_key_env) as complete:
             proposer = model, model_proposer(complete, per_house, model)
             run_campaign(file, sources, terms, proposer=proposer, on_progress=said.standing)
     _summary(file)

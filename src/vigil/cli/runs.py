@@ -11,7 +11,7 @@ from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.choose import is_exec
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
-from vigil.cli.options import Assets, PackName
+from vigil.cli.options import API_KEY_ENV, Assets, PackName
 from vigil.cli.scores import label_of, print_families
 from vigil.cli.text import Live, counting
 from vigil.episode import FAMILIES, Family
@@ -26,9 +26,10 @@ from vigil.profile import (
     ReplyPolicy,
 )
 from vigil.runner.dry_run import estimate
+from vigil.runner.redaction import without_options
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
-from vigil.runner.settings import RunSettings, profile_of
+from vigil.runner.settings import RunSettings, profile_of, public_name
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.sim import Quality
 from vigil.summary import settle_run
@@ -43,6 +44,7 @@ def run(
     agent: Annotated[list[str] | None, typer.Option(help="solver, random, noop ... or exec:COMMAND.")] = None,
     model: Annotated[list[str] | None, typer.Option(help="provider/model, as Inspect names it.")] = None,
     base_url: Annotated[str | None, typer.Option(help="Address of an OpenAI-style server.")] = None,
+    api_key_env: Annotated[str | None, typer.Option(metavar="VAR", help=API_KEY_ENV)] = None,
     log_dir: Annotated[Path | None, typer.Option(help="The run's folder; the same command continues it.")] = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N episodes, by id.")] = None,
     family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
@@ -81,7 +83,7 @@ def run(
     settings = RunSettings(
         pack=pack, families=_families(family or []), episode_ids=tuple(episode or []), limit=limit, epochs=epochs,
         agent=player, agent_factory=privileged_agent if player in PRIVILEGED else None, seed=seed,
-        model=_only("--model", model), base_url=base_url,
+        model=_only("--model", model), base_url=base_url, api_key_env=api_key_env,
         model_args=_model_args(model_arg or []), extra_body=_extra_body(extra_body),
         temperature=temperature, top_p=top_p, max_tokens=max_tokens, reasoning_effort=reasoning_effort,
         profile=_profile(profile), prompt_variant=prompt_variant, coordinates=coordinates, reply_policy=reply_policy,
@@ -130,7 +132,7 @@ def verify(
 def _play(settings: RunSettings) -> None:
     if settings.model is not None and settings.coordinates is None:
         print(f"Coordinates: {profile_of(settings).coordinates} (published table; --coordinates overrides).")
-    with Live(settings.model or settings.agent or "") as live:
+    with Live(settings.model or public_name(settings.agent or "")) as live:
         result = run_pack(settings, on_progress=live.show)
     _print_result(result)
     if not result.is_complete:
@@ -161,9 +163,10 @@ def _prices(text: str | None) -> tuple[float, float] | None:
 def _only(option: str, values: list[str] | None) -> str | None:
     if values is None or len(values) < 2:
         return values[0] if values else None
+    given = ", ".join(map(public_name, values))
     raise SettingError(
-        f"{option} is given {len(values)} times ({', '.join(values)}); a run has one. Run each into a --log-dir of its "
-        "own, then put them side by side: vigil score RUN RUN."
+        f"{option} is given {len(values)} times ({given}); a run has one. Run each into a --log-dir of its own, then "
+        "put them side by side: vigil score RUN RUN."
     )
 
 
@@ -187,7 +190,8 @@ def _model_args(pairs: list[str]) -> dict[str, Any]:
     for pair in pairs:
         name, sign, value = pair.partition("=")
         if not sign or not name:
-            raise SettingError(f"--model-arg {pair!r} is not K=V, e.g. --model-arg api_version=2024-10-21.")
+            shown = without_options(pair)
+            raise SettingError(f"--model-arg {shown!r} is not K=V, e.g. --model-arg api_version=2024-10-21.")
         try:
             found[name] = json.loads(value)
         except ValueError:
@@ -210,7 +214,7 @@ def _extra_body(text: str | None) -> dict[str, Any]:
 def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -> None:
     expected = estimate(settings)
     if settings.model is None:
-        print(f"{expected.episodes} episodes; {settings.agent} calls no model.")
+        print(f"{expected.episodes} episodes; {public_name(settings.agent or '')} calls no model.")
         return
     print(f"{expected.episodes} episodes; nothing was sent. Bounds, from a report at once to every step used:")
     for name in ("calls", "input_tokens", "output_tokens"):

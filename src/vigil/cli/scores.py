@@ -127,6 +127,8 @@ def _warn(name: str, settlement: Settlement) -> None:
         print(f"{name}: {len(settlement.errors)} episodes ended as errors (more than 1 %); rates leave them out.")
     if not settlement.is_complete:
         print(f"{name}: INCOMPLETE, {len(settlement.outcomes)} of {sum(settlement.planned.values())} episodes scored.")
+    if settlement.repeats:
+        print(f"{name}: {settlement.repeats}.")
     reasons = Counter((error.boundary, _last_line(error.message)) for error in settlement.errors)
     for (boundary, message), count in reasons.most_common(MAX_REASONS):
         print(f"{name}: {count} x error at the {boundary}: {message}")

@@ -6,21 +6,27 @@ from contextlib import contextmanager
 
 from vigil.agents.model import Message
 from vigil.runner.ask import Patience, persistent
-from vigil.runner.serving import serving
+from vigil.runner.redaction import Secrets, hiding
+from vigil.runner.serving import only_its_key, serving
 
 
 @contextmanager
-def completing(model: str, base_url: str | None, patience: Patience | None = None) -> Iterator[Callable[[str], str]]:
+def completing(
+    model: str, base_url: str | None, patience: Patience | None = None, *, api_key_env: str | None = None
+) -> Iterator[Callable[[str], str]]:
     """Yields the function that answers a text. It raises ModelAPIError when the provider fails for good.
 
-    Raises SettingError when the model cannot be used.
+    `api_key_env` names the variable with the key for an address that is none of the provider's own. Raises SettingError
+    when the model cannot be used.
     """
     # Inspect takes a second or two to import, and nothing but a model needs it.
     from vigil.runner.inspect_model import Endpoint, sender  # noqa: PLC0415
 
-    client = Endpoint(serving(model, base_url, {})).model()
-    ask = persistent(sender(client), patience or Patience())
-    with asyncio.Runner() as runner:
+    found = serving(model, base_url, {}, api_key_env)
+    secrets = Secrets.of(url=found.base_url, key=found.api_key or "")
+    with hiding(secrets), only_its_key(found), asyncio.Runner() as runner:
+        client = Endpoint(found).model()
+        ask = persistent(sender(client), patience or Patience())
 
         async def answer(text: str) -> str:
             return (await ask([Message("user", text)])).text

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -32,7 +33,9 @@ from vigil.errors import SettingError
 from vigil.profile import ImageFormat
 from vigil.runner.ask import ModelTrouble, Patience, Send, is_rejection, persistent
 from vigil.runner.preflight import check_sight
-from vigil.runner.serving import Serving, provider_hint, without_login
+from vigil.runner.redaction import without_login, without_secrets
+from vigil.runner.redirects import stay
+from vigil.runner.serving import KEY_HINT, Serving, provider_hint
 
 PREFLIGHT_RETRIES = 2
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
@@ -58,7 +61,7 @@ class Endpoint:
                 max_retries=0,
                 attempt_timeout=self.reply_seconds,
             )
-            return get_model(
+            model = get_model(
                 self.serving.name,
                 config=config,
                 base_url=self.serving.base_url,
@@ -66,9 +69,21 @@ class Endpoint:
                 memoize=False,
                 **dict(self.serving.arguments),
             )
+            stay(model.api)
+            return model
         except Exception as error:
             hint = provider_hint(self.serving.name)
             raise SettingError(f"Model {self.serving.name!r} cannot be used: {_plain(error)}{hint}") from error
+
+    def shown(self, model: Model) -> Model:
+        """Returns what Inspect may log of `model`: the same, with its address and settings as the run header has them.
+
+        It is for the log alone; requests go through `model`.
+        """
+        api = copy(model.api)
+        api.base_url = without_login(api.base_url) if api.base_url else None
+        config = GenerateConfig(**without_secrets(self.sampling), max_connections=self.max_connections)
+        return Model(api, config, without_secrets(dict(self.serving.arguments)))
 
 
 def _plain(error: Exception) -> str:
@@ -135,7 +150,8 @@ def _trouble(model: Model, error: Exception) -> ModelTrouble:
         return ModelTrouble(message, is_rejection=True)
     can_retry = model.should_retry(root) or isinstance(root, _TRANSPORT_ERRORS) or status in (408, 409, 425, 429)
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
-    return ModelTrouble(f"{type(root).__name__}: {message}"[:1000], can_retry=can_retry, wait_s=wait_s)
+    hint = f". {KEY_HINT}." if status == 401 else ""
+    return ModelTrouble(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
 
 
 def _reply(output: ModelOutput, message: dict[str, Any] | None) -> Reply:

@@ -40,7 +40,9 @@ from vigil.runner.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
 from vigil.runner.live import play_live
 from vigil.runner.pool import SimulatorPool, usable_cpus
 from vigil.runner.preflight import check_sight
-from vigil.runner.serving import without_login
+from vigil.runner.redaction import without_login
+from vigil.runner.redirects import stay
+from vigil.runner.serving import OPENAI_STYLE, OTHER_PROVIDERS, only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.wire import Ticket
 from vigil.scoring import settle
@@ -61,7 +63,7 @@ def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, l
     with _rare_collections():
         logs = inspect_eval(
             _task(tickets, _agent(tickets, tidy.play_one, lambda: ask, stop)),
-            model=model,
+            model=endpoint.shown(model),
             log_dir=str(log_dir),
             display="none",
             score_display=False,
@@ -211,10 +213,12 @@ def vigil(
     backend: str = "mujoco",
     workers: int | None = None,
     preflight: bool = True,
+    api_key_env: str | None = None,
 ) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
 
     Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
+    A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
     """
     settings = RunSettings(
         pack=pack,
@@ -228,6 +232,7 @@ def vigil(
         backend=backend,
         workers=workers,
         preflight=preflight,
+        api_key_env=api_key_env,
     )
     try:
         _, episodes, spec = plan_run(settings)
@@ -235,7 +240,8 @@ def vigil(
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
     tickets = [Ticket(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
-    return _task(tickets, _agent(tickets, _Guest(settings).play_one, _active_ask), metadata=metadata)
+    guest = _Guest(settings)
+    return _task(tickets, _agent(tickets, guest.play_one, guest.ask), metadata=metadata)
 
 
 class _Guest:
@@ -248,12 +254,13 @@ class _Guest:
         self._settings = settings
         self._pools: dict[Profile, SimulatorPool] = {}
         self._seeing: set[str] = set()
+        self._models: dict[str, Model] = {}
         self._one_at_a_time = asyncio.Lock()
 
     async def play_one(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
         settings = replace(self._settings, model=str(get_model()))
         profile = profile_of(settings)
-        await self._prove_sight(get_model())
+        await self._prove_sight(self.model())
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
             self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
@@ -261,6 +268,17 @@ class _Guest:
         if record.error is not None:
             raise RuntimeError(f"{record.error.boundary}: {record.error.message}")
         return record
+
+    def model(self) -> Model:
+        """Returns the model that Inspect was started with, with the key that it may have. Raises SettingError."""
+        active = get_model()
+        if str(active) not in self._models:
+            self._models[str(active)] = _keyed(active, self._settings.api_key_env)
+        return self._models[str(active)]
+
+    def ask(self) -> Ask:
+        """Returns what asks it for a reply."""
+        return persistent(sender(self.model()), Patience())
 
     async def _prove_sight(self, model: Model) -> None:
         async with self._one_at_a_time:
@@ -272,5 +290,21 @@ class _Guest:
                 self._seeing.add(str(model))
 
 
-def _active_ask() -> Ask:
-    return persistent(sender(get_model()), Patience())
+def _keyed(active: Model, api_key_env: str | None) -> Model:
+    """Returns `active`, or the same with another key where Inspect would send a provider's key to a foreign host."""
+    if str(active).partition("/")[0] not in OPENAI_STYLE | OTHER_PROVIDERS:
+        return active
+    found = serving(str(active), active.api.base_url, active.model_args, api_key_env)
+    model = active
+    if found.is_foreign or api_key_env is not None:
+        with only_its_key(found):
+            model = get_model(
+                found.name,
+                config=active.config,
+                base_url=found.base_url,
+                api_key=found.api_key,
+                memoize=False,
+                **dict(found.arguments),
+            )
+    stay(model.api)
+    return model

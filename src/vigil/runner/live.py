@@ -1,5 +1,6 @@
 """One episode, played by a model in the main process with its Env in a simulator worker."""
 
+from collections.abc import Callable
 from datetime import UTC, datetime
 
 from vigil.agents.model import Conversation
@@ -11,11 +12,16 @@ from vigil.runner.pool import LiveEpisode, WorkerLost
 from vigil.runner.wire import Ticket, View
 
 
-async def play_live(live: LiveEpisode, profile: Profile, ask: Ask, run_id: str) -> EpisodeRecord:
-    """Returns the record of one episode; whatever fails around the agent ends it as `error`. Raises InputError."""
+async def play_live(
+    live: LiveEpisode, profile: Profile, ask: Ask, run_id: str, shows: Callable[[], None] = lambda: None
+) -> EpisodeRecord:
+    """Returns the record of one episode; whatever fails around the agent ends it as `error`. Raises InputError.
+
+    `shows` is called before the agent is shown the first frame.
+    """
     started = datetime.now(UTC)
     try:
-        return await _play(live, profile, ask)
+        return await _play(live, profile, ask, shows)
     except InfrastructureError as error:
         boundary = boundary_of(error)
         record = await live.fail(boundary, str(error))
@@ -24,9 +30,11 @@ async def play_live(live: LiveEpisode, profile: Profile, ask: Ask, run_id: str) 
         live.close()
 
 
-async def _play(live: LiveEpisode, profile: Profile, ask: Ask) -> EpisodeRecord:
+async def _play(live: LiveEpisode, profile: Profile, ask: Ask, shows: Callable[[], None]) -> EpisodeRecord:
     conversation = Conversation(profile, live.ticket.episode.instruction)
     answer = await live.begin()
+    if isinstance(answer, View):
+        shows()
     while isinstance(answer, View):
         reply = await ask(conversation.messages(answer.picture, answer.feedback))
         conversation.add(answer.feedback, reply.text)

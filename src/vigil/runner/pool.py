@@ -15,6 +15,7 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -35,10 +36,12 @@ from vigil.runner.wire import (
     Facts,
     Fail,
     Failed,
+    Go,
     Plan,
     Play,
     Request,
     Resimulate,
+    Shows,
     Ticket,
     View,
 )
@@ -54,6 +57,9 @@ _LOG_TAIL = 2000
 class WorkerLost(SimulatorError):
     """The worker hung or died; what was alive in it is gone."""
 
+    replies: tuple[Reply, ...] | None = None
+    """What the agent inside had replied since the request; None when it was shown no frame."""
+
 
 @dataclass(frozen=True, slots=True)
 class Manner:
@@ -64,6 +70,16 @@ class Manner:
     """For a software renderer."""
     logs: Path | None = None
     """Folder for what they write to standard error; None drops it."""
+
+
+class _Job:
+    """A request on its way, and whoever waits for the answer."""
+
+    def __init__(self, request: Request, generation: int | None, shows: Callable[[], None]) -> None:
+        self.request = request
+        self.generation = generation
+        self.shows = shows
+        self.future: Future[tuple[int, Any]] = Future()
 
 
 class Worker:
@@ -78,7 +94,8 @@ class Worker:
         self._generation = 0
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
-        self._jobs: queue.SimpleQueue[tuple[Request, Future[Any], int | None] | None] = queue.SimpleQueue()
+        self._replies: list[Reply] | None = None
+        self._jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._serve, name=name, daemon=True)
         self._thread.start()
 
@@ -87,11 +104,16 @@ class Worker:
         """Process id of the running worker; None before the first request."""
         return None if self._process is None else self._process.pid
 
-    def submit(self, request: Request, generation: int | None = None) -> "Future[tuple[int, Any]]":
-        """Returns the future of (generation, value). With `generation`, raises WorkerLost if that process is gone."""
-        future: Future[tuple[int, Any]] = Future()
-        self._jobs.put((request, future, generation))
-        return future
+    def submit(
+        self, request: Request, generation: int | None = None, shows: Callable[[], None] | None = None
+    ) -> "Future[tuple[int, Any]]":
+        """Returns the future of (generation, value). With `generation`, raises WorkerLost if that process is gone.
+
+        `shows` is called, in the worker's thread, before an agent inside is shown the first frame.
+        """
+        job = _Job(request, generation, shows or (lambda: None))
+        self._jobs.put(job)
+        return job.future
 
     def close(self) -> None:
         """Ends the process when the requests before are done."""
@@ -109,38 +131,58 @@ class Worker:
 
     def _serve(self) -> None:
         while (job := self._jobs.get()) is not None:
-            request, future, generation = job
-            if not future.set_running_or_notify_cancel():
+            if not job.future.set_running_or_notify_cancel():
                 continue
+            self._replies = None
             try:
-                future.set_result(self._handle(request, generation))
+                job.future.set_result(self._handle(job))
+            except WorkerLost as error:
+                error.replies = None if self._replies is None else tuple(self._replies)
+                job.future.set_exception(error)
             except Exception as error:  # noqa: BLE001 - handed to whoever waits for the answer
-                future.set_exception(error)
+                job.future.set_exception(error)
         self._end(CLOSING_S)
 
-    def _handle(self, request: Request, generation: int | None) -> tuple[int, Any]:
+    def _handle(self, job: "_Job") -> tuple[int, Any]:
+        request, generation = job.request, job.generation
         if generation is not None and (generation != self._generation or self._connection is None):
             raise WorkerLost(f"Simulator {self.name} has been restarted; its live episodes are lost.")
         try:
             connection = self._running()
             connection.send(request)
-            return self._generation, self._answer(connection, request)
+            return self._generation, self._answer(connection, job)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise SettingError(f"Cannot hand {type(request).__name__} to a simulator worker: {error}.") from error
         except (EOFError, OSError):
             raise WorkerLost(f"Simulator {self.name} died ({self._autopsy()}).") from None
 
-    def _answer(self, connection: Connection, request: Request) -> Any:
+    def _answer(self, connection: Connection, job: "_Job") -> Any:
         while True:
             if not connection.poll(self._patience_s):
                 self._end(0.0)
-                what = f"{type(request).__name__} within {self._patience_s:g} s"
+                what = f"{type(job.request).__name__} within {self._patience_s:g} s"
                 raise WorkerLost(f"Simulator {self.name} did not answer {what}; it was ended and will be restarted.")
             message = connection.recv()
             if isinstance(message, Failed):
                 raise message.error
-            if not isinstance(message, Beat):
+            if isinstance(message, Shows):
+                self._replies = []
+                self._tell(job.shows)
+                connection.send(Go())
+            elif isinstance(message, Beat):
+                if message.reply is not None:
+                    self._replies = self._replies or []
+                    self._replies.append(message.reply)
+            else:
                 return message.value
+
+    def _tell(self, shows: Callable[[], None]) -> None:
+        """Calls `shows`; the worker, which waits for leave, is ended when that fails."""
+        try:
+            shows()
+        except BaseException:
+            self._end(0.0)
+            raise
 
     def _running(self) -> Connection:
         if self._connection is None:
@@ -231,9 +273,21 @@ class SimulatorPool:
         facts = [future.result()[1] for future in futures]
         return facts[0]
 
-    async def play(self, ticket: Ticket) -> EpisodeRecord:
-        """Returns the record of an episode played by the agent inside a worker. Raises WorkerLost."""
-        return await self._once(Play(ticket))
+    async def play(self, ticket: Ticket, shows: Callable[[], None], *, goes_on: bool) -> EpisodeRecord:
+        """Returns the record of an episode played by the agent inside a worker. Raises WorkerLost.
+
+        `shows` is called before the agent is shown the first frame. With `goes_on`, an agent whose worker is lost after
+        that plays on in another one from where it was; without, the loss is raised at once.
+        """
+        earlier: tuple[Reply, ...] | None = None
+        for left in range(MAX_RESTORES, -1, -1):
+            try:
+                return await self._once(Play(ticket, earlier), shows)
+            except WorkerLost as lost:
+                if not goes_on or not left or (earlier is None and lost.replies is None):
+                    raise
+                earlier = (*(earlier or ()), *(lost.replies or ()))
+        raise AssertionError("the last round returns or raises")
 
     async def resimulate(self, ticket: Ticket, record: EpisodeRecord, *, frames: bool, exact: bool) -> list[Difference]:
         """Returns the differences between a record and its replies carried out again. Raises SimulatorError."""
@@ -243,10 +297,10 @@ class SimulatorPool:
         """Returns an episode to be played from outside, not begun yet."""
         return LiveEpisode(self, ticket, next(self._sessions))
 
-    async def _once(self, request: Request) -> Any:
+    async def _once(self, request: Request, shows: Callable[[], None] | None = None) -> Any:
         worker = self.take()
         try:
-            return (await asyncio.wrap_future(worker.submit(request)))[1]
+            return (await asyncio.wrap_future(worker.submit(request, shows=shows)))[1]
         finally:
             self.give_back(worker)
 

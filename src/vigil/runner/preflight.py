@@ -15,6 +15,7 @@ from vigil.errors import ModelAPIError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.profile import ImageFormat
 from vigil.runner.ask import Ask
+from vigil.runner.serving import KEY_HINT
 
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
 FONT_PX = 200
@@ -42,7 +43,7 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
         where = f" at {address}" if address else ""
         raise ModelAPIError(
             f"Model {model!r}{where} did not answer the call before the run: {error}. Check that it is served there "
-            "under that name, and the key in the environment; then give the same command again."
+            f"under that name, and the key in the environment. {KEY_HINT}. Then give the same command again."
         ) from error
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
         shown = "rejected the request" if reply.provider_rejected else f"answered {reply.text[:200]!r}"

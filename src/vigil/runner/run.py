@@ -20,9 +20,10 @@ from vigil.runner.ask import Ask, Patience
 from vigil.runner.live import boundary_of, lost_record, play_live
 from vigil.runner.pool import SimulatorPool, usable_cpus
 from vigil.runner.progress import OnProgress, Tally
+from vigil.runner.redaction import Secrets, hiding
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.serving import serving
-from vigil.runner.settings import RunSettings, log_dir, plan_run, worker_plan
+from vigil.runner.serving import only_its_key
+from vigil.runner.settings import RunSettings, log_dir, plan_run, secrets_of, serving_of, worker_plan
 from vigil.runner.wire import Ticket
 
 ATTEMPTS = 3
@@ -68,6 +69,7 @@ class _Run:
     spec: RunSpec
     folder: RunFolder
     tally: Tally
+    secrets: Secrets
 
     def pending(self) -> list[Ticket]:
         """Returns what is still to be played, epoch by epoch, by episode id."""
@@ -96,10 +98,17 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
     Raises InputError (bad settings, another run in the folder), ModelAPIError when pictures do not reach the model,
     SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is kept.
     """
+    secrets = secrets_of(settings)
+    with hiding(secrets):
+        return _run_pack(settings, secrets, on_progress)
+
+
+def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) -> RunResult:
     pack, episodes, spec = plan_run(settings)
     folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, _places(settings, pack))
     try:
-        run = _Run(settings, pack, episodes, spec, folder, Tally(episodes, spec.epochs, folder.records(), on_progress))
+        tally = Tally(episodes, spec.epochs, folder.records(), on_progress)
+        run = _Run(settings, pack, episodes, spec, folder, tally, secrets)
         resumed = sum(record.end != "error" for record in folder.records())
         tickets = run.pending()
         if tickets:
@@ -149,7 +158,7 @@ async def _play_inside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) ->
 async def _inside(pool: SimulatorPool, ticket: Ticket, run: _Run) -> EpisodeRecord:
     started = datetime.now(UTC)
     try:
-        return await pool.play(ticket)
+        return await pool.play(ticket, _shows(ticket, run), goes_on=run.spec.agent_kind == "exec")
     except SimulatorError as error:
         return lost_record(ticket, run.folder.header.run_id, boundary_of(error), str(error), started)
 
@@ -162,7 +171,7 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
 
     settings, profile = run.settings, run.spec.profile
     endpoint = Endpoint(
-        serving=serving(run.spec.agent, settings.base_url, settings.model_args),
+        serving=serving_of(settings),
         sampling={**run.spec.sampling, **({"extra_body": dict(settings.extra_body)} if settings.extra_body else {})},
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
@@ -171,34 +180,54 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
             settings.first_wait_s,
             settings.longest_wait_s,
             rng=np.random.default_rng(settings.seed),
-            tell=run.tally.note,
+            tell=lambda trouble: run.tally.note(run.secrets.hide(trouble)),
         ),
     )
-    if settings.preflight:
-        asyncio.run(preflight(endpoint, run.spec.agent, profile.image_format))
-    run.tally.start()
 
     async def play_one(ticket: Ticket, ask: Ask) -> EpisodeRecord:
         record = await _attempts(
-            ticket, run, lambda attempt: play_live(pool.live(attempt), profile, ask, run.folder.header.run_id)
+            ticket,
+            run,
+            lambda attempt: play_live(pool.live(attempt), profile, ask, run.folder.header.run_id, _shows(attempt, run)),
         )
         run.keep(ticket, record)
         return record
 
-    evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
+    with only_its_key(endpoint.serving):
+        if settings.preflight:
+            asyncio.run(preflight(endpoint, run.spec.agent, profile.image_format))
+        run.tally.start()
+        evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
+
+
+def _shows(ticket: Ticket, run: _Run) -> Callable[[], None]:
+    """Returns what notes that the agent is about to be shown the first frame of an attempt."""
+    return lambda: run.folder.attempts.begin((ticket.episode.id, ticket.epoch))
 
 
 async def _attempts(ticket: Ticket, run: _Run, play: Callable[[Ticket], Awaitable[EpisodeRecord]]) -> EpisodeRecord:
     """Plays an episode until it ends without error, at most ATTEMPTS times, waiting longer each time.
 
-    A model's failure is not tried again: every single request was.
+    A model's failure is not tried again: every single request was. Neither is an episode of which a program was shown a
+    frame and whose worker was lost again and again: it would be played with knowledge.
     """
     patience = Patience(first_wait_s=run.settings.first_wait_s)
-    attempt = 1
-    while True:
-        record = await play(Ticket(ticket.episode, ticket.epoch, attempt))
-        is_final = record.error is None or record.error.boundary == "model" or attempt == ATTEMPTS
-        if is_final:
+    key, attempts = (ticket.episode.id, ticket.epoch), run.folder.attempts
+    for tried in range(1, ATTEMPTS + 1):
+        before = attempts.count(key)
+        record = _without_secrets(await play(Ticket(ticket.episode, ticket.epoch, before + 1)), run.secrets)
+        was_shown = attempts.count(key) > before
+        boundary = None if record.error is None else record.error.boundary
+        is_lost = boundary == "worker" and was_shown and run.spec.agent_kind == "exec"
+        if boundary in (None, "model") or is_lost or tried == ATTEMPTS:
             return record
-        await asyncio.sleep(patience.wait_s(attempt, None))
-        attempt += 1
+        await asyncio.sleep(patience.wait_s(tried, None))
+    raise AssertionError("the last round returns")
+
+
+def _without_secrets(record: EpisodeRecord, secrets: Secrets) -> EpisodeRecord:
+    """Returns the record with no secret in the message of its error; replies are evidence, and stay as they are."""
+    if record.error is None:
+        return record
+    error = record.error.model_copy(update={"message": secrets.hide(record.error.message)})
+    return record.model_copy(update={"error": error})

@@ -25,6 +25,7 @@ from vigil.record import (
     read_header,
     read_records,
 )
+from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.wire import Facts
 
 FRAMES_FOLDER = "frames"
@@ -44,6 +45,7 @@ class RunFolder:
         self._is_new = is_new
         self.header = header
         self._log = log
+        self.attempts = AttemptLog(path / ATTEMPTS_FILE, header.spec)
 
     @classmethod
     def create_or_resume(cls, path: Path, spec: RunSpec, places: Mapping[str, str] | None = None) -> "RunFolder":
@@ -68,10 +70,10 @@ class RunFolder:
         try:
             header = _resume(path, spec) if log.rows else _create(path, spec, places or {})
             _check_rows(path, header, log)
+            return cls(path, header, log, is_new=is_new)
         except RecordError:
             log.close()
             raise
-        return cls(path, header, log, is_new=is_new)
 
     @property
     def torn(self) -> Path | None:

@@ -17,7 +17,8 @@ from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVar
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, RunSpec
 from vigil.runner.pool import PATIENCE_S
-from vigil.runner.serving import serving, without_login, without_secrets
+from vigil.runner.redaction import Secrets, without_login, without_options, without_secrets
+from vigil.runner.serving import Serving, serving
 from vigil.runner.wire import Plan, PrivilegedFactory, Quality, SimulatorFactory
 from vigil.sim import BACKENDS
 
@@ -35,6 +36,8 @@ class RunSettings:
     model: str | None = None
     """`provider/model` as Inspect knows it."""
     base_url: str | None = None
+    api_key_env: str | None = None
+    """The variable that holds the key; None for the provider's own, which goes to its own hosts alone."""
     log_dir: Path | None = None
     """The run's folder; None for one under `runs/` that the same settings find again."""
     families: tuple[Family, ...] = ()
@@ -88,7 +91,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         "extra_body": dict(settings.extra_body) or None,
     }
     spec = RunSpec(
-        agent=settings.model or settings.agent or "",
+        agent=settings.model or public_name(settings.agent or ""),
         agent_kind=_kind(settings),
         base_url=_address(settings),
         sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
@@ -165,8 +168,29 @@ def _address(settings: RunSettings) -> str | None:
     """Returns where the model is served, as the header keeps it; None when the provider decides."""
     if settings.model is None:
         return None
-    url = serving(settings.model, settings.base_url, settings.model_args).base_url
+    url = serving_of(settings).base_url
     return None if url is None else without_login(url)
+
+
+def serving_of(settings: RunSettings) -> Serving:
+    """Returns how the run's model is reached. Raises SettingError."""
+    return serving(settings.model or "", settings.base_url, settings.model_args, settings.api_key_env)
+
+
+def public_name(agent: str) -> str:
+    """Returns an agent's name without the secrets in the command line of a program."""
+    return Secrets.of_command("").hide(without_options(agent)) if is_exec(agent) else agent
+
+
+def secrets_of(settings: RunSettings) -> Secrets:
+    """Returns the values that no file, message or table of the run may hold. Raises SettingError."""
+    found = serving_of(settings) if settings.model is not None else None
+    return Secrets.of(
+        command=settings.agent or "",
+        url=None if found is None else found.base_url,
+        settings=({"model_args": settings.model_args, "extra_body": settings.extra_body},),
+        key="" if found is None else found.api_key or "",
+    )
 
 
 def _kind(settings: RunSettings) -> AgentKind:
@@ -190,4 +214,4 @@ def _check(settings: RunSettings) -> None:
     if settings.agent is not None and settings.agent_factory is None:
         make_agent(settings.agent, Profile())
     if settings.model is not None:
-        serving(settings.model, settings.base_url, settings.model_args)
+        serving_of(settings)

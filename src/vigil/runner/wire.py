@@ -87,6 +87,8 @@ class Play:
     """Play one episode with the agent in the worker -> EpisodeRecord."""
 
     ticket: Ticket
+    earlier: tuple[Reply, ...] | None = None
+    """The replies given before in a worker that was lost, to go on from; None to begin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,19 @@ Request = AskFacts | Play | Begin | Advance | Fail | Drop | Resimulate
 @dataclass(frozen=True, slots=True)
 class Beat:
     """The worker is alive and at work on the request."""
+
+    reply: Reply | None = None
+    """What the agent in the worker has just replied."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shows:
+    """The agent in the worker is about to be shown the first frame; the worker waits for `Go`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Go:
+    """That this is the beginning of an attempt is on disk."""
 
 
 @dataclass(frozen=True, slots=True)

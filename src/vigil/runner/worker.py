@@ -9,12 +9,11 @@ import hashlib
 import signal
 import sys
 import traceback
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from multiprocessing.connection import Connection
 from typing import NoReturn
 
+from vigil.actions import Reply
 from vigil.agents.agent import Agent, Closeable
 from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.picture import encode
@@ -25,7 +24,8 @@ from vigil.observation import Observation
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord
 from vigil.runner.frames import FrameStore
-from vigil.runner.play import play
+from vigil.runner.play import Watcher, play
+from vigil.runner.redaction import Secrets
 from vigil.runner.verify import Difference, How, resimulate
 from vigil.runner.wire import (
     Advance,
@@ -41,6 +41,7 @@ from vigil.runner.wire import (
     Play,
     Request,
     Resimulate,
+    Shows,
     Ticket,
     View,
 )
@@ -59,13 +60,29 @@ class Stage:
     observation: Observation | None = None
 
 
+class Line:
+    """What a worker says to the main process while it is at work on a request."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def beat(self, reply: Reply | None = None) -> None:
+        """Says that the worker is alive, and what the agent in it has replied."""
+        self._connection.send(Beat(reply))
+
+    def shows(self) -> None:
+        """Says that the agent is about to be shown the first frame, and waits until that is on disk."""
+        self._connection.send(Shows())
+        self._connection.recv()
+
+
 class Theatre:
     """What one worker holds: the pack, its stages, and the agent that plays inside."""
 
-    def __init__(self, plan: Plan, beat: Callable[[], None]) -> None:
-        """`beat` tells the main process that the worker is alive."""
+    def __init__(self, plan: Plan, line: "Line") -> None:
         self._plan = plan
-        self._beat = beat
+        self._line = line
+        self._hide = Secrets.of_command(plan.agent).hide
         self._pack = Pack.load(plan.pack)
         self._assets = AssetDatabase.load(plan.asset_database) if plan.asset_database else AssetDatabase.default()
         self._frames = FrameStore(plan.frames) if plan.frames else None
@@ -78,8 +95,8 @@ class Theatre:
         match request:
             case AskFacts():
                 return self._facts()
-            case Play(ticket):
-                return self._play(ticket)
+            case Play(ticket, earlier):
+                return self._play(ticket, earlier)
             case Begin(session, ticket):
                 return self._begin(session, ticket)
             case Advance(session, reply):
@@ -108,18 +125,18 @@ class Theatre:
         self._spare.append(stage)
         return Facts(stage.simulator.name, stage.simulator.renderer())
 
-    def _play(self, ticket: Ticket) -> EpisodeRecord:
+    def _play(self, ticket: Ticket, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
         stage = self._take_stage()
         stage.ticket = ticket
         try:
             agent = self._agent_for(ticket, stage.simulator)
-            play(ticket.episode, stage.env, agent, self._watch)
+            play(ticket.episode, stage.env, agent, Watcher(self._line.shows, self._answered), earlier)
             return self._record(stage)
         finally:
             self._release(stage)
 
-    def _watch(self, observation: Observation) -> None:
-        self._beat()
+    def _answered(self, observation: Observation, reply: Reply) -> None:
+        self._line.beat(reply)
         if self._frames is not None:
             self._frames.keep(observation.rgb)
 
@@ -131,7 +148,7 @@ class Theatre:
             return plan.agent_factory(plan.agent, ticket.episode, simulator)
         seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, ticket.epoch)
         if seed not in self._agents:
-            self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds)
+            self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds, self._hide)
         return self._agents[seed]
 
     def _begin(self, session: int, ticket: Ticket) -> View | EpisodeRecord:
@@ -172,7 +189,7 @@ class Theatre:
     def _resimulate(self, request: Resimulate) -> list[Difference]:
         stage = self._take_stage()
         try:
-            how = How(frames=request.frames, exact=request.exact, beat=self._beat)
+            how = How(frames=request.frames, exact=request.exact, beat=self._line.beat)
             return resimulate(request.ticket.episode, request.record, stage.env, how)
         finally:
             self._release(stage)
@@ -204,7 +221,7 @@ def serve(connection: Connection) -> None:
         while True:
             request = connection.recv()
             try:
-                theatre = theatre or Theatre(plan, partial(connection.send, Beat()))
+                theatre = theatre or Theatre(plan, Line(connection))
                 answer: Done | Failed = Done(theatre.answer(request))
             except VigilError as error:
                 answer = Failed(error)

@@ -1,0 +1,262 @@
+"""A program that runs beside VIGIL and speaks lines: how it is started, written to, read from and ended.
+
+It gets a folder of its own, outside of the run's, as its working directory; three pipes and no other open file; and the
+user's environment without VIGIL's own variables. So nothing that it was handed leads to hidden state.
+"""
+
+import array
+import contextlib
+import fcntl
+import os
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import termios
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from vigil.errors import SettingError
+
+CLOSING_SECONDS = 2.0
+MAX_LINE_BYTES = 128 * 1024
+"""What is kept of an answer: twice what a valid reply may have."""
+_CHUNK = 1 << 16
+_DRAIN_SECONDS = 0.002
+_OWN_VARIABLES = ("VIGIL_", "INSPECT_")
+"""What the names of variables begin with that are VIGIL's, or of the library that it runs models with."""
+_PLACES = ("PWD", "OLDPWD")
+_SEARCH_PATHS = ("PATH", "PYTHONPATH")
+
+Hide = Callable[[str], str]
+"""Returns a text without secrets."""
+
+
+class ProgramFault(Exception):
+    """The program ended, hung, or wrote when nothing was asked; it has been ended."""
+
+    def __init__(self, what: str, written: bytes = b"") -> None:
+        super().__init__(what)
+        self.written = written
+        """What it had written that is no answer."""
+
+
+class Program:
+    """One running program. Every method but `close` raises ProgramFault when it ends, hangs or talks out of turn."""
+
+    def __init__(self, arguments: Sequence[str], folder: Path, patience_s: float, hide: Hide) -> None:
+        """Starts it with `folder` as its working directory. Raises OSError when it cannot be started.
+
+        `patience_s` is what messages say of the deadlines.
+        """
+        self._for = f"for {patience_s:g} s"
+        self._sent = 0
+        self._has_begun_to_read: bool | None = None
+        self._process = subprocess.Popen(
+            arguments,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            bufsize=0,
+            start_new_session=True,
+            cwd=folder,
+            env=environment(os.environ, Path.cwd(), folder),
+        )
+        for pipe in (self._process.stdin, self._process.stdout):
+            os.set_blocking(_fileno(pipe), False)
+        self._pending = bytearray()
+        self._stderr = threading.Thread(target=_copy, args=(_fileno(self._process.stderr), hide), daemon=True)
+        self._stderr.start()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process lives."""
+        return self._process.poll() is None
+
+    def wait_until_read(self, deadline: float) -> None:
+        """Waits until the program has read all that was sent; a line's end may be left over."""
+        while self.unread() > 1:
+            ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], _DRAIN_SECONDS)
+            if ready:
+                self.refuse_stray_output()
+            if time.monotonic() > deadline:
+                raise self.fault(f"does not read its input {self._for}")
+
+    def unread(self) -> int:
+        """Returns how many bytes of what was sent the program has not read."""
+        count = array.array("i", [0])
+        fcntl.ioctl(_fileno(self._process.stdin), termios.FIONREAD, count)
+        return count[0]
+
+    @property
+    def has_begun_to_read(self) -> bool:
+        """Whether the program has read any of what was sent last, provided that it had read all before."""
+        return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
+
+    def send(self, data: bytes, deadline: float) -> None:
+        """Writes `data`."""
+        left = memoryview(data)
+        fd = _fileno(self._process.stdin)
+        self._sent = 0
+        while left:
+            patience = deadline - time.monotonic()
+            if patience <= 0 or not select.select([], [fd], [], patience)[1]:
+                raise self.fault(f"does not read its input {self._for}")
+            try:
+                count = os.write(fd, left[:_CHUNK])
+            except BlockingIOError:
+                continue
+            except BrokenPipeError:
+                raise self.ended() from None
+            self._sent += count
+            left = left[count:]
+
+    def read_line(self, deadline: float) -> bytes:
+        """Returns the next line of output, cut to MAX_LINE_BYTES."""
+        while b"\n" not in self._pending:
+            patience = deadline - time.monotonic()
+            if patience <= 0 or not select.select([_fileno(self._process.stdout)], [], [], patience)[0]:
+                raise self.fault(f"does not answer {self._for}")
+            if not self._read_chunk():
+                raise self.ended()
+            if len(self._pending) > MAX_LINE_BYTES and b"\n" not in self._pending:
+                del self._pending[MAX_LINE_BYTES:]
+        line, _, rest = bytes(self._pending).partition(b"\n")
+        self._pending = bytearray(rest)
+        return line[:MAX_LINE_BYTES]
+
+    def refuse_stray_output(self) -> None:
+        """Raises ProgramFault when the program has ended, or has written what nobody asked for."""
+        ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], 0)
+        if ready and not self._read_chunk():
+            raise self.ended()
+        if self._pending:
+            shown = bytes(self._pending[:200]).decode(errors="backslashreplace")
+            raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
+
+    def ended(self) -> ProgramFault:
+        """Returns the fault of a program that has closed a pipe; its exit code follows in a moment."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=CLOSING_SECONDS)
+        return self.fault("ended without an answer")
+
+    def fault(self, what: str) -> ProgramFault:
+        """Ends the program and returns the fault."""
+        self._has_begun_to_read = self.has_begun_to_read
+        code = self._process.poll()
+        written = bytes(self._pending[:MAX_LINE_BYTES])
+        self.close(patience_s=0.0)
+        return ProgramFault(what if code is None else f"{what} (exit code {code})", written)
+
+    def close(self, patience_s: float = CLOSING_SECONDS) -> None:
+        """Closes its input, and kills it with all that it started when it does not end by itself."""
+        process = self._process
+        with contextlib.suppress(OSError):
+            process.stdin.close() if process.stdin else None
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(timeout=patience_s)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        self._stderr.join(CLOSING_SECONDS)
+        if process.stdout:
+            process.stdout.close()
+        if process.stderr and not self._stderr.is_alive():
+            process.stderr.close()
+
+    def _read_chunk(self) -> bytes:
+        chunk = os.read(_fileno(self._process.stdout), _CHUNK)
+        self._pending += chunk
+        return chunk
+
+
+class Workplace:
+    """The folder of a program's own, made when first needed and removed with `close`."""
+
+    def __init__(self) -> None:
+        self._folder: Path | None = None
+
+    @property
+    def folder(self) -> Path:
+        """The folder. Raises SettingError when none can be made."""
+        if self._folder is None or not self._folder.is_dir():
+            try:
+                self._folder = Path(tempfile.mkdtemp(prefix="agent-"))
+            except OSError as error:
+                raise SettingError(
+                    f"No temporary folder can be made for the agent's program: {error}. Set TMPDIR to another place."
+                ) from None
+        return self._folder
+
+    def close(self) -> None:
+        """Removes the folder with all that is in it."""
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder = None
+
+
+def resolved(arguments: Sequence[str], here: Path) -> list[str]:
+    """Returns a command's words with relative paths of what exists in `here` made absolute, also behind a `=`."""
+    return [_program(arguments[0], here), *(_word(word, here) for word in arguments[1:])]
+
+
+def environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
+    """Returns the environment of a program in `folder`: the user's own, without what is VIGIL's."""
+    kept = {
+        name: value for name, value in variables.items() if not name.startswith(_OWN_VARIABLES) and name not in _PLACES
+    }
+    for name in _SEARCH_PATHS:
+        if name in kept:
+            kept[name] = os.pathsep.join(str(here / part) for part in kept[name].split(os.pathsep) if part)
+    return {**kept, "PWD": str(folder)}
+
+
+def _program(word: str, here: Path) -> str:
+    return str(here / word) if "/" in word else word
+
+
+def _word(word: str, here: Path) -> str:
+    option, sign, value = word.partition("=") if word.startswith("-") else ("", "", word)
+    exists = bool(value) and not value.startswith("-") and _exists(here / value)
+    return f"{option}{sign}{here / value}" if exists else word
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # too long for a path, or with a NUL: no file's name
+        return False
+
+
+def _copy(fd: int, hide: Hide) -> None:
+    """Copies what the program says to this process's own standard error, line by line and without secrets."""
+    pending = b""
+    while chunk := _read(fd):
+        *lines, pending = (pending + chunk).split(b"\n")
+        if len(pending) > MAX_LINE_BYTES:
+            lines, pending = [*lines, pending], b""
+        _say(b"".join(line + b"\n" for line in lines), hide)
+    _say(pending, hide)
+
+
+def _read(fd: int) -> bytes:
+    try:
+        return os.read(fd, _CHUNK)
+    except OSError:
+        return b""
+
+
+def _say(data: bytes, hide: Hide) -> None:
+    if data:
+        with contextlib.suppress(OSError, ValueError):  # the log is gone or the disk is full: the episode goes on
+            sys.stderr.write(hide(data.decode(errors="backslashreplace")))
+            sys.stderr.flush()
+
+
+def _fileno(pipe: Any) -> int:
+    return pipe.fileno()

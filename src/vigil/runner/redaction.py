@@ -1,0 +1,261 @@
+"""Redaction: keys, tokens and passwords stay out of all that a run writes.
+
+Two ways together. By name and form, which depends on the text alone: what a run is called in its header must not change
+when a key does. And by value: whatever was recognised as a secret, and every secret of the environment, is taken out of
+free text (messages, tracebacks, what programs write to standard error) wherever it turns up. An agent's replies are
+kept as they are: they are evidence.
+"""
+
+import base64
+import json
+import os
+import re
+import shlex
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+from urllib.parse import quote, unquote, urlsplit, urlunsplit
+
+from vigil.errors import VigilError
+
+REDACTED = "(not recorded)"
+MIN_CHARS = 6
+"""Shorter values are no secrets, and would be found in the middle of ordinary words."""
+MIN_ENVIRONMENT_CHARS = 8
+_ALWAYS = frozenset(
+    [
+        "secret",
+        "secrets",
+        "password",
+        "passwords",
+        "passwd",
+        "passphrase",
+        "pwd",
+        "apikey",
+        "apikeys",
+        "authorization",
+        "credential",
+        "credentials",
+        "cookie",
+        "cookies",
+        "bearer",
+    ]
+)
+"""A name with one of these words is a secret's."""
+_AT_THE_END = frozenset({"key", "keys", "token", "auth"})
+"""A name that ends in one of these is; `max_tokens` and `token_budget` are not."""
+_NO_VALUES = frozenset(["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"])
+"""A name that ends in one of these names a place or a number."""
+_NUMBERS = frozenset(["max", "min", "num", "stop", "eos", "bos", "pad", "unk", "top", "sort", "group", "primary"])
+_HARMLESS_HEADERS = frozenset(
+    ["accept", "accept-language", "content-type", "user-agent", "anthropic-beta", "anthropic-version", "openai-beta"]
+)
+_WORD = r"""(?:\\.|[^\s'"\\]|"(?:\\.|[^"\\])*"|'[^']*')+"""
+"""A word as a shell reads it, quotes and all."""
+_NAME = r"(?P<name>[A-Za-z][\w.-]*)"
+_NAMED = re.compile(
+    rf"(?P<head>(?:(?<![\w-])--?{_NAME}['\"]?(?:\s+|=)|{_NAME.replace('name', 'other')}['\"]?(?:=|\s*:\s*))"
+    rf"(?:(?:Bearer|Basic|Token)\s+)?)(?P<value>{_WORD})"
+)
+"""`--name value`, `--name=value`, `NAME=value`, `Name: value`."""
+_USER = re.compile(rf"(?P<head>(?<!\S)(?:-u|--user|--proxy-user)(?:\s+|=))(?P<value>{_WORD})")
+_FORMS = (
+    re.compile(r"(?P<head>\b[A-Za-z][A-Za-z0-9+.-]*://)(?P<value>[^\s/?#'\"]*)(?=@)"),
+    re.compile(r"(?P<head>\b(?:Bearer|Basic) +)(?P<value>[A-Za-z0-9._~+/=-]{6,})"),
+    re.compile(
+        r"(?P<head>)(?P<value>\b(?:(?:sk|pk|rk|xai|pplx|nvapi|glpat)-[\w-]{16,}|(?:gsk|hf|r8|gh[pousr])_\w{16,}"
+        r"|github_pat_\w{20,}|AIza[\w-]{20,}|AKIA[A-Z0-9]{16}|xox[abp]-[\w-]{10,}|eyJ[\w-]+\.[\w-]+\.[\w-]+))"
+    ),
+)
+"""Logins in addresses, headers that log in, and keys that can be told by their looks."""
+
+
+def is_secret(name: str) -> bool:
+    """Whether a setting, header, variable or option of that name holds a secret."""
+    spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
+    words = [word for word in re.split(r"[^a-z0-9]+", spaced.casefold()) if word]
+    if not words or words[-1] in _NO_VALUES:
+        return False
+    if _ALWAYS & set(words):
+        return True
+    last = words[-2] if words[-1] == "id" and len(words) > 1 else words[-1]
+    return last in _AT_THE_END and not _NUMBERS & set(words)
+
+
+def without_login(url: str) -> str:
+    """Returns an address without user name, password and query, fit for a run header."""
+    parts = urlsplit(url)
+    return urlunsplit((parts.scheme, parts.netloc.rpartition("@")[2], parts.path, "", ""))
+
+
+def without_secrets(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns `settings` with secrets blanked, however deep they are, fit for a run header."""
+    found: list[str] = []
+    return {name: _clean(name, value, found) for name, value in sorted(settings.items())}
+
+
+def without_forms(text: str, found: list[str] | None = None) -> str:
+    """Returns a text without what looks like a key or a login; `found` takes those in."""
+    for form in _FORMS:
+        text = form.sub(lambda match: _blank(match, found), text)
+    return text
+
+
+def without_options(command: str, found: list[str] | None = None) -> str:
+    """Returns a command line without the values of options, variables and headers with secrets' names."""
+    command = without_forms(command, found)
+    text, start = "", 0
+    while match := _NAMED.search(command, start):
+        which = "name" if match["name"] else "other"
+        hides = is_secret(match[which])
+        end = match.end() if hides else match.end(which)
+        text += command[start : match.start()]
+        text += _blank(match, found) if hides else command[match.start() : end]
+        start = end
+    return _USER.sub(lambda match: _blank(match, found), text + command[start:])
+
+
+class Secrets:
+    """The values that must not be written, as far as they are known."""
+
+    def __init__(self, values: Iterable[str]) -> None:
+        forms = {form for value in values if len(value) >= MIN_CHARS for form in _forms_of(value)}
+        longest_first = sorted(forms, key=lambda form: (-len(form), form))
+        self._pattern = re.compile("|".join(map(re.escape, longest_first))) if forms else None
+
+    @classmethod
+    def of_command(cls, command: str) -> "Secrets":
+        """Returns those in an agent's command line and in the environment."""
+        return cls((*_in_command(command), *environment_secrets(os.environ).values()))
+
+    @classmethod
+    def of(
+        cls, *, command: str = "", url: str | None = None, settings: Iterable[Mapping[str, Any]] = (), key: str = ""
+    ) -> "Secrets":
+        """Returns those in a command line, an address, settings and the environment, with `key`."""
+        found = [*_in_command(command), *environment_secrets(os.environ).values(), key]
+        for mapping in settings:
+            for name, value in mapping.items():
+                _clean(name, value, found)
+        found += _in_url(url or "")
+        return cls(found)
+
+    def hide(self, text: str) -> str:
+        """Returns `text` without secrets."""
+        known = text if self._pattern is None else self._pattern.sub(REDACTED, text)
+        return without_forms(known)
+
+
+@contextmanager
+def hiding(secrets: Secrets) -> Iterator[None]:
+    """Takes the secrets out of the messages of errors that pass."""
+    try:
+        yield
+    except VigilError as error:
+        said = str(error)
+        if secrets.hide(said) == said:
+            raise
+        raise type(error)(secrets.hide(said)) from None
+
+
+def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
+    """Returns the variables with secrets' names, and the logins in those that hold addresses."""
+    found = {
+        name: value
+        for name, value in environment.items()
+        if is_secret(name) and len(value) >= MIN_ENVIRONMENT_CHARS and not value.startswith("/")
+    }
+    for name, value in environment.items():
+        if "://" in value and name not in found:
+            logins = _in_login(value)
+            found |= {f"{name} {index}": part for index, part in enumerate(logins)}
+    return found
+
+
+def _in_command(command: str) -> list[str]:
+    found: list[str] = []
+    without_options(command, found)
+    return found
+
+
+def _in_url(url: str) -> list[str]:
+    """Returns what logs in at an address: user name and password, also as a header has them, and the query."""
+    try:
+        query = urlsplit(url).query
+    except ValueError:
+        return []
+    values = [query, *(piece.partition("=")[2] or piece for piece in query.split("&"))]
+    return [*_in_login(url), *(form for value in values if value for form in (value, unquote(value)))]
+
+
+def _in_login(url: str) -> list[str]:
+    try:
+        login = urlsplit(url).netloc.rpartition("@")[0]
+    except ValueError:
+        return []
+    if not login:
+        return []
+    user, _, password = login.partition(":")
+    basic = base64.b64encode(unquote(login).encode()).decode()
+    return [basic, *(form for part in (login, user, password) if part for form in (part, unquote(part)))]
+
+
+def _clean(name: str, value: Any, found: list[str], *, is_hidden: bool = False) -> Any:
+    """Returns `value` with secrets blanked; `found` takes them in."""
+    is_hidden = is_hidden or is_secret(name)
+    if isinstance(value, Mapping):
+        return _clean_mapping(name, value, found, is_hidden)
+    if isinstance(value, list | tuple):
+        is_pair = len(value) == 2 and isinstance(value[0], str) and is_secret(value[0])
+        if is_pair and not is_hidden:
+            return [value[0], _clean(value[0], value[1], found)]
+        return [_clean("", item, found, is_hidden=is_hidden) for item in value]
+    if is_hidden and not isinstance(value, bool | None):
+        if isinstance(value, int | float) and not _hides_numbers(name):
+            return value
+        found += [str(value), str(value).rpartition(" ")[2]]  # `Bearer KEY`: the key alone is one too
+        return REDACTED
+    return without_options(value, found) if isinstance(value, str) else value
+
+
+def _clean_mapping(name: str, value: Mapping[Any, Any], found: list[str], is_hidden: bool) -> dict[str, Any]:
+    is_header = name.casefold().endswith(("headers", "header"))
+    labels = {value.get(label) for label in ("name", "key", "header") if isinstance(value.get(label), str)}
+    is_labelled = any(is_secret(str(label)) for label in labels)
+    cleaned: dict[str, Any] = {}
+    for key, item in value.items():
+        hides = is_hidden or (is_header and str(key).casefold() not in _HARMLESS_HEADERS)
+        hides = hides or (is_labelled and item not in labels)
+        cleaned[str(key)] = item if is_labelled and item in labels else _clean(str(key), item, found, is_hidden=hides)
+    return cleaned
+
+
+def _hides_numbers(name: str) -> bool:
+    return not name or bool(_ALWAYS & set(re.split(r"[^a-z0-9]+", name.casefold())))
+
+
+def _blank(match: re.Match[str], found: list[str] | None) -> str:
+    value = match["value"]
+    if REDACTED in value or value == REDACTED.split()[0]:
+        return match[0]
+    if found is not None:
+        found += [value, _unquoted(value), *re.split(r"['\"]", value)]
+        found.extend(_in_url(f"x://{value}@x") if match["head"].endswith("://") else ())
+    return match["head"] + REDACTED
+
+
+def _unquoted(word: str) -> str:
+    try:
+        return "".join(shlex.split(word))
+    except ValueError:
+        return word
+
+
+def _forms_of(value: str) -> Iterator[str]:
+    """Yields a value as it may stand in a text: as it is, in an address, in JSON, in Python."""
+    yield value
+    yield quote(value, safe="")
+    yield quote(value)
+    yield json.dumps(value)[1:-1]
+    yield json.dumps(value, ensure_ascii=False)[1:-1]
+    yield repr(value)[1:-1]

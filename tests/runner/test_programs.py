@@ -1,0 +1,155 @@
+"""Whole runs of programs that end, hang, or end what runs them: nothing is to be gained by it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tiny_pack import tiny_pack
+from troublesome import REPORT
+
+from vigil.errors import RecordError
+from vigil.record import read_records
+from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
+from vigil.runner.run import RunResult, run_pack
+from vigil.runner.run_folder import read_header
+from vigil.runner.settings import RunSettings
+from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.summary import settle_run, summarise
+
+TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 90}}'
+HEAD = f"""
+import json, os, pathlib, signal, sys, time
+TURN, REPORT = {TURN!r}, {REPORT!r}
+def say(line): print(line, flush=True)
+notes = pathlib.Path(sys.argv[1])
+seen = 0
+for line in sys.stdin:
+    if json.loads(line)["type"] == "start":
+        seen = 0
+        continue
+    seen += 1
+    with notes.open("a") as file: file.write("frame\\n")
+    frames = len(notes.read_text().splitlines())
+"""
+
+
+@pytest.fixture(scope="module")
+def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A pack of one episode, AI, with 25 steps and 8 invalid actions."""
+    folder = tmp_path_factory.mktemp("packs") / "tiny"
+    tiny_pack(folder, 8)
+    return folder
+
+
+def played(pack: Path, tmp_path: Path, body: str, **changes: Any) -> RunResult:
+    agent = tmp_path / "agent.py"
+    agent.write_text(HEAD + "".join(f"    {line}\n" for line in body.splitlines()))
+    fields: dict[str, Any] = {
+        "pack": pack,
+        "agent": f"exec:{sys.executable} {agent} {tmp_path / 'notes'}",
+        "log_dir": tmp_path / "run",
+        "backend": "fake",
+        "workers": 1,
+        "first_wait_s": 0.0,
+        "episode_ids": ("tiny-AI-003",),
+    }
+    return run_pack(RunSettings(**{**fields, **changes}))
+
+
+def test_a_program_that_looks_round_and_ends_goes_on_where_it_was(pack: Path, tmp_path: Path) -> None:
+    result = played(pack, tmp_path, "if frames == 5: sys.exit(0)\nsay(TURN if frames < 5 else REPORT)")
+    (record,) = result.records
+    assert [step.invalid.reason if step.invalid else step.action.skill_name for step in record.steps] == [
+        *["navigate"] * 4,
+        "agent_ended",
+        "report",
+    ]
+    assert record.steps[4].invalid.detail == "ended without an answer (exit code 0)"
+    assert (record.attempt, record.steps[4].world.agent, record.steps[5].world.agent) == (
+        1,
+        record.steps[3].world.agent,
+        record.steps[3].world.agent,
+    )
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
+
+
+@pytest.mark.parametrize("deed", ["sys.exit(1)", "time.sleep(60)"])
+def test_a_program_that_keeps_failing_ends_by_the_limit_of_invalid_actions(
+    pack: Path, tmp_path: Path, deed: str
+) -> None:
+    (record,) = played(pack, tmp_path, deed, reply_seconds=2, episode_ids=("tiny-SV-002",)).records
+    assert (record.end, len(record.steps), record.attempt) == ("invalid_action_limit_exceeded", 3, 1)
+    assert {step.invalid.reason for step in record.steps} == {"agent_ended"}
+
+
+def test_a_program_that_ends_its_worker_gets_no_second_look(pack: Path, tmp_path: Path) -> None:
+    body = "if frames == 3: os.kill(os.getppid(), signal.SIGKILL); time.sleep(60)\nsay(TURN if seen < 3 else REPORT)"
+    (record,) = played(pack, tmp_path, body).records
+    assert (record.end, record.attempt) == ("report", 1)
+    turned = [step.world.agent.rotation for step in record.steps]
+    assert turned == [90.0, 180.0, 270.0, 0.0, 0.0]
+    assert len((tmp_path / "run" / ATTEMPTS_FILE).read_text().splitlines()) == 1
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
+
+
+def test_a_program_that_keeps_ending_its_worker_is_an_error_and_its_attempts_are_counted(
+    pack: Path, tmp_path: Path
+) -> None:
+    body = "if frames < 4: os.kill(os.getppid(), signal.SIGKILL); time.sleep(60)\nsay(REPORT)"
+    result = played(pack, tmp_path, body)
+    assert [(row.end, row.error.boundary, row.attempt) for row in result.records] == [("error", "worker", 1)]
+    (record,) = played(pack, tmp_path, body).records
+    assert (record.end, record.attempt) == ("report", 2)
+
+
+def test_an_episode_that_was_killed_and_begun_again_is_counted(pack: Path, tmp_path: Path) -> None:
+    body = "if frames < 3: time.sleep(60)\nsay(REPORT)"
+    (tmp_path / "run").mkdir()
+    program = (
+        "import sys; sys.path[:0] = sys.argv[1:3]\nfrom pathlib import Path; from test_programs import played\n"
+        f"played(Path({str(pack)!r}), Path({str(tmp_path)!r}), {body!r})"
+    )
+    here = Path(__file__).parent
+    for begun in (1, 2):
+        process = subprocess.Popen([sys.executable, "-c", program, str(here), str(here.parent / "support")])
+        notes = tmp_path / "notes"
+        while not (notes.is_file() and len(notes.read_text().splitlines()) == begun):
+            assert process.poll() is None
+        process.kill()
+        process.wait()
+    result = played(pack, tmp_path, body)
+    (record,) = result.records
+    assert (record.end, record.attempt) == ("report", 3)
+    settlement = settle_run(result.episodes, result.records)
+    assert settlement.repeats == "1 of 1 episodes were begun more than once (more than 1 %), one of them 3 times"
+    assert settlement.has_many_repeats
+    overall = summarise(settlement)["overall"]
+    assert (overall["repeated"], overall["most_attempts"]) == (1, 3)
+
+
+def test_what_a_program_says_stands_in_the_log(pack: Path, tmp_path: Path) -> None:
+    played(pack, tmp_path, "print('saw', frames, sys.argv[3], file=sys.stderr, flush=True)\nsay(REPORT)")
+    log = (tmp_path / "run" / "logs").glob("*.log")
+    assert "IndexError" in "".join(path.read_text() for path in log)
+
+
+def test_attempts_are_counted_by_run_and_survive_a_torn_line(pack: Path, tmp_path: Path) -> None:
+    played(pack, tmp_path, "say(REPORT)")
+    spec = read_header(tmp_path / "run").spec
+    path = tmp_path / "run" / ATTEMPTS_FILE
+    key = ("tiny-AI-003", 1)
+    with path.open("ab") as file:
+        file.write(path.read_bytes()[:-20])
+    log = AttemptLog(path, spec)
+    assert log.count(key) == 1
+    log.begin(key)
+    assert [json.loads(line)["attempt"] for line in path.read_text().splitlines()] == [1, 2]
+    assert AttemptLog(path, spec.model_copy(update={"base_url": "http://elsewhere"})).count(key) == 2
+    assert AttemptLog(path, spec.model_copy(update={"seed": 5})).count(key) == 0
+    path.write_text("{}\n")
+    with pytest.raises(RecordError, match=r"attempts\.jsonl' line 1 is not readable"):
+        AttemptLog(path, spec)
+    assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 1
