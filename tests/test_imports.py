@@ -15,7 +15,7 @@ import vigil
 
 ROOT = Path(vigil.__file__).parent
 
-BASE = ["errors", "pose", "house", "world", "observation", "actions", "replies", "profile"]
+BASE = ["errors", "versions", "pose", "house", "world", "observation", "actions", "replies", "profile"]
 """Lowest layer: each may import those before it."""
 PURE = ["record", "goals", "episode", "pack", "scoring", "summary"]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""

@@ -21,6 +21,7 @@ from vigil.prompt import is_cut_in_history, rendered_sha256
 from vigil.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
 from vigil.replies import parse_reply
 from vigil.sim.protocol import Simulator
+from vigil.versions import Versions
 from vigil.world import Effect, WorldState
 
 
@@ -121,6 +122,7 @@ class Env:
         if self._episode is None or self._end is None:
             raise RuntimeError("Env.record: the episode has not ended yet.")
         return EpisodeRecord(
+            versions=Versions.here(),
             run_id=run_id,
             episode_id=self._episode.id,
             epoch=epoch,

@@ -25,6 +25,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.house import MAX_HOUSE_BYTES, House, canonical_json
+from vigil.versions import PackVersions
 
 PACK_SCHEMA = 1
 MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
@@ -44,6 +45,8 @@ class Manifest(BaseModel):
     schema_version: int = PACK_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
+    versions: PackVersions = PackVersions()
+    """Of the package that it was made with; its solutions hold under those."""
     description: str = ""
     episodes: int
     houses: int
@@ -52,6 +55,12 @@ class Manifest(BaseModel):
     """Free facts about how it was made: generator versions, seeds, counts by template."""
     files: dict[str, str]
     """Relative path -> SHA-256 of the file's bytes."""
+
+    @property
+    def version_notes(self) -> tuple[str, ...]:
+        """What a reader must be told because the pack was made under other versions than this package's."""
+        note = self.versions.note(f"Pack {self.name!r}")
+        return () if note is None else (note,)
 
 
 @dataclass(frozen=True)
@@ -180,9 +189,15 @@ def find(path: str | Path) -> Path:
     )
 
 
+def manifest_of(path: str | Path) -> Manifest:
+    """Returns what a pack says about itself; no other file of it is read. Raises PackMismatch."""
+    folder = find(path)
+    return _manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES))
+
+
 def _aliases(folder: Path) -> list[str]:
     """Returns the other names that a pack goes by."""
-    return list(_manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES)).meta.get("aliases", ()))
+    return list(manifest_of(folder).meta.get("aliases", ()))
 
 
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
@@ -238,6 +253,7 @@ def freeze(
     manifest = Manifest(
         name=name,
         version=version,
+        versions=PackVersions.here(),
         description=description,
         episodes=len(ordered),
         houses=len(used),

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from vigil.actions import Action, InvalidAction, Reply
 from vigil.errors import RecordError
 from vigil.profile import Profile
+from vigil.versions import PackVersions, Versions
 from vigil.world import Effect, WorldState
 
 SCHEMA_VERSION = 1
@@ -71,6 +72,8 @@ class EpisodeRecord(_Record):
     """One attempt at one episode."""
 
     schema_version: int = SCHEMA_VERSION
+    versions: Versions = Versions()
+    """Under which it was played."""
     run_id: str
     episode_id: str
     epoch: int = Field(default=1, ge=1)
@@ -119,11 +122,15 @@ class RunSpec(_Record):
     """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
+    versions: Versions = Versions()
+    """Of the package that plays it."""
     prompt_policy: str
     """The policy's version string."""
     prompt_policy_sha256: str
     pack: str
     pack_sha256: str
+    pack_versions: PackVersions = PackVersions()
+    """Under which the pack was made."""
     episode_ids: tuple[str, ...]
     """The episodes to play, sorted."""
     epochs: int = Field(default=1, ge=1)
@@ -177,6 +184,15 @@ class RunHeader(_Record):
     def pack_folder(self) -> str:
         """Where the pack was when the run began; empty when that was not noted."""
         return self.host.get("pack_folder", "")
+
+    @property
+    def version_notes(self) -> tuple[str, ...]:
+        """What a reader must be told because the run, or its pack, was made under other versions than these."""
+        notes = (
+            self.spec.versions.note(f"Run {self.run_id!r}"),
+            self.spec.pack_versions.note(f"Its pack {self.spec.pack!r}"),
+        )
+        return tuple(note for note in notes if note is not None)
 
     @property
     def is_privileged(self) -> bool:

@@ -257,6 +257,7 @@ def runs(study: Study) -> Table:
         pack="Pack",
         simulator="Simulator",
         vigil="vigil",
+        versions="Rules, shapes, grammar",
         started="Started (UTC)",
     )
     rows = []
@@ -275,6 +276,7 @@ def runs(study: Study) -> Table:
             "pack": f"{spec.pack} {spec.pack_sha256[:12]}",
             "simulator": header.simulator_version or spec.simulator,
             "vigil": ", then ".join(dict.fromkeys(_code(header, part) for part in (header, *header.resumed))),
+            "versions": ", ".join(str(number) for number in spec.versions.model_dump().values()),
             "started": header.started.strftime("%Y-%m-%d %H:%M"),
         }
         rows.append(row_of(entry, **facts))

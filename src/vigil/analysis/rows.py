@@ -139,9 +139,14 @@ def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> R
         rows=table,
         errors=pd.DataFrame(facts["errors"], columns=["episode_id", "epoch", "family", "boundary", "message"]),
         planned={family: facts["planned"][family] for family in FAMILIES if family in facts["planned"]},
-        remarks=tuple(facts["remarks"]),
+        remarks=(*_unended(header.version_notes), *facts["remarks"]),
         name=model.name,
     )
+
+
+def _unended(notes: Iterable[str]) -> list[str]:
+    """Returns the notes as remarks: what prints them ends them with a full stop."""
+    return [note.removesuffix(".") for note in notes]
 
 
 def frame_of(runs: Iterable[Run]) -> pd.DataFrame:

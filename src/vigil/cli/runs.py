@@ -13,9 +13,10 @@ from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
 from vigil.cli.options import Assets, PackName
 from vigil.cli.scores import label_of, print_families
-from vigil.cli.text import Live, counting
+from vigil.cli.text import Live, counting, say
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError, did_you_mean
+from vigil.pack import manifest_of
 from vigil.profile import (
     ACTION_FEEDBACK,
     BASELINE,
@@ -89,6 +90,7 @@ def run(
         backend=backend, asset_database=assets,
         workers=workers, max_connections=max_connections, reply_seconds=reply_seconds, preflight=not no_preflight,
     )  # fmt: skip
+    say(manifest_of(pack).version_notes)
     if dry_run:
         _print_estimate(settings, _prices(prices))
     elif prices is not None:
@@ -112,6 +114,7 @@ def verify(
     settings = VerifySettings(pack=pack, asset_database=assets, workers=workers, limit=limit, frames=frames)
     with counting("verify") as show:
         found = verify_run(run, settings, on_progress=show)
+    say(found.header.version_notes)
     for difference in found.differences:
         print(difference)
     kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"

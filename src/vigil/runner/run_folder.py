@@ -235,6 +235,12 @@ def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
 
 def _resume(path: Path, spec: RunSpec) -> RunHeader:
     header = read_header(path)
+    others = header.spec.versions.differences()
+    if others:
+        raise RecordError(
+            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both would not be of one "
+            "kind. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
+        )
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
     if header.package_version != package_version():
         differences.append(f"package_version: {header.package_version!r} there, {package_version()!r} here")

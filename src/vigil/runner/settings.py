@@ -20,6 +20,7 @@ from vigil.runner.pool import PATIENCE_S
 from vigil.runner.serving import serving, without_login, without_secrets
 from vigil.runner.wire import Plan, PrivilegedFactory, Quality, SimulatorFactory
 from vigil.sim import BACKENDS
+from vigil.versions import Versions
 
 RUNS_FOLDER = Path("runs")
 
@@ -92,10 +93,12 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
         model_args=without_secrets(settings.model_args),
         profile=profile,
+        versions=Versions.here(),
         prompt_policy=policy_version(profile),
         prompt_policy_sha256=policy_sha256(profile),
         pack=pack.name,
         pack_sha256=pack.sha256,
+        pack_versions=pack.manifest.versions,
         episode_ids=tuple(episode.id for episode in episodes),
         epochs=settings.epochs,
         seed=settings.seed,

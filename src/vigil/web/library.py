@@ -84,6 +84,11 @@ class ShownRun:
         """The agent's name, or the folder's when the header cannot be read."""
         return self.header.spec.agent if self.header else self.folder.name
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know before any number of this run."""
+        return self.header.version_notes if self.header else ()
+
     def saved_frame(self, sha256: str | None) -> Path | None:
         """Returns the file of a kept frame; None when it was not kept or lies outside of the run's folder."""
         if sha256 is None or not _SHA256.fullmatch(sha256):

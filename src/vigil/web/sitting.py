@@ -31,6 +31,7 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import file_sha256
 from vigil.runner.wire import Plan, Ticket, View
 from vigil.scoring import settle
+from vigil.versions import Versions
 from vigil.web.words import verdict_words
 
 JOURNAL = "play.jsonl"
@@ -271,10 +272,12 @@ def _spec(settings: SittingSettings, pack: Pack) -> RunSpec:
         agent=f"human{'-practice' if settings.practice else ''}:{settings.player}",
         agent_kind="human",
         profile=profile,
+        versions=Versions.here(),
         prompt_policy=policy_version(profile),
         prompt_policy_sha256=policy_sha256(profile),
         pack=pack.name,
         pack_sha256=pack.sha256,
+        pack_versions=pack.manifest.versions,
         episode_ids=tuple(chosen),
         seed=seed,
         simulator=settings.backend,
