@@ -11,7 +11,8 @@ from stories import NOON, Story, thing
 
 from vigil.errors import RecordError
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, RecordLog, RunHeader, RunSpec, dump_line, read_records, standing
+from vigil.record import EpisodeRecord, RunHeader, RunSpec, dump_line, standing
+from vigil.record_file import RecordLog, read_records
 
 
 def row(episode_id: str = "a", epoch: int = 1, end: str = "fail_no_report", attempt: int = 1) -> EpisodeRecord:
@@ -132,9 +133,12 @@ def test_a_broken_line_in_the_middle_is_named_and_nothing_is_changed(path: Path)
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(lines[0] + b"{oops\n" + lines[1])
     before = path.read_bytes()
-    for read in (read_records, RecordLog):
-        with pytest.raises(RecordError, match="line 2 is not JSON"):
-            read(path)
+    with pytest.raises(RecordError, match="line 2 cannot be read: not JSON"):
+        read_records(path)
+    log = RecordLog(path)
+    log.close()
+    assert [(row.line, row.reason) for row in log.left_out] == [(2, "cannot be read")]
+    assert list(log.rows) == [("a", 1), ("b", 1)]
     assert path.read_bytes() == before
 
 

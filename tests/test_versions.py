@@ -14,7 +14,8 @@ from typer.testing import CliRunner
 
 from vigil.cli import app
 from vigil.errors import RecordError
-from vigil.record import read_header, read_records
+from vigil.record import read_header
+from vigil.record_file import read_records
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.versions import GRAMMAR_VERSION, RULES_VERSION, SHAPES_VERSION, PackVersions, Versions

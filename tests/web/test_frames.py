@@ -111,6 +111,7 @@ def thor_run(procthor: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[
         pack=pack.name,
         pack_sha256=pack.sha256,
         episode_ids=(episode.id,),
+        versions=Versions.here(),
         simulator="mujoco",
         asset_database_sha256=file_sha256(database),
         render_quality="fast",

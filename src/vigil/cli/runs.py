@@ -114,7 +114,7 @@ def verify(
     settings = VerifySettings(pack=pack, asset_database=assets, workers=workers, limit=limit, frames=frames)
     with counting("verify") as show:
         found = verify_run(run, settings, on_progress=show)
-    say(found.header.version_notes)
+    say((*found.header.version_notes, *found.notes))
     for difference in found.differences:
         print(difference)
     kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
@@ -126,6 +126,8 @@ def verify(
         print("No frame was compared: nobody looked at any in this run.")
     if found.errors:
         print(f"{found.errors} rows ended as errors: nothing to verify in them.")
+    if found.left_out:
+        print(f"{found.left_out} rows of the file are not verified: they are not scored either (see above).")
     if not found.is_verified:
         raise typer.Exit(1)
 
@@ -225,6 +227,7 @@ def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -
 
 
 def _print_result(result: RunResult) -> None:
+    say(result.notes)
     settlement = settle_run(result.episodes, result.records, result.header.spec.epochs)
     print_families(label_of(result.header), settlement)
     if result.torn is not None:

@@ -14,8 +14,7 @@ from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
 from vigil.episode import FAMILIES
 from vigil.pack import Selection
 from vigil.record import RunHeader
-from vigil.runner.run_folder import read_run
-from vigil.runner.verify_run import pack_of
+from vigil.runner.verify_run import read_run
 from vigil.summary import Settlement, settle_run, summarise
 
 MAX_REASONS = 5
@@ -60,10 +59,11 @@ class _Settled:
 
 
 def _settled(path: Path, pack: str | None) -> _Settled:
-    header, records = read_run(path)
-    episodes = pack_of(header, pack).select(Selection(ids=header.spec.episode_ids))
-    settlement = settle_run(episodes, records, header.spec.epochs)
-    return _Settled(path, label_of(header), settlement, header.version_notes)
+    run = read_run(path, pack)
+    header = run.header
+    episodes = run.pack.select(Selection(ids=header.spec.episode_ids))
+    settlement = settle_run(episodes, run.rows.standing.values(), header.spec.epochs)
+    return _Settled(path, label_of(header), settlement, (*header.version_notes, *run.rows.notes))
 
 
 def label_of(header: RunHeader) -> str:

@@ -46,6 +46,8 @@ class RunResult:
     """How many of them were there before."""
     torn: Path | None = None
     """Where the torn last line of a killed run was put aside; None when there was none."""
+    notes: tuple[str, ...] = ()
+    """What is to be known of the rows that were there before: which of them do not count, and why."""
 
     @property
     def errors(self) -> int:
@@ -97,7 +99,7 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
     SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is kept.
     """
     pack, episodes, spec = plan_run(settings)
-    folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, _places(settings, pack))
+    folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, episodes, _places(settings, pack))
     try:
         run = _Run(settings, pack, episodes, spec, folder, Tally(episodes, spec.epochs, folder.records(), on_progress))
         resumed = sum(record.end != "error" for record in folder.records())
@@ -106,7 +108,7 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
             _play_all(run, tickets)
         folder.note_end()
         rows = tuple(folder.records())
-        return RunResult(folder.path, folder.header, tuple(episodes), rows, resumed, folder.torn)
+        return RunResult(folder.path, folder.header, tuple(episodes), rows, resumed, folder.torn, folder.notes)
     finally:
         folder.close()
 

@@ -244,7 +244,7 @@ def open_sitting(settings: SittingSettings) -> Sitting:
     places = {"pack_folder": str(pack.folder.resolve())}
     if settings.assets is not None:
         places["asset_database"] = str(settings.assets.resolve())
-    folder = RunFolder.create_or_resume(path, spec, places)
+    folder = RunFolder.create_or_resume(path, spec, pack.episodes, places)
     plan = Plan(
         pack=pack.folder,
         run_id=folder.header.run_id,
