@@ -25,6 +25,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.house import MAX_HOUSE_BYTES, House, canonical_json
+from vigil.strict_json import read_json
 from vigil.versions import PackVersions
 
 PACK_SCHEMA = 1
@@ -40,7 +41,7 @@ _Line = TypeVar("_Line", bound=BaseModel)
 class Manifest(BaseModel):
     """What a pack says about itself."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     schema_version: int = PACK_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)
@@ -363,9 +364,11 @@ def _read(folder: Path, name: str, limit: int) -> bytes:
 
 def _manifest(folder: Path, raw: bytes) -> Manifest:
     try:
-        manifest = Manifest.model_validate_json(raw)
+        manifest = Manifest.model_validate(read_json(raw))
     except ValidationError as error:
         raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {_first_fault(error)}") from None
+    except ValueError as error:
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} is not JSON: {error}. Restore it from a copy.") from None
     if manifest.schema_version != PACK_SCHEMA:
         raise PackMismatch(
             f"Pack {str(folder)!r}: schema {manifest.schema_version}, this version of vigil reads {PACK_SCHEMA}."

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import FancyBboxPatch
 from PIL import Image
-from published import Plot, Write, played, small_records
+from published import Plot, Write, played, small_records, thousand
 from stories import episode
 
 from vigil.actions import InteractPixel, InvalidAction, Look, Navigate, Report

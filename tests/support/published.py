@@ -16,6 +16,7 @@ from vigil.episode import FAMILIES, Episode, Family, HouseRef
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version, rendered_sha256
 from vigil.record import AgentKind, EpisodeRecord, RunHeader, RunSpec
+from vigil.versions import PackVersions, Versions
 
 PER_FAMILY = 125
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
@@ -238,6 +239,8 @@ def write_run(
             agent=agent,
             agent_kind=kind,
             profile=profile,
+            versions=Versions.here(),
+            pack_versions=PackVersions.here(),
             prompt_policy=policy_version(profile),
             prompt_policy_sha256=policy_sha256(profile),
             pack="synthetic",

@@ -26,6 +26,7 @@ from vigil.runner.play import play
 from vigil.runner.run_folder import write_header
 from vigil.runner.settings import file_sha256
 from vigil.sim import make_simulator
+from vigil.versions import Versions
 from vigil.web.drawing import Drawer, Look
 from vigil.web.frames import Frame, frame_of
 from vigil.web.library import Library

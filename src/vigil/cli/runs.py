@@ -1,6 +1,5 @@
 """`vigil run` and `vigil verify`."""
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
@@ -32,6 +31,7 @@ from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.sim import Quality
+from vigil.strict_json import read_json
 from vigil.summary import settle_run
 
 _SHORT_PROFILES = {"baseline": BASELINE, "action_feedback": ACTION_FEEDBACK}
@@ -194,7 +194,7 @@ def _model_args(pairs: list[str]) -> dict[str, Any]:
         if not sign or not name:
             raise SettingError(f"--model-arg {pair!r} is not K=V, e.g. --model-arg api_version=2024-10-21.")
         try:
-            found[name] = json.loads(value)
+            found[name] = read_json(value)
         except ValueError:
             found[name] = value
     return found
@@ -204,7 +204,7 @@ def _extra_body(text: str | None) -> dict[str, Any]:
     if text is None:
         return {}
     try:
-        found = json.loads(text)
+        found = read_json(text)
     except ValueError as error:
         raise SettingError(f"--extra-body is not JSON: {error}.") from None
     if not isinstance(found, dict):

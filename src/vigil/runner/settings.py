@@ -1,6 +1,7 @@
 """Settings of a run, and what they come to: the pack, the episodes, the profile, the run's identity."""
 
 import hashlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -184,6 +185,10 @@ def _check(settings: RunSettings) -> None:
     for name, least in (("epochs", 1), ("max_connections", 1), ("retries", 0), ("reply_seconds", 1)):
         if getattr(settings, name) < least:
             raise SettingError(f"Setting {name} is {getattr(settings, name)}; it must be {least} or more.")
+    for name in ("temperature", "top_p"):
+        value = getattr(settings, name)
+        if value is not None and not math.isfinite(value):
+            raise SettingError(f"Setting {name} is {value}; it must be a finite number.")
     if settings.workers is not None and settings.workers < 1:
         raise SettingError(f"Setting workers is {settings.workers}; it must be 1 or more.")
     if settings.backend not in BACKENDS and settings.simulator_factory is None:

@@ -31,6 +31,7 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import file_sha256
 from vigil.runner.wire import Plan, Ticket, View
 from vigil.scoring import settle
+from vigil.strict_json import read_json
 from vigil.versions import Versions
 from vigil.web.words import verdict_words
 
@@ -301,6 +302,6 @@ def _whole_lines(path: Path) -> list[dict[str, Any]]:
     if len(whole) < len(data):
         os.truncate(path, len(whole))
     try:
-        return [json.loads(line) for line in whole.splitlines()]
+        return [read_json(line) for line in whole.splitlines()]
     except ValueError as error:
         raise RecordError(f"{str(path)!r} is no journal of a sitting: {error}. Choose another --log-dir.") from None
