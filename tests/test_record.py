@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 from stories import NOON, Story, thing
 
 from vigil.errors import RecordError
@@ -157,6 +158,30 @@ def test_rows_of_another_schema_are_refused(path: Path, change: dict, message: s
         path.write_bytes(path.read_bytes().replace(b'{"schema_version"', b'{"verdict":true,"schema_version"', 1))
     with pytest.raises(RecordError, match=message):
         read_records(path)
+
+
+@pytest.mark.parametrize("place", ["rotation", "box_distance_m", "x"])
+def test_a_number_that_is_none_cannot_get_into_a_record(place: str):
+    text = dump_line(row()).decode()
+    fields = json.loads(text)
+    agent, state = fields["initial"]["agent"], fields["initial"]["objects"]["target"]
+    target = {"rotation": agent, "box_distance_m": state, "x": agent["position"]}[place]
+    target[0 if place == "x" else place] = float("nan")
+    with pytest.raises(ValidationError, match="finite number"):
+        EpisodeRecord.model_validate(fields)
+    with pytest.raises(ValidationError, match=place if place != "x" else "position"):
+        EpisodeRecord.model_validate_json(json.dumps(fields))
+
+
+def test_a_row_with_a_number_that_is_none_costs_one_row(path: Path):
+    write(path, row("a"), row("b"), row("c"))
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[1] = lines[1].replace(b'"rotation":0.0', b'"rotation":null', 1)
+    path.write_bytes(b"".join(lines))
+    log = RecordLog(path)
+    log.close()
+    assert list(log.rows) == [("a", 1), ("c", 1)]
+    assert "initial.agent.rotation: Input should be a valid number" in str(log.left_out[0])
 
 
 def test_a_missing_file_is_named(path: Path):

@@ -146,9 +146,7 @@ class Episode(_Model):
                 raise ValueError(f"{place} is {_shown(numbers)}; no house reaches further than {MAX_COORDINATE_M:g} m")
         for place, numbers in turns.items():
             if max(map(abs, numbers)) > MAX_TURN_DEG:
-                raise ValueError(
-                    f"{place} is {_shown(numbers)}; give degrees from -{MAX_TURN_DEG:g} to {MAX_TURN_DEG:g}"
-                )
+                raise ValueError(f"{place} is {_shown(numbers)} degrees; no turn is beyond {MAX_TURN_DEG:g}")
         return self
 
     def bound_ids(self) -> list[str]:
