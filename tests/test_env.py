@@ -50,6 +50,26 @@ def stand_in(**facts: Any) -> StandIn:
     return StandIn({"target": thing(), "obstacle": thing(), "table": thing()}, **facts)
 
 
+class Broken(StandIn):
+    """A simulator whose numbers are none from the second look on."""
+
+    looks = 0
+
+    def world(self, object_ids):
+        self.looks += 1
+        if self.looks > 1:
+            thing(box_distance_m=float("nan"))
+        return super().world(object_ids)
+
+
+def test_a_number_that_is_none_ends_the_episode_as_an_error():
+    record = play(env_of(Broken({"target": thing()})), episode("AI"), [WALK])
+    assert (record.end, record.steps) == ("error", ())
+    assert record.error is not None
+    assert "ObjectState.box_distance_m: Input should be a finite number" in record.error.message
+    assert EpisodeRecord.model_validate_json(record.model_dump_json()) == record
+
+
 def play(env: Env, task: Episode, replies: list[Reply]) -> EpisodeRecord:
     observation = env.reset(task)
     for answer in replies:

@@ -7,7 +7,8 @@ from stories import GOALS, episode
 from vigil.actions import Navigate, Report
 from vigil.episode import FAMILIES, Episode, Solution
 from vigil.goals import ObjectHeld, ObjectInState
-from vigil.world import Setup
+from vigil.pose import Vec3
+from vigil.world import ObjectSetup, Placement, Setup
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -43,6 +44,67 @@ def test_bound_ids_are_all_that_is_named_and_sorted():
 def test_what_makes_no_sense_is_refused(family, facts, message):
     with pytest.raises(ValidationError, match=message):
         episode(family, **facts)
+
+
+def placed(parent: str | None = None, **facts) -> ObjectSetup:
+    return ObjectSetup(placement=Placement(position=Vec3(1, 1, 1), parent=parent), **facts)
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(
+    ("facts", "message"),
+    [
+        ({"start": {"position": (0, 500, 0), "rotation": 0, "horizon": 30}}, r"start.position.y is 500 m; .* floor"),
+        ({"start": {"position": (0, 0, 0), "rotation": 0, "horizon": 1e9}}, r"start.horizon is 1e\+09 degrees"),
+        ({"start": {"position": (1e6, 0, 0), "rotation": 0, "horizon": 30}}, r"start.position is 1e\+06, 0; no house"),
+        ({"start": {"position": (0, 0, 0), "rotation": 1e6, "horizon": 30}}, r"start.rotation is 1e\+06 degrees"),
+        ({"start": {"position": (NAN, 0, 0), "rotation": 0, "horizon": 30}}, r"start.position.*\n.*finite number"),
+        ({"start": {"position": (0, 0, 0), "rotation": NAN, "horizon": 30}}, r"start.rotation\n.*finite number"),
+        ({"setup": {"objects": {"x": {"placement": {"position": (0, NAN, 0)}}}}}, r"placement.position.*\n.*finite"),
+        ({"setup": {"objects": {"x": {"openness": NAN}}}}, r"openness\n"),
+        (
+            {"setup": {"objects": {"x": {"placement": {"position": (0, 900, 0)}}}}},
+            r"objects.x.placement.position is 0, 900",
+        ),
+        (
+            {"setup": {"objects": {"x": {"placement": {"position": (0, 0, 0), "rotation": (0, 721, 0)}}}}},
+            r"objects.x.placement.rotation is 0, 721, 0 degrees",
+        ),
+    ],
+)
+def test_numbers_that_are_no_place_are_named(facts, message):
+    with pytest.raises(ValidationError, match=message):
+        episode("AI", **facts)
+
+
+def test_a_number_that_is_none_is_refused_in_a_file_too():
+    text = episode("AI").model_dump_json()
+    with pytest.raises(ValidationError, match=r"start\.rotation"):
+        Episode.model_validate_json(text.replace('"rotation":0.0', '"rotation":NaN', 1))
+
+
+@pytest.mark.parametrize(
+    ("objects", "held", "message"),
+    [
+        ({"a": placed("a")}, None, "'a' on 'a': a thing cannot be placed on itself"),
+        ({"a": placed("b"), "b": placed("a")}, None, "'a' on 'b' on 'a'"),
+        ({"a": placed("b"), "b": placed("c"), "c": placed("b")}, None, "'a' on 'b' on 'c' on 'b'"),
+        ({"a": placed("b"), "b": ObjectSetup(is_absent=True)}, None, "on 'b', which is to be absent"),
+        ({"a": placed(is_absent=True)}, None, "'a' is to be placed and to be absent"),
+        ({"a": placed("b")}, "b", "on 'b', which is to be in the hand"),
+        ({"a": placed()}, "a", "'a' is to be in the hand, and also absent or placed elsewhere"),
+        ({"a": ObjectSetup(is_absent=True)}, "a", "'a' is to be in the hand, and also absent or placed elsewhere"),
+    ],
+)
+def test_a_setup_that_cannot_be_is_refused(objects, held, message):
+    with pytest.raises(ValidationError, match=message):
+        Setup(objects=objects, held=held)
+
+
+def test_a_chain_of_placements_is_fine():
+    assert Setup(objects={"a": placed("b"), "b": placed("c"), "c": placed()}, held="d").held == "d"
 
 
 def test_a_solution_comes_back_with_its_actions():

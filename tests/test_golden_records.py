@@ -18,7 +18,8 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import Episode
 from vigil.profile import Profile
-from vigil.record import SCHEMA_VERSION, EpisodeRecord, dump_line, read_records
+from vigil.record import SCHEMA_VERSION, EpisodeRecord, dump_line
+from vigil.record_file import read_records
 from vigil.runner.verify import How, resimulate
 from vigil.scoring import Outcome, settle
 from vigil.sim import make_simulator

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from vigil.errors import HouseError
-from vigil.house import FARTHEST, MAX_HOUSE_BYTES, House
+from vigil.house import FARTHEST, MAX_HOUSE_BYTES, MAX_NESTING, House
 from vigil.pose import Pose, Vec3
 
 
@@ -111,6 +111,33 @@ def test_files_that_are_absent_or_too_large(tmp_path):
         file.truncate(MAX_HOUSE_BYTES + 1)
     with pytest.raises(HouseError, match="is over 32 MiB"):
         House.load(tmp_path / "house.json")
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity"])
+def test_a_number_that_is_none_is_refused_anywhere_in_a_file(data, tmp_path, number):
+    data["metadata"]["note"] = "here"
+    path = tmp_path / "house.json"
+    path.write_text(json.dumps(data).replace('"here"', number))
+    with pytest.raises(HouseError, match="is not JSON"):
+        House.load(path)
+    data["metadata"]["note"] = float(number.replace("Infinity", "inf"))
+    with pytest.raises(HouseError, match="NaN or infinite"):
+        _ = House("h", data).sha256
+
+
+def test_things_in_things_without_end_are_refused(data):
+    innermost = data["objects"][0]
+    for depth in range(MAX_NESTING):
+        innermost["children"] = [{**innermost, "id": f"Inner|{depth}", "children": []}]
+        innermost = innermost["children"][0]
+    with pytest.raises(HouseError, match=rf"'Inner\|{MAX_NESTING - 1}' lies {MAX_NESTING + 1} deep in other things"):
+        House("h", data)
+
+
+def test_a_thing_that_is_its_own_child_is_refused(data):
+    data["objects"][0]["children"] = [data["objects"][0]]
+    with pytest.raises(HouseError, match=r"objects\.0"):
+        House("h", data)
 
 
 def test_half_a_character_has_no_hash(data, tmp_path):

@@ -15,9 +15,9 @@ import vigil
 
 ROOT = Path(vigil.__file__).parent
 
-BASE = ["errors", "pose", "house", "world", "observation", "actions", "replies", "profile"]
+BASE = ["errors", "strict_json", "versions", "pose", "house", "world", "observation", "actions", "replies", "profile"]
 """Lowest layer: each may import those before it."""
-PURE = ["record", "goals", "episode", "pack", "scoring", "summary"]
+PURE = ["record", "goals", "episode", "pack", "row_check", "record_file", "scoring", "summary"]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
 PHYSICS = {"errors", "pose", "house", "world", "actions"}
 """What a simulator or a generator of houses may know: where to stand and what to do, never what is wanted."""
@@ -26,6 +26,8 @@ ALLOWED: dict[str, set[str]] = {
     **{name: set(BASE[:index]) for index, name in enumerate(BASE)},
     "prompt": set(BASE),
     **{name: {*BASE, *PURE[:index]} for index, name in enumerate(PURE)},
+    "row_check": {*BASE, "record", "goals", "episode", "pack", "prompt"},
+    "record_file": {*BASE, "record", "row_check"},
     "assets": PHYSICS,
     "sim": PHYSICS | {"assets", "observation"},
     "housegen": PHYSICS | {"assets"},
@@ -37,7 +39,21 @@ ALLOWED: dict[str, set[str]] = {
 }
 TOPMOST = {"cli", "web", "integrations"}
 """May import anything; nobody imports them."""
-HIDDEN = {"world", "goals", "episode", "scoring", "summary", "record", "pack", "env", "sim", "authoring", "runner"}
+HIDDEN = {
+    "world",
+    "goals",
+    "episode",
+    "scoring",
+    "summary",
+    "record",
+    "row_check",
+    "record_file",
+    "pack",
+    "env",
+    "sim",
+    "authoring",
+    "runner",
+}
 """What holds or tells hidden state. Agents must not reach it, not even through what they import."""
 FRAME_SIZE = {"FRAME_WIDTH", "FRAME_HEIGHT"}
 """All that simulators may know of what an agent sees."""

@@ -7,11 +7,13 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 from stories import NOON, Story, thing
 
 from vigil.errors import RecordError
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, RecordLog, RunHeader, RunSpec, dump_line, read_records, standing
+from vigil.record import EpisodeRecord, RunHeader, RunSpec, dump_line, standing
+from vigil.record_file import RecordLog, read_records
 
 
 def row(episode_id: str = "a", epoch: int = 1, end: str = "fail_no_report", attempt: int = 1) -> EpisodeRecord:
@@ -132,9 +134,12 @@ def test_a_broken_line_in_the_middle_is_named_and_nothing_is_changed(path: Path)
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(lines[0] + b"{oops\n" + lines[1])
     before = path.read_bytes()
-    for read in (read_records, RecordLog):
-        with pytest.raises(RecordError, match="line 2 is not JSON"):
-            read(path)
+    with pytest.raises(RecordError, match="line 2 cannot be read: not JSON"):
+        read_records(path)
+    log = RecordLog(path)
+    log.close()
+    assert [(row.line, row.reason) for row in log.left_out] == [(2, "cannot be read")]
+    assert list(log.rows) == [("a", 1), ("b", 1)]
     assert path.read_bytes() == before
 
 
@@ -153,6 +158,30 @@ def test_rows_of_another_schema_are_refused(path: Path, change: dict, message: s
         path.write_bytes(path.read_bytes().replace(b'{"schema_version"', b'{"verdict":true,"schema_version"', 1))
     with pytest.raises(RecordError, match=message):
         read_records(path)
+
+
+@pytest.mark.parametrize("place", ["rotation", "box_distance_m", "x"])
+def test_a_number_that_is_none_cannot_get_into_a_record(place: str):
+    text = dump_line(row()).decode()
+    fields = json.loads(text)
+    agent, state = fields["initial"]["agent"], fields["initial"]["objects"]["target"]
+    target = {"rotation": agent, "box_distance_m": state, "x": agent["position"]}[place]
+    target[0 if place == "x" else place] = float("nan")
+    with pytest.raises(ValidationError, match="finite number"):
+        EpisodeRecord.model_validate(fields)
+    with pytest.raises(ValidationError, match=place if place != "x" else "position"):
+        EpisodeRecord.model_validate_json(json.dumps(fields))
+
+
+def test_a_row_with_a_number_that_is_none_costs_one_row(path: Path):
+    write(path, row("a"), row("b"), row("c"))
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[1] = lines[1].replace(b'"rotation":0.0', b'"rotation":null', 1)
+    path.write_bytes(b"".join(lines))
+    log = RecordLog(path)
+    log.close()
+    assert list(log.rows) == [("a", 1), ("c", 1)]
+    assert "initial.agent.rotation: Input should be a valid number" in str(log.left_out[0])
 
 
 def test_a_missing_file_is_named(path: Path):

@@ -122,7 +122,7 @@ SKILLS: dict[SkillName, tuple[Argument, ...]] = {
 
 
 class _Action(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Navigate(_Action):

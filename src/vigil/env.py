@@ -6,10 +6,12 @@ It judges nothing: whether a goal holds is computed from the record (`vigil.goal
 """
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 
 import numpy as np
+from pydantic import ValidationError
 
 from vigil.actions import InvalidAction, ParsedReply, Reply, Report
 from vigil.episode import Episode
@@ -21,6 +23,7 @@ from vigil.prompt import is_cut_in_history, rendered_sha256
 from vigil.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
 from vigil.replies import parse_reply
 from vigil.sim.protocol import Simulator
+from vigil.versions import Versions
 from vigil.world import Effect, WorldState
 
 
@@ -121,6 +124,7 @@ class Env:
         if self._episode is None or self._end is None:
             raise RuntimeError("Env.record: the episode has not ended yet.")
         return EpisodeRecord(
+            versions=Versions.here(),
             run_id=run_id,
             episode_id=self._episode.id,
             epoch=epoch,
@@ -134,6 +138,17 @@ class Env:
             error=self._error,
         )
 
+    @staticmethod
+    @contextmanager
+    def _facts() -> Iterator[None]:
+        """Raises SimulatorError for facts that are none: a number that is not finite must never enter a record."""
+        try:
+            yield
+        except ValidationError as error:
+            fault = error.errors(include_url=False)[0]
+            place = ".".join(str(part) for part in fault["loc"])
+            raise SimulatorError(f"The simulator told no facts: {error.title}.{place}: {fault['msg']}.") from None
+
     def _start(self, episode: Episode, house: House) -> None:
         if self._loaded != house.sha256:
             self._loaded = None
@@ -141,13 +156,15 @@ class Env:
             self._loaded = house.sha256
         self._simulator.reset(episode.start, episode.setup)
         self._bound = episode.bound_ids()
-        self._initial = self._simulator.world(self._bound)
+        with self._facts():
+            self._initial = self._simulator.world(self._bound)
 
     def _carry_out(self, parsed: ParsedReply | InvalidAction) -> tuple[Effect | None, WorldState]:
         if isinstance(parsed, InvalidAction) or isinstance(parsed.action, Report):
             return None, self._world()
-        effect = self._simulator.step(parsed.action)
-        return effect, self._simulator.world(self._bound)
+        with self._facts():
+            effect = self._simulator.step(parsed.action)
+            return effect, self._simulator.world(self._bound)
 
     def _world(self) -> WorldState:
         world = self._steps[-1].world if self._steps else self._initial

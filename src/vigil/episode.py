@@ -9,7 +9,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vigil.actions import Action
+from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Action
 from vigil.goals import Goal
 from vigil.pose import Pose
 from vigil.world import Setup
@@ -21,6 +21,12 @@ Skill = Literal["navigate", "look", "interact_pixel", "interact_pixel(ground)", 
 
 LOOKING_DOWN_DEG = 30.0
 MAX_INSTRUCTION_CHARS = 2000
+MAX_FLOOR_M = 0.01
+"""Floors of houses are at height 0; an agent that starts further up or down stands on nothing."""
+MAX_COORDINATE_M = 200.0
+"""No place of an episode is further from the origin; the largest houses are some 50 m long."""
+MAX_TURN_DEG = 360.0
+"""A direction or rotation beyond a whole turn is a slip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +74,7 @@ FAMILIES: dict[Family, FamilySpec] = {
 
 
 class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class HouseRef(_Model):
@@ -119,10 +125,38 @@ class Episode(_Model):
             raise ValueError("a goal has a chain in family SM, and only there")
         return self
 
+    @model_validator(mode="after")
+    def _is_somewhere(self) -> "Episode":
+        x, y, z = self.start.position
+        if abs(y) > MAX_FLOOR_M:
+            raise ValueError(f"start.position.y is {y:g} m; the agent starts on the floor, at height 0")
+        if not HORIZON_UP_DEG <= self.start.horizon <= HORIZON_DOWN_DEG:
+            raise ValueError(
+                f"start.horizon is {self.start.horizon:g} degrees; the camera turns from {HORIZON_UP_DEG:g} "
+                f"to {HORIZON_DOWN_DEG:g}"
+            )
+        places = {"start.position": (x, z)}
+        turns = {"start.rotation": (self.start.rotation,)}
+        for object_id, change in self.setup.objects.items():
+            if change.placement is not None:
+                places[f"setup.objects.{object_id}.placement.position"] = change.placement.position
+                turns[f"setup.objects.{object_id}.placement.rotation"] = change.placement.rotation
+        for place, numbers in places.items():
+            if max(map(abs, numbers)) > MAX_COORDINATE_M:
+                raise ValueError(f"{place} is {_shown(numbers)}; no house reaches further than {MAX_COORDINATE_M:g} m")
+        for place, numbers in turns.items():
+            if max(map(abs, numbers)) > MAX_TURN_DEG:
+                raise ValueError(f"{place} is {_shown(numbers)} degrees; no turn is beyond {MAX_TURN_DEG:g}")
+        return self
+
     def bound_ids(self) -> list[str]:
         """Returns the ids of all objects whose hidden state is recorded at every step, sorted."""
         held = {self.setup.held} if self.setup.held else set()
         return sorted({*self.bindings.values(), *self.goal.ids(), *held})
+
+
+def _shown(numbers: tuple[float, ...]) -> str:
+    return ", ".join(f"{number:g}" for number in numbers)
 
 
 class Solution(_Model):

@@ -15,15 +15,20 @@ from pydantic.alias_generators import to_camel
 
 from vigil.errors import HouseError
 from vigil.pose import Pose, Vec3
+from vigil.strict_json import read_json
 
 MAX_HOUSE_BYTES = 32 * 1024 * 1024
 MAX_OBJECTS = 5000
 FARTHEST = 10_000.0
 """No coordinate (m) or angle (degrees) of a house is beyond this: it is a slip or a trap, not a house."""
+MAX_NESTING = 16
+"""How deep things may lie in things; in ProcTHOR's houses it is three."""
 
 
 class _Node(BaseModel):
-    model_config = ConfigDict(extra="allow", frozen=True, alias_generator=to_camel, populate_by_name=True)
+    model_config = ConfigDict(
+        extra="allow", frozen=True, allow_inf_nan=False, alias_generator=to_camel, populate_by_name=True
+    )
 
 
 class Point(_Node):
@@ -201,6 +206,10 @@ class House:
                 f"House {self.name!r}: {error.object[error.start : error.end]!r} is half a character (a lone "
                 "surrogate), which UTF-8 cannot hold. Mend the string that has it."
             ) from None
+        except ValueError:
+            raise HouseError(
+                f"House {self.name!r}: a number in it is NaN or infinite, which JSON does not have. Mend that number."
+            ) from None
 
     @classmethod
     def load(cls, path: Path) -> "House":
@@ -211,8 +220,8 @@ class House:
         if path.stat().st_size > MAX_HOUSE_BYTES:
             raise HouseError(f"House file {str(path)!r} is over {MAX_HOUSE_BYTES // 2**20} MiB; is it one house?")
         try:
-            data = json.loads(path.read_bytes())
-        except (ValueError, RecursionError) as error:
+            data = read_json(path.read_bytes())
+        except ValueError as error:
             raise HouseError(f"House file {str(path)!r} is not JSON: {error}.") from None
         if not isinstance(data, dict):
             raise HouseError(f"House file {str(path)!r} holds a {type(data).__name__}; a house is one JSON object.")
@@ -221,7 +230,7 @@ class House:
 
 def canonical_json(data: Any) -> bytes:
     """Returns the one byte form of a JSON value: sorted keys, no white space, UTF-8."""
-    return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=False).encode()
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
 
 
 def _first_fault(name: str, error: ValidationError) -> str:
@@ -240,12 +249,17 @@ def _check_references(name: str, document: HouseDocument) -> None:
         if opening.wall0 not in walls:
             raise HouseError(f"House {name!r}: {opening.id!r} has wall0 {opening.wall0!r}, absent from `walls`.")
     seen: set[str] = set()
-    stack = list(document.objects)
+    stack = [(node, 1) for node in document.objects]
     while stack:
-        node = stack.pop()
+        node, depth = stack.pop()
+        if depth > MAX_NESTING:
+            raise HouseError(
+                f"House {name!r}: object {node.id!r} lies {depth} deep in other things, more than the limit of "
+                f"{MAX_NESTING}. Is a thing its own child?"
+            )
         if node.id in seen:
             raise HouseError(f"House {name!r}: two objects have the id {node.id!r}; ids must be unique.")
         seen.add(node.id)
-        stack.extend(node.children)
+        stack.extend((child, depth + 1) for child in node.children)
     if len(seen) > MAX_OBJECTS:
         raise HouseError(f"House {name!r}: {len(seen)} objects, more than the limit of {MAX_OBJECTS}.")

@@ -26,6 +26,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.house import MAX_HOUSE_BYTES, House, canonical_json
+from vigil.strict_json import read_json
+from vigil.versions import PackVersions
 
 PACK_SCHEMA = 1
 MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
@@ -42,11 +44,13 @@ _Line = TypeVar("_Line", bound=BaseModel)
 class Manifest(BaseModel):
     """What a pack says about itself."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     schema_version: int = PACK_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
+    versions: PackVersions = PackVersions()
+    """Of the package that it was made with; its solutions hold under those."""
     description: str = ""
     episodes: int
     houses: int
@@ -55,6 +59,12 @@ class Manifest(BaseModel):
     """Free facts about how it was made: generator versions, seeds, counts by template."""
     files: dict[str, str]
     """Relative path -> SHA-256 of the file's bytes."""
+
+    @property
+    def version_notes(self) -> tuple[str, ...]:
+        """What a reader must be told because the pack was made under other versions than this package's."""
+        note = self.versions.note(f"Pack {self.name!r}")
+        return () if note is None else (note,)
 
 
 @dataclass(frozen=True)
@@ -183,9 +193,15 @@ def find(path: str | Path) -> Path:
     )
 
 
+def manifest_of(path: str | Path) -> Manifest:
+    """Returns what a pack says about itself; no other file of it is read. Raises PackMismatch."""
+    folder = find(path)
+    return _manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES))
+
+
 def _aliases(folder: Path) -> list[str]:
     """Returns the other names that a pack goes by."""
-    return list(_manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES)).meta.get("aliases", ()))
+    return list(manifest_of(folder).meta.get("aliases", ()))
 
 
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
@@ -241,6 +257,7 @@ def freeze(
     manifest = Manifest(
         name=name,
         version=version,
+        versions=PackVersions.here(),
         description=description,
         episodes=len(ordered),
         houses=len(used),
@@ -355,9 +372,11 @@ def _read(folder: Path, name: str, limit: int) -> bytes:
 
 def _manifest(folder: Path, raw: bytes) -> Manifest:
     try:
-        manifest = Manifest.model_validate_json(raw)
+        manifest = Manifest.model_validate(read_json(raw))
     except ValidationError as error:
         raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {_first_fault(error)}") from None
+    except ValueError as error:
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} is not JSON: {error}. Restore it from a copy.") from None
     if manifest.schema_version != PACK_SCHEMA:
         raise PackMismatch(
             f"Pack {str(folder)!r}: schema {manifest.schema_version}, this version of vigil reads {PACK_SCHEMA}."

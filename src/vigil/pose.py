@@ -24,7 +24,7 @@ class Vec3(NamedTuple):
 class Pose(BaseModel):
     """Where the agent stands and looks: `position` is on the floor (y = floor height)."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     position: Vec3
     rotation: float
@@ -41,7 +41,7 @@ class Pose(BaseModel):
 class Box(BaseModel):
     """An upright box: `center`, full `size` along its own axes, turned by `yaw` about the vertical."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     center: Vec3
     size: Vec3

@@ -3,10 +3,7 @@
 Verdicts (W, B, labels) are never stored here: `vigil.scoring` computes them. Source: `protocol.md` section 7.
 """
 
-import fcntl
-import json
-import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -16,6 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from vigil.actions import Action, InvalidAction, Reply
 from vigil.errors import RecordError
 from vigil.profile import Profile
+from vigil.strict_json import read_json
+from vigil.versions import PackVersions, Versions
 from vigil.world import Effect, WorldState
 
 SCHEMA_VERSION = 1
@@ -32,7 +31,7 @@ Key = tuple[str, int]
 
 
 class _Record(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class StepRecord(_Record):
@@ -71,6 +70,8 @@ class EpisodeRecord(_Record):
     """One attempt at one episode."""
 
     schema_version: int = SCHEMA_VERSION
+    versions: Versions = Versions()
+    """Under which it was played."""
     run_id: str
     episode_id: str
     epoch: int = Field(default=1, ge=1)
@@ -119,11 +120,15 @@ class RunSpec(_Record):
     """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
+    versions: Versions = Versions()
+    """Of the package that plays it."""
     prompt_policy: str
     """The policy's version string."""
     prompt_policy_sha256: str
     pack: str
     pack_sha256: str
+    pack_versions: PackVersions = PackVersions()
+    """Under which the pack was made."""
     episode_ids: tuple[str, ...]
     """The episodes to play, sorted."""
     epochs: int = Field(default=1, ge=1)
@@ -179,6 +184,15 @@ class RunHeader(_Record):
         return self.host.get("pack_folder", "")
 
     @property
+    def version_notes(self) -> tuple[str, ...]:
+        """What a reader must be told because the run, or its pack, was made under other versions than these."""
+        notes = (
+            self.spec.versions.note(f"Run {self.run_id!r}"),
+            self.spec.pack_versions.note(f"Its pack {self.spec.pack!r}"),
+        )
+        return tuple(note for note in notes if note is not None)
+
+    @property
     def is_privileged(self) -> bool:
         """Whether the agent had sight of hidden state."""
         return self.spec.agent_kind == "privileged"
@@ -200,7 +214,7 @@ def read_header(path: Path) -> RunHeader:
     if not file.is_file():
         raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
     try:
-        found = json.loads(file.read_bytes())
+        found = read_json(file.read_bytes())
         found_version = found.get("schema_version") if isinstance(found, dict) else None
         if found_version != SCHEMA_VERSION:
             raise RecordError(
@@ -216,141 +230,6 @@ def read_header(path: Path) -> RunHeader:
         raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
 
 
-def read_records(path: Path) -> list[EpisodeRecord]:
-    """Returns all complete rows of an `episodes.jsonl` in file order; the file is left alone.
-
-    A torn last line is passed over. Raises RecordError on any other unreadable line.
-    """
-    if not path.is_file():
-        raise RecordError(f"Record file {str(path)!r} does not exist. Give the folder of a run.")
-    rows, _ = _split(path, path.read_bytes())
-    return rows
-
-
-class RecordLog:
-    """The one writer of an `episodes.jsonl`: append-only, flushed to disk row by row.
-
-    `rows` are those that stand, by key; `count` is the number of all rows in the file.
-    """
-
-    def __init__(self, path: Path) -> None:
-        """Opens or creates the file, cutting a torn last line to a side file. Raises RecordError."""
-        self.path = path
-        try:
-            self._file = path.open("ab+")
-        except OSError as error:
-            raise RecordError(f"{str(path)!r} cannot be written: {error.strerror}. Choose another folder.") from None
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self._file.close()
-            raise RecordError(f"{str(path)!r} is being written by another process. Wait for it, or end it.") from None
-        try:
-            self.torn = self._repair()
-        except OSError as error:
-            self._file.close()
-            raise RecordError(
-                f"The torn last line of {str(path)!r} cannot be put aside: {error.strerror}. It is still there; mend "
-                "this and give the same command again."
-            ) from None
-        except RecordError:
-            self._file.close()
-            raise
-
-    def append(self, record: EpisodeRecord) -> None:
-        """Writes one row. Raises RecordError when a row without error already stands for its key."""
-        earlier = self.rows.get(record.key)
-        if earlier is not None and earlier.end != "error":
-            raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
-        self._write(dump_line(record))
-        self.rows[record.key] = record
-        self.count += 1
-
-    def is_done(self, key: Key) -> bool:
-        """Whether a row without error stands for `key`."""
-        row = self.rows.get(key)
-        return row is not None and row.end != "error"
-
-    def close(self) -> None:
-        """Releases the file."""
-        self._file.close()
-
-    def _repair(self) -> Path | None:
-        self._file.seek(0)
-        data = self._file.read()
-        records, good = _split(self.path, data)
-        self.rows, self.count = standing(records), len(records)
-        torn = data[good:]
-        if not torn:
-            if data and not data.endswith(b"\n"):
-                self._write(b"\n")
-            return None
-        side = _free_name(self.path)
-        side.write_bytes(torn)
-        self._file.truncate(good)
-        return side
-
-    def _write(self, line: bytes) -> None:
-        self._file.write(line)
-        self._file.flush()
-        os.fsync(self._file.fileno())
-
-
 def dump_line(record: BaseModel) -> bytes:
     """Returns one line of JSON with its newline."""
     return record.model_dump_json().encode() + b"\n"
-
-
-def scan_records(path: Path, data: bytes) -> Iterator[tuple[EpisodeRecord, int]]:
-    """Yields each complete row of `data` with the number of bytes up to its end, one at a time.
-
-    A torn last line is passed over. Raises RecordError, naming `path`, on any other unreadable line.
-    """
-    good = 0
-    lines = data.splitlines(keepends=True)
-    for number, line in enumerate(lines, start=1):
-        try:
-            record = _row(path, number, line)
-        except ValueError as error:
-            if number == len(lines):
-                return
-            raise RecordError(
-                f"{str(path)!r} line {number} is not JSON ({error}). Restore the file from a copy, or delete that line."
-            ) from None
-        good += len(line)
-        yield record, good
-
-
-def _split(path: Path, data: bytes) -> tuple[list[EpisodeRecord], int]:
-    """Returns the rows and the number of bytes that hold them; what is left over is a torn last line."""
-    scanned = list(scan_records(path, data))
-    return [record for record, _ in scanned], scanned[-1][1] if scanned else 0
-
-
-def _row(path: Path, number: int, line: bytes) -> EpisodeRecord:
-    try:
-        record = EpisodeRecord.model_validate_json(line)
-    except ValidationError as error:
-        fields = json.loads(line)  # a ValueError of its own when the line is no JSON at all
-        _check_schema(path, number, fields.get("schema_version") if isinstance(fields, dict) else None)
-        fault = error.errors()[0]
-        place = ".".join(str(part) for part in fault["loc"])
-        raise RecordError(f"{str(path)!r} line {number}: {place}: {fault['msg']}.") from None
-    _check_schema(path, number, record.schema_version)
-    return record
-
-
-def _check_schema(path: Path, number: int, found: object) -> None:
-    if found != SCHEMA_VERSION:
-        raise RecordError(
-            f"{str(path)!r} line {number}: record schema {found!r}, expected {SCHEMA_VERSION}. "
-            "Read it with the version of vigil that wrote it."
-        )
-
-
-def _free_name(path: Path) -> Path:
-    for number in range(1, 10_000):
-        side = path.with_name(f"{path.name}.torn-{number}")
-        if not side.exists():
-            return side
-    raise RecordError(f"{str(path)!r}: ten thousand torn lines lie beside it; clear them away.")

@@ -5,7 +5,7 @@ None of these types may reach an agent (see the import rules in `tests/test_impo
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.pose import Box, Pose, Vec3
 
@@ -36,7 +36,7 @@ RefusalCode = Literal[
 
 
 class _Fact(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class ObjectState(_Fact):
@@ -143,3 +143,33 @@ class Setup(_Fact):
     objects: dict[str, ObjectSetup] = Field(default_factory=dict)
     held: str | None = None
     """Id of the pickupable object that is in the hand at the start."""
+
+    @model_validator(mode="after")
+    def _can_be_so(self) -> "Setup":
+        held = self.objects.get(self.held) if self.held is not None else None
+        if held is not None and (held.is_absent or held.placement is not None):
+            raise ValueError(f"{self.held!r} is to be in the hand, and also absent or placed elsewhere; say one")
+        for object_id, change in self.objects.items():
+            if change.placement is None:
+                continue
+            if change.is_absent:
+                raise ValueError(f"{object_id!r} is to be placed and to be absent; say one")
+            self._check_parents(object_id)
+        return self
+
+    def _check_parents(self, object_id: str) -> None:
+        """Raises ValueError when what an object is placed on rests on the object itself, is absent, or is held."""
+        chain, parent = [object_id], self._parent(object_id)
+        while parent is not None:
+            if parent in chain:
+                raise ValueError(f"{' on '.join(map(repr, [*chain, parent]))}: a thing cannot be placed on itself")
+            if parent == self.held:
+                raise ValueError(f"{chain[-1]!r} is to be placed on {parent!r}, which is to be in the hand")
+            if parent in self.objects and self.objects[parent].is_absent:
+                raise ValueError(f"{chain[-1]!r} is to be placed on {parent!r}, which is to be absent")
+            chain.append(parent)
+            parent = self._parent(parent)
+
+    def _parent(self, object_id: str) -> str | None:
+        change = self.objects.get(object_id)
+        return None if change is None or change.placement is None else change.placement.parent

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import FancyBboxPatch
 from PIL import Image
-from published import Plot, Write, played, small_records
+from published import Plot, Write, played, small_records, thousand
 from stories import episode
 
 from vigil.actions import InteractPixel, InvalidAction, Look, Navigate, Report
@@ -104,7 +104,8 @@ def test_the_protocol_draws_without_every_family():
 
 def test_a_record_is_found_by_episode_and_epoch(write: Write):
     (run,) = read_runs([write("run", {"AI-000": small_records()["AI-000"]})])
-    assert find_record(run, "AI-000").episode_id == "AI-000"
-    for wanted in (("AI-001", 1), ("AI-000", 2)):
+    episodes = {one.id: one for one in thousand(2)}
+    assert find_record(run, episodes["AI-000"]).episode_id == "AI-000"
+    for wanted, epoch in (("AI-001", 1), ("AI-000", 2)):
         with pytest.raises(RecordError, match="no scored record"):
-            find_record(run, *wanted)
+            find_record(run, episodes[wanted], epoch)

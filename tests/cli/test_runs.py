@@ -17,8 +17,8 @@ from tiny_pack import tiny_pack
 
 from vigil.cli import main, text
 from vigil.record import EPISODES_FILE
+from vigil.record_file import read_records
 from vigil.runner.progress import Progress
-from vigil.runner.run_folder import read_run
 
 MODEL = ("--model", "openai/m", "--dry-run")
 
@@ -142,7 +142,7 @@ def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[st
 def test_score_gives_the_reasons_of_errors(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:
     ran = vigil(*command, "--agent", "exec:false", "--limit", "2")
     assert ran.code == 1
-    assert [row.end for row in read_run(tmp_path / "run")[1]] == ["error", "error"]
+    assert [row.end for row in read_records(tmp_path / "run" / "episodes.jsonl")] == ["error", "error"]
     reason = "exec:false: 2 x error at the agent: Agent program 'exec:false' ended"
     scored = vigil("score", tmp_path / "run")
     assert scored.code == 0
@@ -157,7 +157,7 @@ def test_a_hanging_program_costs_what_the_run_allows(
     ran = vigil(*command, "--agent", "exec:sleep 600", "--limit", "1", "--reply-seconds", "1")
     assert ran.code == 1
     assert "'exec:sleep 600' does not answer for 1 s" in ran.out
-    (row,) = read_run(tmp_path / "run")[1]
+    (row,) = read_records(tmp_path / "run" / "episodes.jsonl")
     assert row.end == "error"
 
 

@@ -25,10 +25,11 @@ from vigil.pack import Pack
 from vigil.profile import ACTION_FEEDBACK
 from vigil.prompt import system_prompt
 from vigil.record import EPISODES_FILE, EpisodeRecord
+from vigil.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner.inspect_task import vigil, vigil_score
 from vigil.runner.run import RunResult, run_pack
-from vigil.runner.run_folder import read_header, read_run
+from vigil.runner.run_folder import read_header
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 
@@ -168,7 +169,9 @@ def test_an_outage_gives_error_rows_with_what_was_played_and_the_same_command_go
         before = len(server.asked)
         again = run_pack(wanted)
     assert (again.resumed, again.errors, len(server.asked) - before) == (2, 0, 12)
-    assert [row.end for row in read_run(tmp_path / "run")[1] if row.episode_id == "tiny-DA-000"] == [
+    assert [
+        row.end for row in read_records(tmp_path / "run" / "episodes.jsonl") if row.episode_id == "tiny-DA-000"
+    ] == [
         "error",
         "fail_no_report",
     ]
@@ -240,7 +243,7 @@ def test_a_run_that_is_killed_goes_on_where_it_was(pack: Path, tmp_path: Path) -
         running = subprocess.Popen([sys.executable, "-c", program])
         process.append(running)
         assert running.wait(60) == -signal.SIGKILL
-        survived = read_run(tmp_path / "run")[1]
+        survived = read_records(tmp_path / "run" / "episodes.jsonl")
         assert 2 <= len(survived) < 8
         again = run_pack(settings(pack, server.url, tmp_path / "run"))
     assert (again.resumed, again.is_complete) == (len(survived), True)
@@ -267,7 +270,7 @@ def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path
         )
         running = subprocess.Popen([sys.executable, "-c", program])
         assert running.wait(60) == 130
-    assert 1 <= len(read_run(tmp_path / "run")[1]) < 8
+    assert 1 <= len(read_records(tmp_path / "run" / "episodes.jsonl")) < 8
 
 
 @pytest.fixture

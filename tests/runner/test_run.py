@@ -16,14 +16,15 @@ import troublesome
 from tiny_pack import tiny_pack
 
 from vigil.errors import InputError, RecordError, SettingError
-from vigil.record import EPISODES_FILE, EpisodeRecord, RecordLog, read_records
+from vigil.record import EPISODES_FILE, EpisodeRecord
+from vigil.record_file import RecordLog, read_records
 from vigil.runner import run as run_module
 from vigil.runner import run_folder
 from vigil.runner.dry_run import estimate
 from vigil.runner.frames import FrameStore
 from vigil.runner.progress import Progress
 from vigil.runner.run import run_pack
-from vigil.runner.run_folder import HEADER_FILE, RunFolder, read_header, read_run
+from vigil.runner.run_folder import HEADER_FILE, RunFolder, read_header
 from vigil.runner.settings import RunSettings, log_dir, plan_run
 from vigil.runner.verify_run import VerifySettings, verify_run
 
@@ -118,12 +119,13 @@ def test_another_run_in_the_folder_is_refused_by_name_of_the_difference(
     assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()} == before
 
 
-def test_rows_of_unknown_episodes_and_a_missing_header_are_refused(pack: Path, played: Path, tmp_path: Path) -> None:
+def test_rows_of_unknown_episodes_do_not_count_and_a_header_is_needed(pack: Path, played: Path, tmp_path: Path) -> None:
     shutil.copytree(played, tmp_path / "run")
     rows = (tmp_path / "run" / EPISODES_FILE).read_text()
     (tmp_path / "run" / EPISODES_FILE).write_text(rows.replace("tiny-PG-001", "tiny-PG-999"))
-    with pytest.raises(RecordError, match=r"'tiny-PG-999'.*not part"):
-        run_pack(settings(pack, tmp_path / "run", families=("PG",)))
+    again = run_pack(settings(pack, tmp_path / "run", families=("PG",)))
+    assert any("is of no episode of this run (line" in note and "'tiny-PG-999'" in note for note in again.notes)
+    assert again.is_complete
     (tmp_path / "run" / HEADER_FILE).unlink()
     with pytest.raises(RecordError, match=r"without run\.json"):
         run_pack(settings(pack, tmp_path / "run", families=("PG",)))
@@ -245,7 +247,7 @@ def test_a_full_disk_stops_the_run(pack: Path, tmp_path: Path, monkeypatch: pyte
 
 def test_two_processes_cannot_write_one_run(pack: Path, tmp_path: Path) -> None:
     wanted = settings(pack, tmp_path / "run", limit=1)
-    folder = RunFolder.create_or_resume(tmp_path / "run", plan_run(wanted)[2])
+    folder = RunFolder.create_or_resume(tmp_path / "run", plan_run(wanted)[2], pack.episodes)
     with pytest.raises(RecordError, match="being written by another process"):
         run_pack(wanted)
     folder.close()
@@ -287,7 +289,7 @@ def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command
     assert (told[-1].done, told[-1].errors) == (3, 1)
     again = run_pack(wanted)
     assert (again.resumed, again.errors) == (3, 1)
-    _, rows = read_run(tmp_path / "run")
+    rows = read_records(tmp_path / "run" / "episodes.jsonl")
     assert [row.episode_id for row in rows if row.end == "error"] == ["tiny-DA-000"] * 2
 
 
@@ -305,7 +307,7 @@ def test_a_run_stops_when_nothing_works(pack: Path, tmp_path: Path, monkeypatch:
     monkeypatch.setattr(run_module, "MAX_ERRORS_IN_A_ROW", 2)
     with pytest.raises(run_module.InfrastructureError, match="2 episodes in a row ended as an error"):
         run_pack(settings(pack, tmp_path / "run", agent="exec:false"))
-    assert len(read_run(tmp_path / "run")[1]) == 2
+    assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 2
 
 
 def test_frames_are_kept_by_content_when_asked(pack: Path, tmp_path: Path) -> None:

@@ -14,8 +14,9 @@ from stories import Story, episode, thing
 from vigil.analysis.paper import paper
 from vigil.episode import FAMILIES, Episode, Family, HouseRef
 from vigil.profile import Profile
-from vigil.prompt import policy_sha256, policy_version
+from vigil.prompt import policy_sha256, policy_version, rendered_sha256
 from vigil.record import AgentKind, EpisodeRecord, RunHeader, RunSpec
+from vigil.versions import PackVersions, Versions
 
 PER_FAMILY = 125
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
@@ -67,9 +68,13 @@ def played(plot: Plot) -> EpisodeRecord:
     for _ in range(plot.wait):
         story.do()
     if plot.end == "IL":
-        record = story.invalid().end("invalid_action_limit_exceeded")
+        for _ in range(FAMILIES[plot.family].max_invalid + 1):
+            story.invalid()
+        record = story.end("invalid_action_limit_exceeded")
     elif plot.end == "NR":
-        record = story.do().end() if not story.steps else story.end()
+        while len(story.steps) < FAMILIES[plot.family].max_steps:
+            story.do()
+        record = story.end()
     else:
         record = story.report(plot.end)
     return record.model_copy(update={"episode_id": "@"})
@@ -234,6 +239,8 @@ def write_run(
             agent=agent,
             agent_kind=kind,
             profile=profile,
+            versions=Versions.here(),
+            pack_versions=PackVersions.here(),
             prompt_policy=policy_version(profile),
             prompt_policy_sha256=policy_sha256(profile),
             pack="synthetic",
@@ -248,9 +255,12 @@ def write_run(
     )
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "run.json").write_text(header.model_dump_json(indent=1), encoding="utf-8")
+    prompt = rendered_sha256(episode("AI").instruction, profile)
     with (folder / "episodes.jsonl").open("wb") as file:
         for episode_id, record in records.items():
-            file.write(_line(record).replace(b'"episode_id":"@"', b'"episode_id":"%b"' % episode_id.encode(), 1))
+            line = _line(record).replace(b'"run_id":"run"', b'"run_id":"%b"' % folder.name.encode(), 1)
+            line = line.replace(b'"prompt_sha256":""', b'"prompt_sha256":"%b"' % prompt.encode(), 1)
+            file.write(line.replace(b'"episode_id":"@"', b'"episode_id":"%b"' % episode_id.encode(), 1))
     return folder
 
 

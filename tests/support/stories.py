@@ -17,6 +17,7 @@ from vigil.goals import (
 )
 from vigil.pose import Box, Pose, Vec3
 from vigil.record import End, EpisodeRecord, ErrorFact, StepRecord
+from vigil.versions import Versions
 from vigil.world import Effect, ObjectState, WorldState
 
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
@@ -76,6 +77,7 @@ class Story:
     def end(self, end: End = "fail_no_report") -> EpisodeRecord:
         """Returns the record without a report."""
         return EpisodeRecord(
+            versions=Versions.here(),
             run_id="run",
             episode_id="e",
             started=NOON,

@@ -21,6 +21,7 @@ from vigil.runner.frames import FrameStore
 from vigil.runner.play import play
 from vigil.runner.run_folder import FRAMES_FOLDER, write_header
 from vigil.sim import make_simulator
+from vigil.versions import Versions
 from vigil.web.drawing import Drawer, Look
 from vigil.web.library import Library
 from vigil.web.view import make_view
@@ -44,6 +45,8 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
         pack=pack.name,
         pack_sha256=pack.sha256,
         episode_ids=tuple(episode.id for episode in pack.episodes),
+        versions=Versions.here(),
+        pack_versions=pack.manifest.versions,
         simulator="fake",
     )
     now = datetime.now(UTC)

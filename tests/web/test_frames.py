@@ -26,6 +26,7 @@ from vigil.runner.play import play
 from vigil.runner.run_folder import write_header
 from vigil.runner.settings import file_sha256
 from vigil.sim import make_simulator
+from vigil.versions import Versions
 from vigil.web.drawing import Drawer, Look
 from vigil.web.frames import Frame, frame_of
 from vigil.web.library import Library
@@ -111,6 +112,7 @@ def thor_run(procthor: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[
         pack=pack.name,
         pack_sha256=pack.sha256,
         episode_ids=(episode.id,),
+        versions=Versions.here(),
         simulator="mujoco",
         asset_database_sha256=file_sha256(database),
         render_quality="fast",

@@ -9,7 +9,9 @@ from web_server import Site
 
 from vigil.agents.picture import decode
 from vigil.pack import Pack
-from vigil.record import read_records
+from vigil.record import read_header
+from vigil.record_file import read_records
+from vigil.row_check import RowCheck
 from vigil.runner.frames import frame_sha256
 from vigil.web.library import Library
 from vigil.web.records import RecordTable
@@ -131,6 +133,9 @@ def test_a_thousand_episodes_are_settled(runs: Path, pack: Pack, tmp_path: Path)
             name = f"many-{number:04d}"
             by_id[name] = episode.model_copy(update={"id": name})
             file.write(lines[number % len(lines)].replace(episode.id, name) + "\n")
-    table = RecordTable(rows, by_id)
+    header = read_header(runs / "random")
+    spec = header.spec.model_copy(update={"episode_ids": tuple(sorted(by_id))})
+    check = RowCheck(header.model_copy(update={"spec": spec}), by_id.values())
+    table = RecordTable(rows, by_id, check)
     table.refresh()
     assert len(table.settlement().outcomes) == 1000

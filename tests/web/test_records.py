@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from vigil.pack import Pack
+from vigil.record import read_header
+from vigil.row_check import RowCheck
 from vigil.web.library import Library
 from vigil.web.records import RecordTable
 from vigil.web.tables import run_rows
@@ -14,11 +16,13 @@ from vigil.web.tables import run_rows
 
 @pytest.fixture
 def rows(runs: Path, tmp_path: Path) -> Path:
+    shutil.copy(runs / "random" / "run.json", tmp_path / "run.json")
     return Path(shutil.copy(runs / "random" / "episodes.jsonl", tmp_path / "episodes.jsonl"))
 
 
 def table_of(rows: Path, pack: Pack) -> RecordTable:
-    table = RecordTable(rows, {episode.id: episode for episode in pack.episodes})
+    header = read_header(rows.parent)
+    table = RecordTable(rows, {one.id: one for one in pack.episodes}, RowCheck(header, pack.episodes))
     table.refresh()
     return table
 
@@ -41,7 +45,7 @@ def test_a_record_that_contradicts_itself_is_broken(rows: Path, pack: Pack) -> N
     rows.write_bytes(b"".join(lines))
     table = table_of(rows, pack)
     assert [row.line for row in table.broken] == [1, 2]
-    assert "schema 9" in table.broken[1].reason
+    assert "schema 9" in table.broken[1].detail
 
 
 def test_a_file_is_read_on_as_it_grows(rows: Path, pack: Pack) -> None:

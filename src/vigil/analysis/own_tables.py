@@ -258,6 +258,7 @@ def runs(study: Study) -> Table:
         pack="Pack",
         simulator="Simulator",
         vigil="vigil",
+        versions="Rules, shapes, grammar",
         started="Started (UTC)",
         repeated="Begun more than once",
     )
@@ -277,6 +278,7 @@ def runs(study: Study) -> Table:
             "pack": f"{spec.pack} {spec.pack_sha256[:12]}",
             "simulator": header.simulator_version or spec.simulator,
             "vigil": ", then ".join(dict.fromkeys(_code(header, part) for part in (header, *header.resumed))),
+            "versions": ", ".join(str(number) for number in spec.versions.model_dump().values()),
             "started": header.started.strftime("%Y-%m-%d %H:%M"),
             "repeated": _repeated(entry.run.attempts),
         }

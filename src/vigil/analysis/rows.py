@@ -21,17 +21,19 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil import actions, episode, goals, pose, record, replies, scoring, world
+from vigil import actions, episode, goals, pose, prompt, record, record_file, replies, row_check, scoring, world
 from vigil.analysis.models import Model, model_of
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError
 from vigil.pack import find, frozen_episodes
-from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header, scan_records
+from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header
+from vigil.record_file import checked, read_file, scan_lines
+from vigil.row_check import LeftOut, RowCheck, told
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit, settle
 from vigil.summary import MAX_ERROR_SHARE, repeats
 
 ROWS_FILE = "rows.parquet"
-ROWS_VERSION = 2
+ROWS_VERSION = 3
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
@@ -116,26 +118,22 @@ def read_runs(folders: Sequence[Path], pack: str | None = None, *, use_cache: bo
 
 def _kept_run(folder: Path) -> Run | None:
     """Returns the run from the rows beside it; None when there are none, or they are of other records or code."""
-    header, _, data = _read(folder)
+    header, data = _read(folder)
     kept = _load(folder / ROWS_FILE, _key(header, data))
     return None if kept is None else _run(folder, header, *kept)
 
 
 def _settled_run(folder: Path, pack: str | None, keep: bool) -> Run:
     """Returns the run from its records, and keeps its rows beside it."""
-    header, file, data = _read(folder)
-    table, facts = _settle(header, file, data, pack)
+    header, data = _read(folder)
+    table, facts = _settle(header, data, pack)
     if keep:
         facts = _keep(folder / ROWS_FILE, _key(header, data), table, facts)
     return _run(folder, header, table, facts)
 
 
-def _read(folder: Path) -> tuple[RunHeader, Path, bytes]:
-    header = read_header(folder)
-    file = folder / EPISODES_FILE
-    if not file.is_file():
-        raise RecordError(f"Record file {str(file)!r} does not exist. Give the folder of a run.")
-    return header, file, file.read_bytes()
+def _read(folder: Path) -> tuple[RunHeader, bytes]:
+    return read_header(folder), read_file(folder / EPISODES_FILE)
 
 
 def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> Run:
@@ -147,9 +145,14 @@ def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> R
         rows=table,
         errors=pd.DataFrame(facts["errors"], columns=_ERROR_COLUMNS),
         planned={family: facts["planned"][family] for family in FAMILIES if family in facts["planned"]},
-        remarks=tuple(facts["remarks"]),
+        remarks=(*_unended(header.version_notes), *facts["remarks"]),
         name=model.name,
     )
+
+
+def _unended(notes: Iterable[str]) -> list[str]:
+    """Returns the notes as remarks: what prints them ends them with a full stop."""
+    return [note.removesuffix(".") for note in notes]
 
 
 def frame_of(runs: Iterable[Run]) -> pd.DataFrame:
@@ -217,20 +220,17 @@ def _schema() -> dict[str, str]:
 _SCHEMA = _schema()
 
 
-def _settle(header: RunHeader, file: Path, data: bytes, pack: str | None) -> tuple[pd.DataFrame, dict]:
+def _settle(header: RunHeader, data: bytes, pack: str | None) -> tuple[pd.DataFrame, dict]:
     episodes = _episodes_of(header, pack)
     outcomes: dict[record.Key, Outcome] = {}
     errors: dict[record.Key, EpisodeRecord] = {}
-    read = doubled = 0
-    for row, good in scan_records(file, data):
-        read = good
-        if row.episode_id not in episodes:
-            raise RecordError(
-                f"{str(file)!r}: record of episode {row.episode_id!r}, which is not one of the {len(episodes)} of run "
-                f"{header.run_id!r}. Was it recorded with another pack?"
-            )
-        if row.key in outcomes:
-            doubled += 1
+    left_out: list[LeftOut] = []
+    check = RowCheck(header, episodes.values())
+    read = 0
+    for line in checked(scan_lines(data), check):
+        read, row = line.end, line.row
+        if isinstance(row, LeftOut):
+            left_out.append(row)
         elif row.end == "error":
             errors[row.key] = row
         else:
@@ -239,11 +239,9 @@ def _settle(header: RunHeader, file: Path, data: bytes, pack: str | None) -> tup
     planned: dict[str, int] = {}
     for one in episodes.values():
         planned[one.family] = planned.get(one.family, 0) + header.spec.epochs
-    remarks = []
+    remarks = _unended([*check.notes, *told(left_out)])
     if data[read:].strip():
         remarks.append("the last line of its records is torn and was passed over; the same command plays it again")
-    if doubled:
-        remarks.append(f"{doubled} rows repeat an episode that already stands and were passed over; the first counts")
     facts = {
         "planned": planned,
         "errors": [_error(episodes, errors[key]) for key in sorted(errors)],
@@ -274,15 +272,15 @@ def _frozen(place: str, sha256: str) -> list[Episode]:
 
 
 def _key(header: RunHeader, data: bytes) -> str:
-    spec = header.spec.model_dump_json(include={"pack_sha256", "episode_ids", "epochs"})
-    parts = [str(ROWS_VERSION), _scoring_sha256(), spec, hashlib.sha256(data).hexdigest()]
+    spec = header.spec.model_dump_json(exclude={"agent", "sampling", "model_args", "base_url"})
+    parts = [str(ROWS_VERSION), _scoring_sha256(), header.run_id, spec, hashlib.sha256(data).hexdigest()]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
 @cache
 def _scoring_sha256() -> str:
     """Returns a hash of the code that makes verdicts: rows of another version are settled anew."""
-    modules = (actions, episode, goals, pose, record, replies, scoring, world)
+    modules = (actions, episode, goals, pose, prompt, record, record_file, replies, row_check, scoring, world)
     return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
 
 

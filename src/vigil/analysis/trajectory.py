@@ -20,7 +20,9 @@ from vigil.analysis.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
 from vigil.goals import check
-from vigil.record import EPISODES_FILE, EpisodeRecord, StepRecord, scan_records, standing
+from vigil.record import EPISODES_FILE, EpisodeRecord, StepRecord
+from vigil.record_file import read_rows
+from vigil.row_check import RowCheck
 from vigil.scoring import Label, Outcome, settle
 
 HELD = LABEL_COLOURS["B"]
@@ -52,13 +54,12 @@ class Track:
     """The frame that each reply answered, (480, 640, 3) uint8."""
 
 
-def find_record(run: Run, episode_id: str, epoch: int = 1) -> EpisodeRecord:
+def find_record(run: Run, episode: Episode, epoch: int = 1) -> EpisodeRecord:
     """Returns the record that stands for an episode of a run. Raises RecordError."""
-    file = run.folder / EPISODES_FILE
-    rows = (record for record, _ in scan_records(file, file.read_bytes()) if record.episode_id == episode_id)
-    found = standing(rows).get((episode_id, epoch))
+    rows = read_rows(run.folder / EPISODES_FILE, RowCheck(run.header, [episode]))
+    found = rows.standing.get((episode.id, epoch))
     if found is None or found.end == "error":
-        raise RecordError(f"Run {run.name!r} has no scored record of episode {episode_id!r} (epoch {epoch}).")
+        raise RecordError(f"Run {run.name!r} has no scored record of episode {episode.id!r} (epoch {epoch}).")
     return found
 
 

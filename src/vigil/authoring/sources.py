@@ -1,7 +1,6 @@
 """Where houses come from: files of houses, or seeds for the project's own generator."""
 
 import gzip
-import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 from vigil.errors import SettingError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
+from vigil.strict_json import read_json
 
 MOST_LINES = 100_000
 MIXED = (
@@ -119,6 +119,6 @@ def _lines(path: Path) -> Iterator[str]:
 
 def _document(path: Path, number: int, text: str) -> dict:
     try:
-        return json.loads(text)
+        return read_json(text)
     except ValueError as error:
         raise SettingError(f"Line {number} of {str(path)!r} is not JSON: {error}.") from None

@@ -3,7 +3,6 @@
 import gzip
 import io
 import itertools
-import json
 import warnings
 import zlib
 from collections import Counter
@@ -28,6 +27,7 @@ from vigil.sim.fidelity import Flaw, flaws_of, too_many_triangles
 from vigil.sim.mujoco.model import Model, build
 from vigil.sim.mujoco.stage import render_birdseye
 from vigil.sim.scene import Scene
+from vigil.strict_json import read_json
 
 app = typer.Typer(help="Generate, check and show houses (ProcTHOR's JSON).", no_args_is_help=True)
 
@@ -222,7 +222,7 @@ def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
         for number, line in enumerate(lines, start=1):
             name = f"{file}:{number}"
             try:
-                yield name, House(f"{file.name.split('.')[0]}_{number}", json.loads(line))
+                yield name, House(f"{file.name.split('.')[0]}_{number}", read_json(line))
             except HouseError as error:
                 yield name, error
             except ValueError as error:

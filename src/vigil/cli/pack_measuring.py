@@ -18,7 +18,7 @@ from vigil.authoring.card import write_card
 from vigil.authoring.sheets import pick_sample, write_sheets
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
 from vigil.cli.options import Assets, database
-from vigil.cli.text import Live
+from vigil.cli.text import Live, say
 from vigil.errors import SettingError, SimulatorError
 from vigil.pack import Pack
 from vigil.runner.run import run_pack
@@ -43,6 +43,7 @@ def baselines(
     Example: vigil pack baselines vigil_mini_v1 --log-dir runs/baselines
     """
     loaded = Pack.load(pack)
+    say(loaded.manifest.version_notes)
     summaries = {name: _summary(loaded, name, log_dir / name, workers, assets) for name in AGENTS}
     found = measured(loaded, summaries, vigil.__version__)
     print(*baselines_table(found), *guess_lines(found), sep="\n")
@@ -88,6 +89,7 @@ def sheet(
     if out.exists() and not out.is_dir():
         raise SettingError(f"--out {str(out)!r} is a file; give a folder.")
     loaded = Pack.load(pack)
+    say(loaded.manifest.version_notes)
     simulator = make_simulator("mujoco", assets=database(assets))
     try:
         shown = pick_sample(loaded.episodes, n, seed)

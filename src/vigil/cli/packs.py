@@ -17,7 +17,7 @@ from vigil.authoring.validate import validate_pack
 from vigil.authoring.verify import Means, Standing, verify_pack
 from vigil.cli import pack_making, pack_measuring
 from vigil.cli.options import Assets, database
-from vigil.cli.text import console, duration
+from vigil.cli.text import console, duration, say
 from vigil.episode import FAMILIES
 from vigil.pack import Pack
 from vigil.sim import make_simulator
@@ -38,12 +38,14 @@ def info(pack: PackArgument, as_json: Annotated[bool, typer.Option("--json", hel
     Example: vigil pack info starter
     """
     loaded = Pack.load(pack)
+    say(loaded.manifest.version_notes)
     if as_json:
         solutions = {"steps": steps_of(loaded), "skills": skill_shares(loaded)}
         print(json.dumps({**loaded.manifest.model_dump(mode="json"), "sha256": loaded.sha256, "solutions": solutions}))
         return
     manifest = loaded.manifest
     print(f"{manifest.name} (version {manifest.version}): {manifest.episodes} episodes in {manifest.houses} houses")
+    print(f"made with rules {manifest.versions.rules}, shapes {manifest.versions.shapes}")
     print(f"sha256 {loaded.sha256}; all {len(manifest.files)} files as frozen")
     _print_families(loaded)
     strata = manifest.meta.get("strata")
@@ -95,6 +97,7 @@ def validate(
     Example: vigil pack validate starter
     """
     loaded = Pack.load(pack)
+    say(loaded.manifest.version_notes)
     findings = validate_pack(loaded, make_simulator(backend, assets=database(assets)))
     for finding in findings:
         print(finding)
@@ -116,6 +119,7 @@ def verify(
     Example: vigil pack verify starter --workers 2
     """
     loaded = Pack.load(pack)
+    say(loaded.manifest.version_notes)
     findings = verify_pack(loaded, Means(backend, database(assets), workers), log, _print_standing)
     for finding in findings:
         print(finding)

@@ -198,7 +198,7 @@ def _tracks(
 
 
 def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> Track:
-    record = find_record(run, episode.id, epoch)
+    record = find_record(run, episode, epoch)
     return track(run.name, episode, record, _frames(run, pack, episode, record, assets))
 
 

@@ -1,6 +1,5 @@
 """`vigil run` and `vigil verify`."""
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
@@ -13,9 +12,10 @@ from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solve import PRIVILEGED, privileged_agent
 from vigil.cli.options import API_KEY_ENV, Assets, PackName
 from vigil.cli.scores import label_of, print_families
-from vigil.cli.text import Live, counting
+from vigil.cli.text import Live, counting, say
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError, did_you_mean
+from vigil.pack import manifest_of
 from vigil.profile import (
     ACTION_FEEDBACK,
     BASELINE,
@@ -32,6 +32,7 @@ from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of, public_name
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.sim import Quality
+from vigil.strict_json import read_json
 from vigil.summary import settle_run
 
 _SHORT_PROFILES = {"baseline": BASELINE, "action_feedback": ACTION_FEEDBACK}
@@ -91,6 +92,7 @@ def run(
         backend=backend, asset_database=assets,
         workers=workers, max_connections=max_connections, reply_seconds=reply_seconds, preflight=not no_preflight,
     )  # fmt: skip
+    say(manifest_of(pack).version_notes)
     if dry_run:
         _print_estimate(settings, _prices(prices))
     elif prices is not None:
@@ -114,6 +116,7 @@ def verify(
     settings = VerifySettings(pack=pack, asset_database=assets, workers=workers, limit=limit, frames=frames)
     with counting("verify") as show:
         found = verify_run(run, settings, on_progress=show)
+    say((*found.header.version_notes, *found.notes))
     for difference in found.differences:
         print(difference)
     kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
@@ -125,6 +128,8 @@ def verify(
         print("No frame was compared: nobody looked at any in this run.")
     if found.errors:
         print(f"{found.errors} rows ended as errors: nothing to verify in them.")
+    if found.left_out:
+        print(f"{found.left_out} rows of the file are not verified: they are not scored either (see above).")
     if not found.is_verified:
         raise typer.Exit(1)
 
@@ -193,7 +198,7 @@ def _model_args(pairs: list[str]) -> dict[str, Any]:
             shown = without_options(pair)
             raise SettingError(f"--model-arg {shown!r} is not K=V, e.g. --model-arg api_version=2024-10-21.")
         try:
-            found[name] = json.loads(value)
+            found[name] = read_json(value)
         except ValueError:
             found[name] = value
     return found
@@ -203,7 +208,7 @@ def _extra_body(text: str | None) -> dict[str, Any]:
     if text is None:
         return {}
     try:
-        found = json.loads(text)
+        found = read_json(text)
     except ValueError as error:
         raise SettingError(f"--extra-body is not JSON: {error}.") from None
     if not isinstance(found, dict):
@@ -226,6 +231,7 @@ def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -
 
 
 def _print_result(result: RunResult) -> None:
+    say(result.notes)
     settlement = settle_run(result.episodes, result.records, result.header.spec.epochs)
     print_families(label_of(result.header), settlement)
     if result.torn is not None:

@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -9,12 +10,11 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from vigil.cli.text import COLUMNS, percent, print_fitting, with_interval
+from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
 from vigil.episode import FAMILIES
 from vigil.pack import Selection
 from vigil.record import RunHeader
-from vigil.runner.run_folder import read_run
-from vigil.runner.verify_run import pack_of
+from vigil.runner.verify_run import read_run
 from vigil.summary import Settlement, settle_run, summarise
 
 MAX_REASONS = 5
@@ -31,21 +31,39 @@ def score(
     Example: vigil score runs/solver runs/premature
     """
     different = {path.resolve(): path for path in reversed(runs)}
-    settled = [(path, *_settled(path, pack)) for path in reversed(different.values())]
+    settled = [_settled(path, pack) for path in reversed(different.values())]
+    for run in settled:
+        say(run.notes)
     if as_json:
-        rows = [{"run": str(path), "agent": name, **summarise(settlement)} for path, name, settlement in settled]
+        rows = [
+            {"run": str(run.path), "agent": run.name, "notes": run.notes, **summarise(run.settlement)}
+            for run in settled
+        ]
         print(json.dumps(rows[0] if len(rows) == 1 else rows))
         return
     if len(settled) == 1:
-        print_families(settled[0][1], settled[0][2])
+        print_families(settled[0].name, settled[0].settlement)
     else:
-        _print_comparison([(name, settlement) for _, name, settlement in settled])
+        _print_comparison([(run.name, run.settlement) for run in settled])
 
 
-def _settled(path: Path, pack: str | None) -> tuple[str, Settlement]:
-    header, records = read_run(path)
-    episodes = pack_of(header, pack).select(Selection(ids=header.spec.episode_ids))
-    return label_of(header), settle_run(episodes, records, header.spec.epochs)
+@dataclass(frozen=True, slots=True)
+class _Settled:
+    """A run with its verdicts."""
+
+    path: Path
+    name: str
+    settlement: Settlement
+    notes: tuple[str, ...]
+    """What a reader must know before any number."""
+
+
+def _settled(path: Path, pack: str | None) -> _Settled:
+    run = read_run(path, pack)
+    header = run.header
+    episodes = run.pack.select(Selection(ids=header.spec.episode_ids))
+    settlement = settle_run(episodes, run.rows.standing.values(), header.spec.epochs)
+    return _Settled(path, label_of(header), settlement, (*header.version_notes, *run.rows.notes))
 
 
 def label_of(header: RunHeader) -> str:

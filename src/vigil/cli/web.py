@@ -17,9 +17,10 @@ import uvicorn
 from fastapi import FastAPI
 
 from vigil.cli.options import Assets, PackName
+from vigil.cli.text import say
 from vigil.episode import Family
 from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.pack import Pack
+from vigil.pack import Pack, manifest_of
 from vigil.record import Key
 from vigil.sim import Quality
 from vigil.web.drawing import Drawer, Look
@@ -96,6 +97,7 @@ def play(
         quality=render_quality,
         seed=seed,
     )
+    say(manifest_of(pack).version_notes)
     with closing(listen(address)) as listener, closing(open_sitting(settings)) as sitting:
         print(f"Records: {sitting.place} (the same command continues)")
         serve(make_play(sitting, address), address, listener, open_browser)
@@ -120,6 +122,8 @@ def review(
     vigil review --drafts drafts.jsonl --reviewer ada
     """
     address = Address(host, port, token)
+    if drafts is None:
+        say(manifest_of(pack).version_notes)
     pile = Pile.of_pack(Pack.load(pack)) if drafts is None else Pile.of_drafts(drafts)
     desk = Desk(pile, file, reviewer, seed, Look(asset_database=assets))
     with closing(listen(address)) as listener, closing(Drawer()) as drawer:
@@ -144,6 +148,7 @@ def export(
     if not out.absolute().parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     shown = _only_run(Library([run], pack or ["starter"], assets), run)
+    say(shown.notes)
     with closing(Drawer()) as drawer:
         if episode is None:
             print(export_site(shown, out, drawer, print))

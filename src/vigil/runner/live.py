@@ -10,6 +10,7 @@ from vigil.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.ask import Ask
 from vigil.runner.pool import LiveEpisode, WorkerLost
 from vigil.runner.wire import Ticket, View
+from vigil.versions import Versions
 
 
 async def play_live(
@@ -52,6 +53,7 @@ def boundary_of(error: InfrastructureError) -> Boundary:
 def lost_record(ticket: Ticket, run_id: str, boundary: Boundary, message: str, started: datetime) -> EpisodeRecord:
     """Returns the record of an episode of which nothing is left but how it failed."""
     return EpisodeRecord(
+        versions=Versions.here(),
         run_id=run_id,
         episode_id=ticket.episode.id,
         epoch=ticket.epoch,

@@ -47,6 +47,8 @@ class RunResult:
     """How many of them were there before."""
     torn: Path | None = None
     """Where the torn last line of a killed run was put aside; None when there was none."""
+    notes: tuple[str, ...] = ()
+    """What is to be known of the rows that were there before: which of them do not count, and why."""
 
     @property
     def errors(self) -> int:
@@ -105,7 +107,7 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
 
 def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) -> RunResult:
     pack, episodes, spec = plan_run(settings)
-    folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, _places(settings, pack))
+    folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, episodes, _places(settings, pack))
     try:
         tally = Tally(episodes, spec.epochs, folder.records(), on_progress)
         run = _Run(settings, pack, episodes, spec, folder, tally, secrets)
@@ -115,7 +117,7 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
             _play_all(run, tickets)
         folder.note_end()
         rows = tuple(folder.records())
-        return RunResult(folder.path, folder.header, tuple(episodes), rows, resumed, folder.torn)
+        return RunResult(folder.path, folder.header, tuple(episodes), rows, resumed, folder.torn, folder.notes)
     finally:
         folder.close()
 

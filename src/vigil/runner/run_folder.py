@@ -7,24 +7,17 @@ import os
 import platform
 import shutil
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from vigil.episode import Episode
 from vigil.errors import RecordError
-from vigil.record import (
-    EPISODES_FILE,
-    HEADER_FILE,
-    EpisodeRecord,
-    RecordLog,
-    Resumption,
-    RunHeader,
-    RunSpec,
-    read_header,
-    read_records,
-)
+from vigil.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Resumption, RunHeader, RunSpec, read_header
+from vigil.record_file import RecordLog
+from vigil.row_check import RowCheck, told
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.wire import Facts
 
@@ -39,27 +32,23 @@ _MAY_DIFFER = frozenset({"base_url"})
 class RunFolder:
     """A run on disk, open for writing. Use `create_or_resume`, and close it."""
 
-    def __init__(self, path: Path, header: RunHeader, log: RecordLog, *, is_new: bool = False) -> None:
-        """`is_new`: the folder was not there before."""
+    def __init__(self, path: Path, header: RunHeader, log: RecordLog, notes: tuple[str, ...] = ()) -> None:
+        """`notes`: what could not be checked of the rows."""
         self.path = path
-        self._is_new = is_new
         self.header = header
         self._log = log
+        self._notes = notes
         self.attempts = AttemptLog(path / ATTEMPTS_FILE, header.spec)
 
     @classmethod
-    def create_or_resume(cls, path: Path, spec: RunSpec, places: Mapping[str, str] | None = None) -> "RunFolder":
+    def create_or_resume(
+        cls, path: Path, spec: RunSpec, episodes: Iterable[Episode], places: Mapping[str, str] | None = None
+    ) -> "RunFolder":
         """Returns the folder of the run `spec`, new or to be continued; `places` go into its header.
 
-        A run of which nothing was recorded gives way to any other. Raises RecordError when another run is there.
+        `episodes` are those of its pack: rows of the file that are not this run's do not count. A run of which nothing
+        was recorded gives way to any other. Raises RecordError when another run is there.
         """
-        is_new = not path.exists()
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise RecordError(
-                f"Folder {str(path)!r} cannot be made: {error.strerror}. Choose another place with --log-dir."
-            ) from None
         rows = path / EPISODES_FILE
         if not (path / HEADER_FILE).exists() and rows.exists() and rows.stat().st_size:
             raise RecordError(
@@ -68,17 +57,23 @@ class RunFolder:
             )
         log = RecordLog(path / EPISODES_FILE)
         try:
-            header = _resume(path, spec) if log.rows else _create(path, spec, places or {})
-            _check_rows(path, header, log)
-            return cls(path, header, log, is_new=is_new)
+            header = _resume(path, spec) if log.count else _create(path, spec, places or {})
         except RecordError:
             log.close()
             raise
+        check = RowCheck(header, episodes)
+        log.check(check)
+        return cls(path, header, log, check.notes)
 
     @property
     def torn(self) -> Path | None:
         """Where the torn last line of a killed run was put aside; None when there was none."""
         return self._log.torn
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of the rows that were there: which of them do not count, and why."""
+        return (*self._notes, *told(self._log.left_out))
 
     @property
     def frames(self) -> Path:
@@ -146,9 +141,18 @@ class RunFolder:
 
     def close(self) -> None:
         """Releases the folder to other processes; a new one in which nothing was recorded or said goes."""
-        self._log.close()
-        if self._is_new and not self._log.rows and not any(file.stat().st_size for file in self._beside()):
-            shutil.rmtree(self.path)
+        try:
+            is_empty = not self._log.count and not any(file.stat().st_size for file in self._beside())
+            if self._log.made_folder and is_empty:
+                self._take_away()
+        finally:
+            self._log.close()
+
+    def _take_away(self) -> None:
+        """Removes the folder while it is locked: first its name, all at once, so that nobody begins in half of it."""
+        gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
+        self.path.rename(gone)
+        shutil.rmtree(gone)
 
     def _beside(self) -> Iterator[Path]:
         """Yields the files beside header and rows: frames, logs and what else was written."""
@@ -159,11 +163,6 @@ class RunFolder:
     def _update(self, **fields: Any) -> None:
         self.header = self.header.model_copy(update=fields)
         write_header(self.path, self.header)
-
-
-def read_run(path: Path) -> tuple[RunHeader, list[EpisodeRecord]]:
-    """Returns a run's header and all its rows in file order, without touching the folder. Raises RecordError."""
-    return read_header(path), read_records(path / EPISODES_FILE)
 
 
 def write_header(path: Path, header: RunHeader) -> None:
@@ -237,6 +236,12 @@ def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
 
 def _resume(path: Path, spec: RunSpec) -> RunHeader:
     header = read_header(path)
+    others = header.spec.versions.differences()
+    if others:
+        raise RecordError(
+            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both would not be of one "
+            "kind. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
+        )
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
     if header.package_version != package_version():
         differences.append(f"package_version: {header.package_version!r} there, {package_version()!r} here")
@@ -259,13 +264,3 @@ def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
 
 def _shown(value: Any) -> str:
     return f"{len(value)} of them" if isinstance(value, list) and len(value) > 3 else repr(value)
-
-
-def _check_rows(path: Path, header: RunHeader, log: RecordLog) -> None:
-    known = set(header.spec.episode_ids)
-    for episode_id, epoch in sorted(log.rows):
-        if episode_id not in known or epoch > header.spec.epochs:
-            raise RecordError(
-                f"{str(path / EPISODES_FILE)!r} has a row of episode {episode_id!r} (epoch {epoch}), which is not part "
-                "of this run. The file was changed; restore it, or start another run in another folder."
-            )

@@ -1,6 +1,7 @@
 """Settings of a run, and what they come to: the pack, the episodes, the profile, the run's identity."""
 
 import hashlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +22,7 @@ from vigil.runner.redaction import Secrets, without_login, without_options, with
 from vigil.runner.serving import Serving, serving
 from vigil.runner.wire import Plan, PrivilegedFactory, Quality, SimulatorFactory
 from vigil.sim import BACKENDS
+from vigil.versions import Versions
 
 RUNS_FOLDER = Path("runs")
 
@@ -97,10 +99,12 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
         model_args=without_secrets(settings.model_args),
         profile=profile,
+        versions=Versions.here(),
         prompt_policy=policy_version(profile),
         prompt_policy_sha256=policy_sha256(profile),
         pack=pack.name,
         pack_sha256=pack.sha256,
+        pack_versions=pack.manifest.versions,
         episode_ids=tuple(episode.id for episode in episodes),
         epochs=settings.epochs,
         seed=settings.seed,
@@ -207,6 +211,10 @@ def _check(settings: RunSettings) -> None:
     for name, least in (("epochs", 1), ("max_connections", 1), ("retries", 0), ("reply_seconds", 1)):
         if getattr(settings, name) < least:
             raise SettingError(f"Setting {name} is {getattr(settings, name)}; it must be {least} or more.")
+    for name in ("temperature", "top_p"):
+        value = getattr(settings, name)
+        if value is not None and not math.isfinite(value):
+            raise SettingError(f"Setting {name} is {value}; it must be a finite number.")
     if settings.workers is not None and settings.workers < 1:
         raise SettingError(f"Setting workers is {settings.workers}; it must be 1 or more.")
     if settings.backend not in BACKENDS and settings.simulator_factory is None:

@@ -7,9 +7,11 @@ from pathlib import Path
 
 from vigil.errors import PackMismatch, RecordError, SimulatorError
 from vigil.pack import Pack, find
-from vigil.record import EpisodeRecord, RunHeader, standing
+from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header
+from vigil.record_file import Rows, read_rows
+from vigil.row_check import RowCheck
 from vigil.runner.pool import PATIENCE_S, SimulatorPool, usable_cpus
-from vigil.runner.run_folder import host_facts, read_run
+from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
 from vigil.runner.verify import Difference
 from vigil.runner.wire import Plan, Ticket
@@ -44,11 +46,34 @@ class Verification:
     differences: tuple[Difference, ...]
     frames: int = 0
     """How many frames were compared; 0 when that was not asked, or nobody looked at any during the run."""
+    notes: tuple[str, ...] = ()
+    """What is to be known of the rows: which of them are not the run's, and why."""
+    left_out: int = 0
+    """How many rows are not the run's; they are not scored, and a file that has any is not verified."""
 
     @property
     def is_verified(self) -> bool:
-        """Whether everything came out as recorded."""
-        return self.checked > 0 and not self.differences
+        """Whether everything came out as recorded, and nothing else is in the file."""
+        return self.checked > 0 and not self.differences and not self.left_out
+
+
+@dataclass(frozen=True, slots=True)
+class SavedRun:
+    """A run as it lies on disk, with the pack that it was played on."""
+
+    header: RunHeader
+    pack: Pack
+    rows: Rows
+
+
+def read_run(path: Path, pack: str | Path | None = None) -> SavedRun:
+    """Returns a run with the rows that stand, without touching its folder; `pack` is where its pack is now.
+
+    Raises RecordError or PackMismatch.
+    """
+    header = read_header(path)
+    found = pack_of(header, pack)
+    return SavedRun(header, found, read_rows(path / EPISODES_FILE, RowCheck(header, found.episodes)))
 
 
 def verify_run(
@@ -59,10 +84,10 @@ def verify_run(
     `on_progress` is told (done, total). Raises RecordError, PackMismatch or SimulatorError.
     """
     settings = settings or VerifySettings()
-    header, rows = read_run(path)
-    records = [record for record in standing(rows).values() if record.end != "error"][: settings.limit]
-    errors = sum(record.end == "error" for record in standing(rows).values())
-    pack = pack_of(header, settings.pack)
+    saved = read_run(path, settings.pack)
+    header, pack, rows = saved.header, saved.pack, saved.rows
+    records = [record for record in rows.standing.values() if record.end != "error"][: settings.limit]
+    errors = sum(record.end == "error" for record in rows.standing.values())
     is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
     plan = Plan(
         pack=pack.folder,
@@ -77,7 +102,9 @@ def verify_run(
         verify = _Verifying(pool, pack, settings.frames, is_exact)
         differences = asyncio.run(verify.all(records, workers, on_progress))
     seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
-    return Verification(header, len(records), errors, is_exact, tuple(differences), seen)
+    return Verification(
+        header, len(records), errors, is_exact, tuple(differences), seen, rows.notes, len(rows.left_out)
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,12 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
             for gone in [thing, *contents(state.scene, thing.id)]:
                 gone.is_present = False
                 state.mark(gone)
+    for thing, _ in placed:
+        if not thing.is_present:
+            raise EpisodeError(
+                f"Setup: {thing.id!r} is placed on {thing.parent!r}, which is taken out of the scene. Place it "
+                "elsewhere."
+            )
     if setup.held is not None:
         _fill_hand(state, state.scene.things[setup.held])
     _check_walls(state, [thing for thing, _ in wanted])
@@ -75,11 +81,13 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
         if parent is None:
             missing = unknown_object(placement.parent, state.scene, house_name)
             raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
+        if parent is thing or thing in ancestors(state.scene, parent):
+            raise EpisodeError(
+                f"Setup: {thing.id!r} cannot rest on {parent.id!r}, which rests on it. Place it on something else."
+            )
     thing.parent, thing.surface, thing.parent_joint = placement.parent, None, None
     state.move(thing, placement.position, placement.rotation)
     if parent is not None:
-        if thing in ancestors(state.scene, parent) or parent is thing:
-            raise EpisodeError(f"Setup: {thing.id!r} cannot rest on {parent.id!r}, which rests on it.")
         before = thing.position
         settle(thing, parent)
         settled, thing.position = thing.position, before
@@ -90,5 +98,10 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
 def _fill_hand(state: SceneState, thing: Thing) -> None:
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
+    carried = contents(state.scene, thing.id)
+    if carried:
+        raise EpisodeError(
+            f"Setup: {thing.id!r} cannot be held while {carried[0].id!r} rests on it. Place that elsewhere first."
+        )
     state.take(thing)
     state.carry_along()

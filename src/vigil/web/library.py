@@ -16,6 +16,7 @@ from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.house import House
 from vigil.pack import HOUSES, MANIFEST, Pack, find, frozen_episodes
 from vigil.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
+from vigil.row_check import RowCheck, told
 from vigil.runner.frames import FrameStore
 from vigil.runner.run_folder import FRAMES_FOLDER
 from vigil.runner.settings import file_sha256
@@ -83,6 +84,12 @@ class ShownRun:
     def name(self) -> str:
         """The agent's name, or the folder's when the header cannot be read."""
         return self.header.spec.agent if self.header else self.folder.name
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know before any number of this run."""
+        versions = self.header.version_notes if self.header else ()
+        return versions if self.table is None else (*versions, *self.table.check.notes, *told(self.table.broken))
 
     def saved_frame(self, sha256: str | None) -> Path | None:
         """Returns the file of a kept frame; None when it was not kept or lies outside of the run's folder."""
@@ -161,7 +168,8 @@ class Library:
                 run.pack = self._pack_of(run.header)
             wanted = set(spec.episode_ids)
             episodes = {name: episode for name, episode in run.pack.episodes.items() if name in wanted}
-            run.table = RecordTable(run.folder / EPISODES_FILE, episodes, spec.epochs)
+            check = RowCheck(run.header, episodes.values())
+            run.table = RecordTable(run.folder / EPISODES_FILE, episodes, check, spec.epochs)
         run.table.refresh()
 
     def _pack_of(self, header: RunHeader) -> ShownPack:

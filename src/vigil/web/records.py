@@ -3,27 +3,17 @@
 Unlike the runner's reader this one never gives up on a file: what cannot be read is named, the rest is shown.
 """
 
-import json
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-
-from pydantic import ValidationError
 
 from vigil.episode import Episode
 from vigil.errors import RecordError
-from vigil.record import SCHEMA_VERSION, EpisodeRecord, Key
+from vigil.record import EpisodeRecord, Key
+from vigil.record_file import scan_lines
+from vigil.row_check import REPEATED, LeftOut, RowCheck
 from vigil.scoring import Outcome, settle
 from vigil.summary import Settlement, Unscored
-
-
-@dataclass(frozen=True, slots=True)
-class BrokenRow:
-    """A line that is no record, or a record that contradicts itself or its pack."""
-
-    line: int
-    reason: str
-    episode_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +33,15 @@ class RecordTable:
 
     path: Path
     episodes: dict[str, Episode]
+    check: RowCheck
     epochs: int = 1
     rows: dict[Key, Row] = field(default_factory=dict)
-    broken: list[BrokenRow] = field(default_factory=list)
+    broken: list[LeftOut] = field(default_factory=list)
+    """Rows that are no records, or not this run's."""
     is_missing: bool = False
     """Whether there is no file yet."""
-    torn: BrokenRow | None = None
-    """A last line that is not finished: being written, or cut off by a crash."""
+    torn: int | None = None
+    """The number of a last line that is not finished: being written, or cut off by a crash."""
     _seen: int = 0
     _lines: int = 0
     _identity: tuple[int, int] = (0, 0)
@@ -101,55 +93,40 @@ class RecordTable:
     def _take(self, data: bytes) -> None:
         for line in data.splitlines(keepends=True):
             if not line.endswith(b"\n"):
-                self.torn = BrokenRow(self._lines + 1, "The line is not finished: it is being written, or was cut off.")
+                self.torn = self._lines + 1
                 return
             self._lines += 1
             self._add(line)
             self._seen += len(line)
 
     def _add(self, line: bytes) -> None:
-        try:
-            record = EpisodeRecord.model_validate_json(line)
-        except ValidationError as error:
-            fault = error.errors(include_url=False, include_input=False)[0]
-            place = ".".join(str(part) for part in fault["loc"])
-            self.broken.append(BrokenRow(self._lines, f"{place}: {fault['msg']}".strip(": "), _id_in(line)))
-            return
-        if record.schema_version != SCHEMA_VERSION:
-            reason = f"record schema {record.schema_version}, this version of vigil reads {SCHEMA_VERSION}"
-            self.broken.append(BrokenRow(self._lines, reason, record.episode_id))
-            return
-        self._judge(record, len(line))
+        for read in scan_lines(line):
+            row = read.row
+            if isinstance(row, EpisodeRecord):
+                row = self._fault(row) or row
+            if isinstance(row, EpisodeRecord):
+                self._judge(row, len(line))
+            else:
+                self.broken.append(replace(row, line=self._lines))
 
-    def _judge(self, record: EpisodeRecord, size: int) -> None:
+    def _fault(self, record: EpisodeRecord) -> LeftOut | None:
         earlier = self.rows.get(record.key)
         if earlier is not None and earlier.error is None:
-            return
-        episode = self.episodes.get(record.episode_id)
-        if episode is None:
-            self.broken.append(BrokenRow(self._lines, "not one of the episodes of this run", record.episode_id))
-            return
+            detail = f"epoch {record.epoch} of {record.episode_id!r}"
+            return LeftOut(self._lines, REPEATED, detail, record.episode_id)
+        return self.check.of(self._lines, record)
+
+    def _judge(self, record: EpisodeRecord, size: int) -> None:
+        episode = self.episodes[record.episode_id]
         outcome, unscored = None, None
         if record.end == "error":
             boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
             unscored = Unscored(record.episode_id, record.epoch, episode.family, boundary, message)
         else:
-            try:
-                outcome = settle(episode, record)
-            except RecordError as error:
-                self.broken.append(BrokenRow(self._lines, str(error), record.episode_id))
-                return
+            outcome = settle(episode, record)
         self.rows[record.key] = Row(self._lines, self._seen, size, outcome, unscored)
 
 
 def is_inside(path: Path, folder: Path) -> bool:
     """Whether `path`, all links followed, lies in `folder` (all links followed)."""
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
-
-
-def _id_in(line: bytes) -> str:
-    try:
-        found = json.loads(line)
-    except ValueError:
-        return ""
-    return str(found.get("episode_id", ""))[:200] if isinstance(found, dict) else ""

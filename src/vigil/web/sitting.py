@@ -31,6 +31,8 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import file_sha256
 from vigil.runner.wire import Plan, Ticket, View
 from vigil.scoring import settle
+from vigil.strict_json import read_json
+from vigil.versions import Versions
 from vigil.web.words import verdict_words
 
 JOURNAL = "play.jsonl"
@@ -243,7 +245,7 @@ def open_sitting(settings: SittingSettings) -> Sitting:
     places = {"pack_folder": str(pack.folder.resolve())}
     if settings.assets is not None:
         places["asset_database"] = str(settings.assets.resolve())
-    folder = RunFolder.create_or_resume(path, spec, places)
+    folder = RunFolder.create_or_resume(path, spec, pack.episodes, places)
     plan = Plan(
         pack=pack.folder,
         run_id=folder.header.run_id,
@@ -271,10 +273,12 @@ def _spec(settings: SittingSettings, pack: Pack) -> RunSpec:
         agent=f"human{'-practice' if settings.practice else ''}:{settings.player}",
         agent_kind="human",
         profile=profile,
+        versions=Versions.here(),
         prompt_policy=policy_version(profile),
         prompt_policy_sha256=policy_sha256(profile),
         pack=pack.name,
         pack_sha256=pack.sha256,
+        pack_versions=pack.manifest.versions,
         episode_ids=tuple(chosen),
         seed=seed,
         simulator=settings.backend,
@@ -298,6 +302,6 @@ def _whole_lines(path: Path) -> list[dict[str, Any]]:
     if len(whole) < len(data):
         os.truncate(path, len(whole))
     try:
-        return [json.loads(line) for line in whole.splitlines()]
+        return [read_json(line) for line in whole.splitlines()]
     except ValueError as error:
         raise RecordError(f"{str(path)!r} is no journal of a sitting: {error}. Choose another --log-dir.") from None
