@@ -34,7 +34,7 @@ from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.profile import Profile
 from vigil.prompt import system_prompt
-from vigil.replies import split_reasoning
+from vigil.reasoning import split_reasoning
 
 PREFIX = "exec:"
 PROTOCOL = 1
