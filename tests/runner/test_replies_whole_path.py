@@ -31,7 +31,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
     pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
 ]
-STEPS = 25
+STEPS = 8
 ENDPOINTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "chat": ("openai-api/local/m", "/v1", {"max_retries": 0}),
     "responses": ("openai-api/local/m", "/v1", {"max_retries": 0, "responses_api": True}),
@@ -75,7 +75,7 @@ def check(records: list[EpisodeRecord], said: dict[int, list[Said]]) -> int:
 
 
 def test_500_replies_of_one_run_are_recorded_as_they_were_sent(tmp_path: Path) -> None:
-    pack = pack_of(tmp_path / "pack", 26)
+    pack = pack_of(tmp_path / "pack", 70)
     story = told(1)
     with WireServer(story) as server:
         run_pack(
@@ -95,7 +95,7 @@ def test_500_replies_of_one_run_are_recorded_as_they_were_sent(tmp_path: Path) -
 
 
 def test_replies_under_inspects_own_command_are_recorded_as_they_were_sent(tmp_path: Path) -> None:
-    pack = pack_of(tmp_path / "pack", 5)
+    pack = pack_of(tmp_path / "pack", 14)
     story = told(2)
     with WireServer(story) as server:
         model = get_model("openai-api/local/m", base_url=f"{server.url}/v1", api_key="none", memoize=False)

@@ -50,7 +50,8 @@ def action(rng: Random) -> str:
     arguments: dict[str, object] = {"direction": rng.choice(["up", "down"]), "magnitude": rng.choice([1, 5.5, 2.0])}
     skill = "look"
     if rng.random() < 0.4:
-        skill, arguments = "navigate", {"mode": rng.choice(["turn_left", "turn_right"]), "magnitude": rng.randint(1, 90)}
+        skill = "navigate"
+        arguments = {"mode": rng.choice(["turn_left", "turn_right"]), "magnitude": rng.randint(1, 90)}
     if rng.random() < 0.02:
         skill, arguments = "report", {"status": rng.choice(["success", "Fail", "done", ""]), "summary": prose(rng)}
     if rng.random() < 0.16:

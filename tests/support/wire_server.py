@@ -130,12 +130,10 @@ def responses(said: Said) -> dict[str, Any]:
     detail = {"reason": CUT["responses"]} if said.is_cut else None
     usage = {"input_tokens": 100, "output_tokens": 10, "total_tokens": 110}
     usage |= {"input_tokens_details": {"cached_tokens": 0}, "output_tokens_details": {"reasoning_tokens": 0}}
-    return {
-        **{"id": "resp_1", "object": "response", "created_at": 1, "model": "loopback", "error": None},
-        **{"status": "incomplete" if said.is_cut else "completed", "incomplete_details": detail},
-        **{"output": output, "usage": usage if said.has_usage else None, "tools": [], "tool_choice": "auto"},
-        "parallel_tool_calls": False,
-    }
+    head = {"id": "resp_1", "object": "response", "created_at": 1, "model": "loopback", "error": None}
+    state = {"status": "incomplete" if said.is_cut else "completed", "incomplete_details": detail}
+    tools = {"tools": [], "tool_choice": "auto", "parallel_tool_calls": False}
+    return {**head, **state, "output": output, "usage": usage if said.has_usage else None, **tools}
 
 
 def responses_events(said: Said) -> list[tuple[str, Any]]:
@@ -144,9 +142,7 @@ def responses_events(said: Said) -> list[tuple[str, Any]]:
     events: list[dict[str, Any]] = [{"type": "response.created", "response": begun}]
     place = {"item_id": "m", "output_index": 0, "content_index": 0, "logprobs": []}
     events += [
-        {"type": "response.output_text.delta", "delta": piece, **place}
-        for part in said.parts
-        for piece in pieces(part)
+        {"type": "response.output_text.delta", "delta": piece, **place} for part in said.parts for piece in pieces(part)
     ]
     events += [{"type": f"response.{whole['status']}", "response": whole}]
     return [(event["type"], {**event, "sequence_number": number}) for number, event in enumerate(events)]
@@ -200,14 +196,16 @@ def google_document(parts: list[dict[str, Any]], finish: str | None, said: Said)
     if finish is not None:
         candidate["finishReason"] = finish
     usage = {"promptTokenCount": 100, "candidatesTokenCount": 8, "thoughtsTokenCount": 2, "totalTokenCount": 110}
-    return {"candidates": [candidate], "modelVersion": "loopback", **({"usageMetadata": usage} if said.has_usage else {})}
+    return {
+        "candidates": [candidate],
+        "modelVersion": "loopback",
+        **({"usageMetadata": usage} if said.has_usage else {}),
+    }
 
 
 def google_chunks(said: Said) -> list[dict[str, Any]]:
     documents = [google_document([{"text": piece, "thought": True}], None, said) for piece in pieces(said.reasoning)]
-    documents += [
-        google_document([{"text": piece}], None, said) for part in said.parts for piece in pieces(part)
-    ]
+    documents += [google_document([{"text": piece}], None, said) for part in said.parts for piece in pieces(part)]
     return [*documents, google_document([], (CUT if said.is_cut else STOP)["google"], said)]
 
 
@@ -236,17 +234,20 @@ class WireServer:
 
             def do_POST(self) -> None:
                 data = self.rfile.read(int(self.headers["Content-Length"]))
-                with server._lock:
-                    server.asked += 1
-                    found = brain(wire_of(self.path), data)
-                is_streamed = "streamGenerateContent" in self.path or bool(re.search(rb'"stream": ?true', data))
-                raw = found if isinstance(found, Raw) else body_of(wire_of(self.path), found, is_streamed=is_streamed)
+                raw = Raw(b'{"input_tokens": 5}') if self.path.endswith("/count_tokens") else self._answer(data)
                 self.send_response(raw.status)
                 self.send_header("Content-Type", raw.content_type)
                 self.send_header("Content-Length", str(len(raw.data) + raw.left_out))
                 self.end_headers()
                 self.wfile.write(raw.data)
                 self.close_connection = bool(raw.left_out)
+
+            def _answer(self, data: bytes) -> Raw:
+                with server._lock:
+                    server.asked += 1
+                    found = brain(wire_of(self.path), data)
+                is_streamed = "streamGenerateContent" in self.path or bool(re.search(rb'"stream": ?true', data))
+                return found if isinstance(found, Raw) else body_of(wire_of(self.path), found, is_streamed=is_streamed)
 
             def log_message(self, format: str, *args: Any) -> None:
                 """Says nothing."""

@@ -28,10 +28,10 @@ from vigil.errors import RecordError
 from vigil.pack import find, frozen_episodes
 from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header, scan_records
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit, settle
-from vigil.summary import MAX_ERROR_SHARE
+from vigil.summary import LIBRARY_REPLIES, MAX_ERROR_SHARE
 
 ROWS_FILE = "rows.parquet"
-ROWS_VERSION = 2
+ROWS_VERSION = 3
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
@@ -236,6 +236,9 @@ def _settle(header: RunHeader, file: Path, data: bytes, pack: str | None) -> tup
         remarks.append("the last line of its records is torn and was passed over; the same command plays it again")
     if doubled:
         remarks.append(f"{doubled} rows repeat an episode that already stands and were passed over; the first counts")
+    library = sum(outcome.library_replies for outcome in outcomes.values())
+    if library:
+        remarks.append(f"{library} {LIBRARY_REPLIES}")
     facts = {
         "planned": planned,
         "errors": [_error(episodes, errors[key]) for key in sorted(errors)],

@@ -3,8 +3,8 @@
 The text is read from the body of the HTTP answer itself, because libraries cut reasoning out of it and put other text
 in its place. A body that holds no whole reply raises NoAnswer: the infrastructure has failed then, not the agent.
 
-A message may come in several parts (a list of contents, blocks, the pieces of a stream). Their texts are put together in
-the order in which they were sent, with nothing between them: a server splits a text where it likes, and anything
+A message may come in several parts (a list of contents, blocks, the pieces of a stream). Their texts are put together
+in the order in which they were sent, with nothing between them: a server splits a text where it likes, and anything
 between the parts would be text that nobody sent.
 """
 

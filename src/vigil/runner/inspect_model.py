@@ -33,7 +33,7 @@ from vigil.agents.model import Message
 from vigil.errors import SettingError
 from vigil.profile import ImageFormat
 from vigil.reasoning import split_reasoning
-from vigil.runner.answers import NoAnswer, Wire, read_answer
+from vigil.runner.answers import NoAnswer, read_answer
 from vigil.runner.ask import ModelTrouble, Patience, Send, is_rejection, persistent
 from vigil.runner.listening import Exchange, listening
 from vigil.runner.preflight import check_sight
@@ -103,24 +103,26 @@ def sender(model: Model, config: GenerateConfig | None = None) -> Send:
     config = config or GenerateConfig()
 
     async def send(messages: Sequence[Message]) -> Reply:
-        error: Exception | None = None
-        output: ModelOutput | None = None
         with listening(model.api) as exchanges:
             try:
                 with use_model_event_sink(_Forget()):
                     output = await model.generate([_chat_message(message) for message in messages], config=config)
             except LimitExceededError:
                 raise
-            except Exception as fault:
-                error = fault
-        last = exchanges[-1] if exchanges else None
-        if last is not None and last.status == 200 and last.wire is not None:
-            return _server_reply(last.wire, last, output)
-        if output is None:
-            raise _trouble(model, error or RuntimeError("no output")) from error
-        return _library_reply(output)
+            except Exception as error:
+                if not _is_answered(exchanges):
+                    raise _trouble(model, error) from error
+                output = None
+        if output is not None and not _is_answered(exchanges):
+            return _library_reply(output)
+        return _server_reply(exchanges[-1], output)
 
     return send
+
+
+def _is_answered(exchanges: Sequence[Exchange]) -> bool:
+    """Whether the server answered with HTTP 200: then what it said counts, whatever a library makes of it."""
+    return bool(exchanges) and exchanges[-1].status == 200
 
 
 def _chat_message(message: Message) -> ChatMessage:
@@ -148,10 +150,10 @@ def _trouble(model: Model, error: Exception) -> ModelTrouble:
     return ModelTrouble(f"{type(root).__name__}: {message}"[:1000], can_retry=can_retry, wait_s=wait_s)
 
 
-def _server_reply(wire: Wire, exchange: Exchange, output: ModelOutput | None) -> Reply:
+def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
     """Returns the reply in an HTTP answer, whatever the library made of it. Raises ModelTrouble when there is none."""
     try:
-        answer = read_answer(wire, bytes(exchange.body))
+        answer = read_answer(exchange.wire, bytes(exchange.body))
     except NoAnswer as fault:
         if is_rejection(fault.status, str(fault)):
             raise ModelTrouble(str(fault), is_rejection=True) from fault

@@ -23,24 +23,12 @@ from vigil.runner.answers import Wire
 class Exchange:
     """One HTTP request, with what has come of its answer so far."""
 
-    path: str
+    wire: Wire
     status: int | None = None
     """None until the answer begins."""
     body: bytearray = field(default_factory=bytearray)
     """Decompressed."""
     started: float = field(default_factory=time.monotonic)
-
-    @property
-    def wire(self) -> Wire | None:
-        """The format of the answer; None for one that is not known here."""
-        path = self.path.rstrip("/")
-        if path.endswith("/chat/completions"):
-            return "chat"
-        if path.endswith("/responses") or path.rpartition("/")[0].endswith("/responses"):
-            return "responses"
-        if path.endswith("/messages"):
-            return "anthropic"
-        return "google" if path.endswith((":generateContent", ":streamGenerateContent")) else None
 
 
 _exchanges: ContextVar[list[Exchange] | None] = ContextVar("vigil_exchanges", default=None)
@@ -51,7 +39,8 @@ _KEY = "vigil_exchange"
 def listening(api: Any) -> Iterator[list[Exchange]]:
     """Yields a list that takes in the exchanges of one call of Inspect's model `api`, in order.
 
-    It stays empty when the provider uses no client that can be listened to.
+    It stays empty when the provider uses no client that can be listened to, or speaks none of the four formats.
+    Requests that ask for no message (Anthropic's count of tokens) are left out.
     """
     _hook_client(getattr(getattr(api, "client", None), "_client", None))
     if type(api).__name__ == "GoogleGenAIAPI" and "model_client" not in vars(api):
@@ -95,10 +84,22 @@ class _GoogleClients:
         await self._close()
 
 
+def wire_of(path: str) -> Wire | None:
+    """Returns the format of the answers at an address; None for one that is not known here."""
+    path = path.rstrip("/")
+    if path.endswith("/chat/completions"):
+        return "chat"
+    if path.endswith("/responses") or path.rpartition("/")[0].endswith("/responses"):
+        return "responses"
+    if path.endswith("/messages"):
+        return "anthropic"
+    return "google" if path.endswith((":generateContent", ":streamGenerateContent")) else None
+
+
 async def _note_request(request: Any) -> None:
-    exchanges = _exchanges.get()
-    if exchanges is not None:
-        exchange = Exchange(request.url.path)
+    exchanges, wire = _exchanges.get(), wire_of(request.url.path)
+    if exchanges is not None and wire is not None:
+        exchange = Exchange(wire)
         exchanges.append(exchange)
         request.extensions[_KEY] = exchange
 
