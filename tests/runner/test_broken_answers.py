@@ -11,8 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from test_replies_whole_path import ENDPOINTS, STREAM
-from wire_server import WIRES, Raw, Said, body_of, chat, google, responses, saying
+from wire_server import ENDPOINTS, STREAM, WIRES, Raw, Said, WireServer, body_of, chat, google, responses
 
 from vigil.actions import Reply
 from vigil.agents.model import Message
@@ -37,22 +36,33 @@ def _collect() -> Iterator[None]:
     gc.collect()
 
 
-def ask(wire: str, *first: Said | Raw, is_streamed: bool = False, retries: int = 3) -> tuple[Reply, int]:
-    """Returns the reply and how often the server was asked, when it answers with `first` and then with a look."""
+def ask_each(
+    wire: str, answers: dict[str, tuple[Said | Raw, ...]], *, is_streamed: bool = False, retries: int = 3
+) -> dict[str, tuple[Reply, int]]:
+    """Returns by name the reply, and how often the server was asked, when it gives the answers and then says a look."""
+    waiting: list[Said | Raw] = []
     name, path, arguments = ENDPOINTS[wire]
-    with saying(*first, then=GOOD) as server:
+    with WireServer(lambda wire, data: waiting.pop(0) if waiting else GOOD) as server:
         given = {**arguments, STREAM[wire]: is_streamed}
         endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())))
 
-        async def main() -> Reply:
-            model = endpoint.model()
+        async def main() -> dict[str, tuple[Reply, int]]:
+            model, found = endpoint.model(), {}
+            asking = persistent(sender(model), Patience(retries=retries, first_wait_s=0.001))
             try:
-                waits = Patience(retries=retries, first_wait_s=0.001)
-                return await persistent(sender(model), waits)([Message("user", "look")])
+                for one, said in answers.items():
+                    waiting[:] = said
+                    before = server.asked
+                    found[one] = (await asking([Message("user", "look")]), server.asked - before)
             finally:
                 await model.api.aclose()
+            return found
 
-        return asyncio.run(main()), server.asked
+        return asyncio.run(main())
+
+
+def seen(found: dict[str, tuple[Reply, int]]) -> dict[str, tuple[str, str, int]]:
+    return {name: (reply.text, reply.reply_source, asked) for name, (reply, asked) in found.items()}
 
 
 def whole(wire: str, change: Callable[[dict[str, Any]], None] = lambda _: None) -> Raw:
@@ -115,17 +125,11 @@ BROKEN_MESSAGES: dict[str, dict[str, Callable[[dict[str, Any]], None]]] = {
 }
 
 
-@pytest.mark.parametrize("name", BROKEN)
 @pytest.mark.parametrize("wire", WIRES)
-def test_an_answer_that_is_none_is_asked_for_again(wire: str, name: str) -> None:
-    reply, asked = ask(wire, BROKEN[name](wire))
-    assert (reply.text, reply.reply_source, asked) == (LOOK, "server", 2)
-
-
-@pytest.mark.parametrize(("wire", "name"), [(wire, name) for wire, found in BROKEN_MESSAGES.items() for name in found])
-def test_a_message_that_is_none_is_asked_for_again(wire: str, name: str) -> None:
-    reply, asked = ask(wire, whole(wire, BROKEN_MESSAGES[wire][name]))
-    assert (reply.text, reply.reply_source, asked) == (LOOK, "server", 2)
+def test_an_answer_that_is_none_is_asked_for_again(wire: str) -> None:
+    answers = {name: (make(wire),) for name, make in BROKEN.items()}
+    answers |= {name: (whole(wire, change),) for name, change in BROKEN_MESSAGES[wire].items()}
+    assert seen(ask_each(wire, answers)) == dict.fromkeys(answers, (LOOK, "server", 2))
 
 
 def streamed(wire: str) -> Raw:
@@ -150,21 +154,20 @@ STREAMS: dict[str, Callable[[str], Raw]] = {
 }
 
 
-@pytest.mark.parametrize("name", STREAMS)
 @pytest.mark.parametrize("wire", WIRES)
-def test_a_stream_that_is_no_answer_is_asked_for_again(wire: str, name: str) -> None:
-    reply, asked = ask(wire, STREAMS[name](wire), is_streamed=True)
-    assert (reply.text, reply.reply_source, asked) == (LOOK, "server", 2)
+def test_a_stream_that_is_no_answer_is_asked_for_again(wire: str) -> None:
+    answers = {name: (make(wire),) for name, make in STREAMS.items()}
+    assert seen(ask_each(wire, answers, is_streamed=True)) == dict.fromkeys(answers, (LOOK, "server", 2))
 
 
 def test_what_stays_broken_is_an_infrastructure_failure_in_plain_words() -> None:
     with pytest.raises(ModelAPIError, match=r"HTTP 200 with an error: out of order \(after 3 attempts\)"):
-        ask("chat", *[BROKEN["an error in words"]("chat")] * 3, retries=2)
+        ask_each("chat", {"": (BROKEN["an error in words"]("chat"),) * 3}, retries=2)
 
 
 def test_an_error_with_http_200_may_be_a_rejection() -> None:
     said = Raw(b'{"error": {"message": "Your prompt was flagged by our safety system", "code": 403}}')
-    reply, asked = ask("chat", said, said, said)
+    reply, asked = ask_each("chat", {"": (said,) * 3})[""]
     assert (reply.provider_rejected, asked) == (True, 3)
 
 
@@ -210,11 +213,10 @@ PROPER: dict[str, tuple[str, Raw, str]] = {
 }
 
 
-@pytest.mark.parametrize("name", PROPER)
-def test_what_looks_odd_but_holds_a_message_is_a_reply(name: str) -> None:
-    wire, raw, text = PROPER[name]
-    reply, asked = ask(wire, raw)
-    assert (reply.text, reply.reply_source, asked) == (text, "server", 1)
+@pytest.mark.parametrize("wire", WIRES)
+def test_what_looks_odd_but_holds_a_message_is_a_reply(wire: str) -> None:
+    answers = {name: (raw,) for name, (its_wire, raw, _) in PROPER.items() if its_wire == wire}
+    assert seen(ask_each(wire, answers)) == {name: (PROPER[name][2], "server", 1) for name in answers}
 
 
 @pytest.mark.parametrize(
@@ -231,5 +233,5 @@ def test_what_looks_odd_but_holds_a_message_is_a_reply(name: str) -> None:
     ],
 )
 def test_a_provider_that_stops_the_model_has_rejected_the_request(wire: str, change: Any) -> None:
-    reply, asked = ask(wire, *[whole(wire, change)] * 3)
+    reply, asked = ask_each(wire, {"": (whole(wire, change),) * 3})[""]
     assert (reply.provider_rejected, asked) == (True, 3)

@@ -5,14 +5,13 @@ import gc
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
-from typing import Any
 
 import pytest
 from inspect_ai import eval as inspect_eval
 from inspect_ai.model import get_model
 from reply_forms import FORMS, draw, joined, mistakes
 from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import CUT, STOP, WIRES, Said, Storyteller, WireServer
+from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, Storyteller, WireServer
 
 from vigil.actions import InvalidAction, Reply
 from vigil.agents.model import Message
@@ -32,14 +31,6 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
 ]
 STEPS = 8
-ENDPOINTS: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "chat": ("openai-api/local/m", "/v1", {"max_retries": 0}),
-    "responses": ("openai-api/local/m", "/v1", {"max_retries": 0, "responses_api": True}),
-    "anthropic": ("anthropic/m", "", {"max_retries": 0}),
-    "google": ("google/m", "", {}),
-}
-"""Model, path of its base URL and model arguments, by format."""
-STREAM = {"chat": "stream", "responses": "stream", "anthropic": "streaming", "google": "streaming"}
 
 
 @pytest.fixture(autouse=True)

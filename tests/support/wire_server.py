@@ -6,8 +6,7 @@
 import json
 import re
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -15,6 +14,15 @@ from typing import Any
 STOP = {"chat": "stop", "responses": "completed", "anthropic": "end_turn", "google": "STOP"}
 CUT = {"chat": "length", "responses": "max_output_tokens", "anthropic": "max_tokens", "google": "MAX_TOKENS"}
 WIRES = tuple(STOP)
+ENDPOINTS: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "chat": ("openai-api/local/m", "/v1", {"max_retries": 0}),
+    "responses": ("openai-api/local/m", "/v1", {"max_retries": 0, "responses_api": True}),
+    "anthropic": ("anthropic/m", "", {"max_retries": 0}),
+    "google": ("google/m", "", {}),
+}
+"""Model, path of its base URL and model arguments, by format."""
+STREAM = {"chat": "stream", "responses": "stream", "anthropic": "streaming", "google": "streaming"}
+"""The model argument of Inspect that asks for a stream."""
 PIECE = 7
 """Characters in a piece of a stream."""
 
@@ -290,11 +298,3 @@ class Storyteller:
         said = self.said.setdefault(int(match[1]), [])
         said.append(self._say(int(match[1]), len(said)))
         return said[-1]
-
-
-@contextmanager
-def saying(*first: Said | Raw, then: Said) -> Iterator[WireServer]:
-    """A server that gives the answers in turn, and `then` after them."""
-    waiting = list(first)
-    with WireServer(lambda wire, data: waiting.pop(0) if waiting else then) as server:
-        yield server
