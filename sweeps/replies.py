@@ -28,7 +28,7 @@ from vigil.runner.run_folder import read_run
 from vigil.runner.settings import RunSettings
 
 STEPS = 8
-EPISODES_A_RUN = 250
+EPISODES_A_RUN = 60
 
 
 def main() -> int:

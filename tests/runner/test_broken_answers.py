@@ -44,7 +44,7 @@ def ask_each(
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(lambda wire, data: waiting.pop(0) if waiting else GOOD) as server:
         given = {**arguments, STREAM[wire]: is_streamed}
-        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())))
+        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
 
         async def main() -> dict[str, tuple[Reply, int]]:
             model, found = endpoint.model(), {}

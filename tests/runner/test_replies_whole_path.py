@@ -111,7 +111,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(story) as server:
         given = {**arguments, STREAM[wire]: is_streamed}
-        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())))
+        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
         replies = asyncio.run(ask_all(endpoint, count))
     assert server.asked == count
     for said, reply in zip(say, replies, strict=True):
