@@ -22,14 +22,18 @@ def kept(reply: Reply) -> Reply:
     The beginning of a reasoning can be left out, because its closing marker alone tells that it is one.
     """
     raw = reply.raw
-    if reply.cut is not None or len(raw) <= KEPT_OF_TOO_LONG:
+    if len(raw) <= KEPT_OF_TOO_LONG:
         return reply
-    answer_bytes = len(split_reasoning(reply.text)[0].encode()) if reply.is_utf8 else len(raw)
-    is_too_long = answer_bytes > MAX_REPLY_BYTES
+    cut = reply.cut or _facts(reply, raw)
+    is_too_long = cut.answer_bytes > MAX_REPLY_BYTES
     if not is_too_long and len(raw) <= KEPT_WITH_REASONING:
         return reply
     part = raw[:KEPT_OF_TOO_LONG] if is_too_long else raw[-KEPT_WITH_REASONING:]
     text: str | bytes = part.decode("utf-8", "ignore") if reply.is_utf8 else part
-    cut = ReplyCut(text_bytes=len(raw), answer_bytes=answer_bytes, sha256=hashlib.sha256(raw).hexdigest())
     facts = reply.model_dump(exclude={"text", "raw_base64"})
     return Reply.model_validate({**facts, "text": text, "cut": cut})
+
+
+def _facts(reply: Reply, raw: bytes) -> ReplyCut:
+    answer_bytes = len(split_reasoning(reply.text)[0].encode()) if reply.is_utf8 else len(raw)
+    return ReplyCut(text_bytes=len(raw), answer_bytes=answer_bytes, sha256=hashlib.sha256(raw).hexdigest())

@@ -17,7 +17,9 @@ would; a program that ends, hangs, or writes a line that nobody asked for is a f
 episode ends as an `error`, to be played again. When its input ends, the program should end.
 """
 
+import codecs
 import contextlib
+import hashlib
 import json
 import os
 import select
@@ -27,7 +29,7 @@ import subprocess
 import time
 from typing import Any
 
-from vigil.actions import Reply
+from vigil.actions import Reply, ReplyCut
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError, SettingError
@@ -39,8 +41,8 @@ from vigil.reasoning import split_reasoning
 PREFIX = "exec:"
 PROTOCOL = 1
 CLOSING_SECONDS = 2.0
-MAX_LINE_BYTES = 128 * 1024
-"""What is kept of an answer: twice what a valid reply may have."""
+MAX_LINE_BYTES = 1024 * 1024
+"""A longer line is no answer, whatever it says: it counts as too long, and this much of it is looked at."""
 _CHUNK = 1 << 16
 
 
@@ -74,8 +76,12 @@ class ExecAgent:
             message["feedback"] = observation.feedback.model_dump()
         self._refuse_stray_output()
         self._send(message)
-        line = self._read_line(started + self._reply_seconds)
-        fields = {"text": _raw_reply(line), "seconds": time.monotonic() - started}
+        line, cut = self._read_line(started + self._reply_seconds)
+        fields = {
+            "text": _whole_characters(line) if cut else _raw_reply(line),
+            "cut": cut,
+            "seconds": time.monotonic() - started,
+        }
         reply = Reply.model_validate(fields)
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
 
@@ -125,17 +131,23 @@ class ExecAgent:
             except BrokenPipeError:
                 raise self._ended() from None
 
-    def _read_line(self, deadline: float) -> bytes:
-        """Returns the next line of output, cut to MAX_LINE_BYTES."""
-        while b"\n" not in self._pending:
+    def _read_line(self, deadline: float) -> tuple[bytes, ReplyCut | None]:
+        """Returns the next line of output, cut to MAX_LINE_BYTES, and what it was if it was longer."""
+        size, digest = 0, hashlib.sha256()
+        kept = bytearray()
+        while True:
+            line, end, rest = self._pending.partition(b"\n")
+            size += len(line)
+            digest.update(line)
+            kept += line[: MAX_LINE_BYTES - len(kept)]
+            self._pending = rest
+            if end:
+                break
             self._wait([_fileno(self._running().stdout)], [], deadline, "does not answer")
             if not self._read_chunk():
                 raise self._ended()
-            if len(self._pending) > MAX_LINE_BYTES and b"\n" not in self._pending:
-                del self._pending[MAX_LINE_BYTES:]
-        line, _, rest = bytes(self._pending).partition(b"\n")
-        self._pending = bytearray(rest)
-        return line[:MAX_LINE_BYTES]
+        cut = ReplyCut(text_bytes=size, answer_bytes=size, sha256=digest.hexdigest()) if size > len(kept) else None
+        return bytes(kept), cut
 
     def _read_chunk(self) -> bytes:
         chunk = os.read(_fileno(self._running().stdout), _CHUNK)
@@ -186,6 +198,14 @@ def _split(command: str) -> list[str]:
 
 def _fileno(pipe: Any) -> int:
     return pipe.fileno()
+
+
+def _whole_characters(line: bytes) -> str | bytes:
+    """Returns a line that was cut without the piece of a character at its end; as it is when it is no UTF-8."""
+    try:
+        return codecs.getincrementaldecoder("utf-8")().decode(line)
+    except UnicodeDecodeError:
+        return line
 
 
 def _raw_reply(line: bytes) -> str | bytes:
