@@ -176,7 +176,7 @@ time.sleep(60)
     ("answer", "chars"),
     [
         ("<think>a mug</think>{}", 5),
-        (" <think>a</think> <think>b</think>", 1),
+        (" <think>a</think> <think>b</think>", 3),
         ("{} <think>late</think>", 0),
         ("<think>on and on", 0),
     ],
