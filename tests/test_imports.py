@@ -15,7 +15,10 @@ import vigil
 
 ROOT = Path(vigil.__file__).parent
 
-BASE = ["errors", "strict_json", "versions", "pose", "house", "world", "observation", "actions", "replies", "profile"]
+BASE = [
+    *("errors", "strict_json", "versions", "pose", "house", "world", "observation", "json_text", "reasoning"),
+    *("actions", "replies", "kept_reply", "profile"),
+]
 """Lowest layer: each may import those before it."""
 PURE = ["record", "goals", "episode", "pack", "row_check", "record_file", "scoring", "summary"]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
@@ -31,7 +34,7 @@ ALLOWED: dict[str, set[str]] = {
     "assets": PHYSICS,
     "sim": PHYSICS | {"assets", "observation"},
     "housegen": PHYSICS | {"assets"},
-    "agents": {"errors", "observation", "actions", "replies", "profile", "prompt"},
+    "agents": {"errors", "observation", "actions", "reasoning", "replies", "profile", "prompt"},
     "env": {*BASE, *PURE, "prompt", "sim"},
     "analysis": {*BASE, *PURE, "prompt"},
     "authoring": {*BASE, *PURE, "prompt", "assets", "sim", "housegen", "env", "agents"},

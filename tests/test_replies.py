@@ -19,7 +19,8 @@ from vigil.actions import (
     Reply,
     Report,
 )
-from vigil.replies import MAX_REPLY_BYTES, parse, parse_reply, split_reasoning
+from vigil.json_text import MAX_DEPTH
+from vigil.replies import MAX_REPLY_BYTES, parse, parse_reply
 
 WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 2}}'
 
@@ -54,6 +55,9 @@ def test_each_skill():
         f"\n\t {WALK} \r\n",
         f"<think>I {'{'}wonder{'}'} if</think>\n{WALK}",
         f"  <think></think>{WALK}",
+        f"Hm. <think></think>{WALK}",
+        f"<think></think><think></think>{WALK}",
+        f"{'x' * 100_000}</think>{WALK}",
         WALK.encode(),
         reply("NAVIGATE ", mode=" Forward\n", magnitude=2.0),
     ],
@@ -101,8 +105,14 @@ def test_thoughts_are_kept_verbatim_and_unknown_keys_recorded():
         (WALK + " " * 10 + "x" * MAX_REPLY_BYTES, "too_long"),
         (WALK[:-1] + ', "thought": ' + "[" * 30000 + "]" * 30000 + "}", "too_deep"),
         (f"<think>and so on {WALK}", "unclosed_reasoning"),
-        (f"Hm. <think></think>{WALK}", "text_around_object"),
-        (f"<think></think><think></think>{WALK}", "unclosed_reasoning"),
+        (f"{WALK}<think>hm</think>", "text_around_object"),
+        (f"{WALK}\n</think>", "text_around_object"),
+        (f"{WALK}<think>hm</think>{WALK}", "text_around_object"),
+        (f"<think>a</think>{WALK}<think>b</think>{WALK}", "text_around_object"),
+        (WALK.replace(', "arg', ', <think>hm</think> "arg'), "text_around_object"),
+        (" " * MAX_REPLY_BYTES + WALK, "too_long"),
+        (WALK + " " * 10_000_000, "too_long"),
+        (f"<think>hm</think>{' ' * MAX_REPLY_BYTES}{WALK}", "too_long"),
     ],
 )
 def test_protocol_failures(text: str | bytes, reason: str):
@@ -239,10 +249,33 @@ def test_what_the_provider_said_counts():
     assert of(WALK.encode() + b"\xff").reason == "not_utf8"
 
 
-def test_split_reasoning():
-    assert split_reasoning("\n<think>abc</think> {}") == (" {}", 3)
-    assert split_reasoning("{} <think>abc</think>") == ("{} <think>abc</think>", 0)
-    assert split_reasoning("<think>abc") == ("<think>abc", 0)
+def nested(levels: int, inner: str = "1") -> str:
+    """A walk whose thought makes the reply `levels` deep."""
+    return f'{WALK[:-1]}, "thought": {"[" * (levels - 1)}{inner}{"]" * (levels - 1)}}}'
+
+
+@pytest.mark.parametrize("policy", ["strict", "lenient"])
+@pytest.mark.parametrize("depth", [0, 500])
+def test_a_reply_is_at_most_64_levels_deep_however_deep_the_stack_is(policy: Any, depth: int):
+    if depth:
+        return test_a_reply_is_at_most_64_levels_deep_however_deep_the_stack_is(policy, depth - 1)
+    assert MAX_DEPTH == 64
+    parsed = parse(nested(64, '"[[[[{{{"'), policy=policy)
+    assert isinstance(parsed, ParsedReply)
+    assert ParsedReply.model_validate_json(parsed.model_dump_json()) == parsed
+    for text in (nested(65), nested(987), nested(30_000), nested(65, ""), "[" * 65, "<think>x</think>" + nested(65)):
+        assert fault(text, policy=policy).reason == "too_deep"
+        assert not fault(text, policy=policy).would_parse_leniently
+    assert not fault(f"Sure: {nested(65)}", policy=policy).would_parse_leniently
+    assert isinstance(parse(f"Sure: {nested(64)}", policy="lenient"), ParsedReply)
+    return None
+
+
+def test_the_limit_on_the_length_counts_all_but_the_reasoning():
+    fits = WALK + " " * (MAX_REPLY_BYTES - len(WALK))
+    assert action(fits) == action(WALK)
+    assert fault(fits + " ").reason == "too_long"
+    assert action(f"<think>{'x' * MAX_REPLY_BYTES}</think>{fits}") == action(WALK)
 
 
 JSON = st.recursive(

@@ -138,11 +138,13 @@ def test_counts():
     story = undone().do(click, Effect(too_far=True)).do(click).do(click).do(InteractPixel(intent="pick", x=5, y=5))
     story.do(InteractPixel(intent="activate", x=5, y=6))
     story.do(effect=Effect(path_blocked=True)).invalid(JUNK, finish_reason="length", usage=Usage(output_tokens=7))
-    story.invalid(BAD).invalid(InvalidAction(kind="protocol_failure", reason="code_fence", would_parse_leniently=True))
+    story.invalid(BAD, reply_source="library")
+    story.invalid(InvalidAction(kind="protocol_failure", reason="code_fence", would_parse_leniently=True))
     outcome = settle(AI, story.do(Look(direction="up", magnitude=1)).report("fail"))
     assert (outcome.retry, outcome.too_far, outcome.path_blocked) == (2, 1, 1)
     assert (outcome.protocol_failures, outcome.malformed_actions, outcome.invalid) == (2, 1, 3)
     assert (outcome.truncated, outcome.would_parse_leniently, outcome.output_tokens) == (1, 1, 7)
+    assert outcome.library_replies == 1
     assert outcome.actions == {"navigate": 2, "look": 1, "interact_pixel": 5, "report": 1, "invalid": 3}
     assert sum(outcome.actions.values()) == outcome.steps
 

@@ -5,6 +5,7 @@ The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vig
 tables `action_specs`, `intents`, `report_statuses`, whose descriptions stand here verbatim.
 """
 
+import base64
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -26,6 +27,9 @@ HORIZON_DOWN_DEG = 60.0
 
 Coordinates = Literal["pixel", "normalized_1000"]
 ReplyPolicy = Literal["strict", "lenient"]
+ReplySource = Literal["agent", "server", "library"]
+"""Where a reply's text was taken: from the agent itself (a script, a program, a person), from the answer of a model's
+server as it arrived, or from a library's rendering of that answer, which may have cut or joined it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,15 +193,29 @@ class Usage(_Action):
     output_tokens: int = 0
 
 
+class ReplyCut(_Action):
+    """What a reply was before it was cut for the record."""
+
+    text_bytes: int
+    answer_bytes: int
+    """Without the reasoning: what the limit on a reply's length counts."""
+    sha256: str
+    """Of all its bytes."""
+
+
 class Reply(_Action):
     """What an agent's `act` returns: its raw text, with what the provider said about it.
 
-    `text` takes any string or bytes; what UTF-8 cannot carry is replaced by U+FFFD and `is_utf8` is False.
+    `text` takes any string or bytes; what UTF-8 cannot carry is replaced by U+FFFD, `is_utf8` is False, and the bytes
+    themselves are in `raw_base64` (of a string with lone surrogates: with these encoded like other characters).
     """
 
     text: str
     is_utf8: bool = True
+    raw_base64: str | None = None
+    reply_source: ReplySource = "agent"
     finish_reason: str | None = None
+    """In the provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
     reasoning_chars: int = 0
     usage: Usage | None = None
     seconds: float = 0.0
@@ -205,6 +223,8 @@ class Reply(_Action):
     """The provider refused because of content or length, three times: a protocol failure."""
     agent_ended: str = ""
     """What a program did instead of answering a frame: it ended, hung or wrote out of turn. A protocol failure."""
+    cut: ReplyCut | None = None
+    """Set when `text` is only a part of what was said, and was judged as: see `vigil.kept_reply`."""
 
     @model_validator(mode="before")
     @classmethod
@@ -216,4 +236,10 @@ class Reply(_Action):
         try:
             return {**fields, "text": raw.decode("utf-8")}
         except UnicodeDecodeError:
-            return {**fields, "text": raw.decode("utf-8", "replace"), "is_utf8": False}
+            facts = {"is_utf8": False, "raw_base64": base64.b64encode(raw).decode()}
+            return {**fields, "text": raw.decode("utf-8", "replace"), **facts}
+
+    @property
+    def raw(self) -> bytes:
+        """The bytes of the text as it came."""
+        return self.text.encode() if self.raw_base64 is None else base64.b64decode(self.raw_base64)

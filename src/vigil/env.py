@@ -17,6 +17,7 @@ from vigil.actions import InvalidAction, ParsedReply, Reply, Report
 from vigil.episode import Episode
 from vigil.errors import SimulatorError
 from vigil.house import House
+from vigil.kept_reply import kept
 from vigil.observation import Feedback, Observation
 from vigil.profile import Profile
 from vigil.prompt import is_cut_in_history, rendered_sha256
@@ -95,7 +96,7 @@ class Env:
         step = StepRecord(
             index=len(self._steps) + 1,
             frame_sha256=frame_sha256,
-            reply=reply,
+            reply=kept(reply),
             history_cut=is_cut_in_history(reply.text, self.profile),
             action=None if isinstance(parsed, InvalidAction) else parsed.action,
             invalid=parsed if isinstance(parsed, InvalidAction) else None,

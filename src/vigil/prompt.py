@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 from vigil.actions import INTENTS, SKILLS, STATUSES, Argument, Coordinates
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
 from vigil.profile import Profile, PromptVariant
-from vigil.replies import split_reasoning
+from vigil.reasoning import split_reasoning
 
 POLICY = "native_embodied_public_evidence"
 POLICY_REVISION = 1

@@ -5,7 +5,6 @@ Words of a closed vocabulary (skill, mode, direction, intent, status) are stripp
 aliases. No reply of any bytes raises. Source: `protocol.md` section 2.3.
 """
 
-import json
 import math
 import re
 from typing import Any, Literal, cast
@@ -29,16 +28,16 @@ from vigil.actions import (
     SkillName,
     Status,
 )
+from vigil.json_text import JsonFault, decode
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.reasoning import is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
-MAX_INT_DIGITS = 300
-"""Longer integers are taken as floats (infinite), which no argument accepts."""
+"""Of the answer: everything but the reasoning, white space included."""
 MAX_LENIENT_TRIES = 64
-CUT_REASONS = frozenset({"length", "max_tokens", "model_length"})
-"""Finish reasons that mean: cut by the token limit."""
+CUT_REASONS = frozenset({"length", "max_tokens", "model_length", "max_output_tokens", "model_context_window_exceeded"})
+"""Finish reasons that mean: cut by the token limit. Each provider has a word of its own."""
 
-_OPENING, _CLOSING = "<think>", "</think>"
 _BRACE = re.compile(r"[{}]")
 _FENCE = re.compile(r"```[A-Za-z0-9_+-]*[ \t]*\r?\n?(.*?)```", re.DOTALL)
 _REPLY_KEYS = ("skill_name", "arguments", "thought", "cognitive_state")
@@ -62,6 +61,8 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
         return InvalidAction(kind="protocol_failure", reason="agent_ended", detail=reply.agent_ended)
     if not reply.is_utf8:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
+    if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
+        return _invalid(_too_long(reply.cut.answer_bytes))
     parsed = parse(reply.text, coordinates, policy)
     is_cut = (reply.finish_reason or "").casefold() in CUT_REASONS
     if is_cut and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
@@ -86,27 +87,20 @@ def parse(
         return _invalid(fault, would_parse_leniently=isinstance(loose, ParsedReply))
 
 
-def split_reasoning(text: str) -> tuple[str, int]:
-    """Returns the answer without one leading `<think>...</think>`, and the number of characters in that."""
-    stripped = text.lstrip()
-    if not stripped.startswith(_OPENING):
-        return text, 0
-    end = stripped.find(_CLOSING)
-    if end < 0:
-        return text, 0
-    return stripped[end + len(_CLOSING) :], end - len(_OPENING)
-
-
 def _answer(text: str | bytes) -> str:
     try:
         whole = text.decode("utf-8") if isinstance(text, bytes) else text
-        answer = split_reasoning(whole)[0].strip()
+        answer = split_reasoning(whole)[0]
         size = len(answer.encode("utf-8"))
     except UnicodeError:
         raise _Fault("protocol_failure", "not_utf8") from None
     if size > MAX_REPLY_BYTES:
-        raise _Fault("protocol_failure", "too_long", f"{size} bytes, more than {MAX_REPLY_BYTES}")
-    return answer
+        raise _too_long(size)
+    return answer.strip()
+
+
+def _too_long(size: int) -> _Fault:
+    return _Fault("protocol_failure", "too_long", f"{size} bytes, more than {MAX_REPLY_BYTES}")
 
 
 def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAction:
@@ -118,39 +112,16 @@ def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAc
     )
 
 
-# --- JSON, strictly ---------------------------------------------------------------------------------------------------
-
-
-def _integer(digits: str) -> int | float:
-    return int(digits) if len(digits) <= MAX_INT_DIGITS else float(digits)
-
-
-def _refuse_constant(name: str) -> None:
-    raise _Fault("protocol_failure", "not_a_number", name)
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    fields: dict[str, Any] = {}
-    for name, value in pairs:
-        if name in fields:
-            raise _Fault("protocol_failure", "duplicate_key", _shown(name))
-        fields[name] = value
-    return fields
-
-
-_DECODER = json.JSONDecoder(object_pairs_hook=_object, parse_int=_integer, parse_constant=_refuse_constant)
+# --- from the text to the object --------------------------------------------------------------------------------------
 
 
 def _decode(text: str, start: int = 0) -> tuple[Any, int]:
     """Returns the JSON value that begins at `start`, and where it ends. Raises _Fault."""
     try:
-        value, end = _DECODER.raw_decode(text, start)
-    except RecursionError:
-        raise _Fault("protocol_failure", "too_deep") from None
-    except ValueError as error:
-        raise _Fault("protocol_failure", _why_not_json(text), str(error)) from None
-    _refuse_lone_surrogates(value)
-    return value, end
+        return decode(text, start)
+    except JsonFault as fault:
+        reason = _why_not_json(text) if fault.reason == "not_json" else fault.reason
+        raise _Fault("protocol_failure", reason, fault.detail) from None
 
 
 def _only_object(answer: str) -> dict[str, Any]:
@@ -171,24 +142,11 @@ def _why_not_json(text: str) -> str:
         return "empty"
     if text.startswith("{"):
         return "not_json"
-    if text.startswith(_OPENING):
+    if is_unclosed(text):
         return "unclosed_reasoning"
     if text.startswith("```"):
         return "code_fence"
     return "text_around_object" if "{" in text else "no_object"
-
-
-def _refuse_lone_surrogates(value: Any) -> None:
-    stack = [value]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, dict):
-            stack.extend(item.keys())
-            stack.extend(item.values())
-        elif isinstance(item, list):
-            stack.extend(item)
-        elif isinstance(item, str) and not item.isascii() and any("\ud800" <= char <= "\udfff" for char in item):
-            raise _Fault("protocol_failure", "lone_surrogate")
 
 
 def _parse_loosely(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:

@@ -86,6 +86,8 @@ class Outcome:
     truncated: int
     """Replies that the token limit cut and that are no action; among the protocol failures."""
     would_parse_leniently: int
+    library_replies: int
+    """Replies whose text is a library's rendering, not the server's own: it may have lost reasoning or been joined."""
     too_far: int
     path_blocked: int
     retry: int
@@ -265,6 +267,7 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict:
         "malformed_actions": sum(invalid.kind == "malformed_action" for invalid in invalids),
         "truncated": sum(_is_truncated(step) for step in steps),
         "would_parse_leniently": sum(invalid.would_parse_leniently for invalid in invalids),
+        "library_replies": sum(step.reply.reply_source == "library" for step in steps),
         "too_far": sum(effect.too_far for effect in effects),
         "path_blocked": sum(effect.path_blocked for effect in effects),
         "retry": len(clicks) - len({(click.intent, click.x, click.y) for click in clicks}),

@@ -21,6 +21,11 @@ MAX_ERROR_SHARE = 0.01
 """A report over more errors than this says so at its top."""
 MAX_REPEATED_SHARE = 0.01
 """And one over more episodes that were begun more than once: what began them anew may have seen them before."""
+LIBRARY_REPLIES = (
+    "replies were judged as a library gave them back, not as the server sent them: what it cuts, as reasoning "
+    "anywhere in a text, was not seen"
+)
+"""What a run with such replies is said to have, after their number."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
 
 
@@ -49,6 +54,11 @@ class Settlement:
     def is_complete(self) -> bool:
         """Whether every planned episode is scored."""
         return len(self.outcomes) >= sum(self.planned.values())
+
+    @property
+    def library_replies(self) -> int:
+        """Replies that were taken from a library, because the server's own text could not be had."""
+        return sum(outcome.library_replies for outcome in self.outcomes)
 
     @property
     def has_many_errors(self) -> bool:

@@ -110,6 +110,7 @@ def test_an_action_may_stand_on_the_line_itself(make: Maker) -> None:
     [
         ("sys.stdout.buffer.write(b'\\xff\\xfe{}\\n')", "not_utf8"),
         ("print('x' * 5_000_000)", "too_long"),
+        ("print('x' + 'é' * 5_000_000)", "too_long"),
         ("print()", "empty"),
         ('print(json.dumps({"text": chr(0xd800)}))', "not_utf8"),
     ],
@@ -118,7 +119,8 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
     agent = make(f"for line in sys.stdin:\n    if FRAME in line: {written}; sys.stdout.flush()")
     reply = agent.act(look())
     assert parse_reply(reply, "pixel", "strict").reason == reason
-    assert len(reply.text) <= MAX_LINE_BYTES
+    assert len(reply.raw) <= MAX_LINE_BYTES
+    assert (reply.cut is not None and reply.cut.text_bytes >= 5_000_000) == (reason == "too_long")
     assert agent.act(look()).text == reply.text
 
 
@@ -258,7 +260,7 @@ time.sleep(60)
     ("answer", "chars"),
     [
         ("<think>a mug</think>{}", 5),
-        (" <think>a</think> <think>b</think>", 1),
+        (" <think>a</think> <think>b</think>", 3),
         ("{} <think>late</think>", 0),
         ("<think>on and on", 0),
     ],

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from chat_server import REPORT, Answer, Asked, Brain, ChatServer, failure, serving
+from inspect_ai.model import ModelOutput, get_model
 
 from vigil.actions import ParsedReply, Reply
 from vigil.agents.model import Message
@@ -112,6 +113,12 @@ def test_what_the_model_writes_is_the_agents_doing(answer: Answer, expected: str
     assert reason(reply) == expected
     assert len(server.asked) == 1
     assert (answer.text != "\ud800" and reply.text == (answer.text or answer.refusal or "")) or not reply.is_utf8
+
+
+def test_a_provider_that_cannot_be_listened_to_is_recorded_as_the_librarys() -> None:
+    model = get_model("mockllm/model", custom_outputs=[ModelOutput.from_content("m", REPORT)], memoize=False)
+    reply = asyncio.run(persistent(sender(model), SHORT_WAITS)(MESSAGES))
+    assert (reply.text, reply.reply_source) == (REPORT, "library")
 
 
 def test_a_thought_may_speak_of_thinking() -> None:

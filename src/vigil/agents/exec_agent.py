@@ -21,13 +21,14 @@ that does so before any frame is a failure of the infrastructure: its episode en
 When its input ends, the program should end. Source: `protocol.md` section 2.3.
 """
 
+import codecs
 import json
 import shlex
 import time
 from pathlib import Path
 from typing import Any
 
-from vigil.actions import Reply
+from vigil.actions import Reply, ReplyCut
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.picture import encode
 from vigil.agents.program import Hide, Program, ProgramFault, Workplace, resolved
@@ -35,7 +36,7 @@ from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.profile import Profile
 from vigil.prompt import system_prompt
-from vigil.replies import split_reasoning
+from vigil.reasoning import split_reasoning
 
 PREFIX = "exec:"
 PROTOCOL = 1
@@ -86,15 +87,15 @@ class ExecAgent:
         if observation.feedback is not None:
             message["feedback"] = observation.feedback.model_dump()
         try:
-            text = _raw_reply(self._answer(_line(message), started + self._reply_seconds))
-            how = ""
+            line, cut = self._answer(_line(message), started + self._reply_seconds)
+            text, how = _whole_characters(line) if cut else _raw_reply(line), ""
         except ProgramFault as fault:
             self._program = None
             if not self._was_shown:
                 raise self._failed(fault) from None
-            text, how = fault.written, str(fault)
+            text, cut, how = fault.written, None, str(fault)
         seconds = time.monotonic() - started
-        reply = Reply.model_validate({"text": text, "seconds": seconds, "agent_ended": how})
+        reply = Reply.model_validate({"text": text, "cut": cut, "seconds": seconds, "agent_ended": how})
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
 
     def close(self) -> None:
@@ -133,20 +134,20 @@ class ExecAgent:
                 "that runs it (exec:bash agent.sh)."
             ) from None
 
-    def _answer(self, message: bytes, deadline: float) -> bytes:
-        """Returns the program's line on a frame; notes whether it has begun to read one. Raises ProgramFault."""
+    def _answer(self, message: bytes, deadline: float) -> tuple[bytes, ReplyCut | None]:
+        """Returns the program's line on a frame, and what it was if it is cut; notes whether it has begun to read one. Raises ProgramFault."""
         program = self._program or self._open(deadline)
         program.refuse_stray_output()
         if not self._was_shown:
             program.wait_until_read(deadline)
         try:
             program.send(message, deadline)
-            line = program.read_line(deadline)
+            answer = program.read_line(deadline)
         except ProgramFault:
             self._was_shown |= program.has_begun_to_read
             raise
         self._was_shown = True
-        return line
+        return answer
 
     def _failed(self, fault: ProgramFault) -> ModelAPIError:
         self._program = None
@@ -165,6 +166,14 @@ def _split(command: str) -> list[str]:
     if not arguments:
         raise SettingError(f"Agent {PREFIX!r} names no command. Write e.g. `exec:python my_agent.py`.")
     return arguments
+
+
+def _whole_characters(line: bytes) -> str | bytes:
+    """Returns a line that was cut without the piece of a character at its end; as it is when it is no UTF-8."""
+    try:
+        return codecs.getincrementaldecoder("utf-8")().decode(line)
+    except UnicodeDecodeError:
+        return line
 
 
 def _raw_reply(line: bytes) -> str | bytes:

@@ -7,6 +7,7 @@ user's environment without VIGIL's own variables. So nothing that it was handed 
 import array
 import contextlib
 import fcntl
+import hashlib
 import os
 import select
 import shutil
@@ -21,11 +22,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from vigil.actions import ReplyCut
 from vigil.errors import SettingError
 
 CLOSING_SECONDS = 2.0
-MAX_LINE_BYTES = 128 * 1024
-"""What is kept of an answer: twice what a valid reply may have."""
+MAX_LINE_BYTES = 1024 * 1024
+"""A longer line is no answer, whatever it says: it counts as too long, and this much of it is looked at."""
 _CHUNK = 1 << 16
 _DRAIN_SECONDS = 0.002
 _OWN_VARIABLES = ("VIGIL_", "INSPECT_")
@@ -116,19 +118,25 @@ class Program:
             self._sent += count
             left = left[count:]
 
-    def read_line(self, deadline: float) -> bytes:
-        """Returns the next line of output, cut to MAX_LINE_BYTES."""
-        while b"\n" not in self._pending:
+    def read_line(self, deadline: float) -> tuple[bytes, ReplyCut | None]:
+        """Returns the next line of output, cut to MAX_LINE_BYTES, and what it was if it was longer."""
+        kept, size, digest = bytearray(), 0, hashlib.sha256()
+        while True:
+            line, end, rest = self._pending.partition(b"\n")
+            size += len(line)
+            digest.update(line)
+            kept += line[: MAX_LINE_BYTES - len(kept)]
+            self._pending = rest
+            if end:
+                break
             patience = deadline - time.monotonic()
-            if patience <= 0 or not select.select([_fileno(self._process.stdout)], [], [], patience)[0]:
-                raise self.fault(f"does not answer {self._for}")
-            if not self._read_chunk():
-                raise self.ended()
-            if len(self._pending) > MAX_LINE_BYTES and b"\n" not in self._pending:
-                del self._pending[MAX_LINE_BYTES:]
-        line, _, rest = bytes(self._pending).partition(b"\n")
-        self._pending = bytearray(rest)
-        return line[:MAX_LINE_BYTES]
+            is_late = patience <= 0 or not select.select([_fileno(self._process.stdout)], [], [], patience)[0]
+            if is_late or not self._read_chunk():
+                self._pending = kept
+                raise self.fault(f"does not answer {self._for}") if is_late else self.ended()
+        is_cut = size > len(kept)
+        cut = ReplyCut(text_bytes=size, answer_bytes=size, sha256=digest.hexdigest()) if is_cut else None
+        return bytes(kept), cut
 
     def refuse_stray_output(self) -> None:
         """Raises ProgramFault when the program has ended, or has written what nobody asked for."""

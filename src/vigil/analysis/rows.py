@@ -30,7 +30,7 @@ from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header
 from vigil.record_file import checked, read_file, scan_lines
 from vigil.row_check import LeftOut, RowCheck, told
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit, settle
-from vigil.summary import MAX_ERROR_SHARE, repeats
+from vigil.summary import LIBRARY_REPLIES, MAX_ERROR_SHARE, repeats
 
 ROWS_FILE = "rows.parquet"
 ROWS_VERSION = 3
@@ -242,6 +242,9 @@ def _settle(header: RunHeader, data: bytes, pack: str | None) -> tuple[pd.DataFr
     remarks = _unended([*check.notes, *told(left_out)])
     if data[read:].strip():
         remarks.append("the last line of its records is torn and was passed over; the same command plays it again")
+    library = sum(outcome.library_replies for outcome in outcomes.values())
+    if library:
+        remarks.append(f"{library} {LIBRARY_REPLIES}")
     facts = {
         "planned": planned,
         "errors": [_error(episodes, errors[key]) for key in sorted(errors)],

@@ -15,7 +15,7 @@ from vigil.episode import FAMILIES
 from vigil.pack import Selection
 from vigil.record import RunHeader
 from vigil.runner.verify_run import read_run
-from vigil.summary import Settlement, settle_run, summarise
+from vigil.summary import LIBRARY_REPLIES, Settlement, settle_run, summarise
 
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
@@ -147,6 +147,8 @@ def _warn(name: str, settlement: Settlement) -> None:
         print(f"{name}: INCOMPLETE, {len(settlement.outcomes)} of {sum(settlement.planned.values())} episodes scored.")
     if settlement.repeats:
         print(f"{name}: {settlement.repeats}.")
+    if settlement.library_replies:
+        print(f"{name}: {settlement.library_replies} {LIBRARY_REPLIES}.")
     reasons = Counter((error.boundary, _last_line(error.message)) for error in settlement.errors)
     for (boundary, message), count in reasons.most_common(MAX_REASONS):
         print(f"{name}: {count} x error at the {boundary}: {message}")

@@ -1,6 +1,7 @@
 """A model through Inspect: how it is reached, and one attempt at one reply."""
 
 import json
+import time
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -24,6 +25,7 @@ from inspect_ai.model import (
     get_model,
 )
 from inspect_ai.model._model import use_model_event_sink
+from inspect_ai.util import LimitExceededError
 from rich.text import Text
 
 from vigil.actions import Reply, Usage
@@ -31,7 +33,10 @@ from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.model import Message
 from vigil.errors import SettingError
 from vigil.profile import ImageFormat
+from vigil.reasoning import split_reasoning
+from vigil.runner.answers import NoAnswer, read_answer
 from vigil.runner.ask import ModelTrouble, Patience, Send, is_rejection, persistent
+from vigil.runner.listening import Exchange, listening
 from vigil.runner.preflight import check_sight
 from vigil.runner.redaction import without_login, without_secrets
 from vigil.runner.redirects import stay
@@ -39,6 +44,8 @@ from vigil.runner.serving import KEY_HINT, Serving, provider_hint
 
 PREFLIGHT_RETRIES = 2
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
+_HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
+"""What these raise is about transport."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,41 +100,44 @@ def _plain(error: Exception) -> str:
     return " ".join(line if line[-1] in ".:" else f"{line}." for line in lines)
 
 
-class _LastCall:
-    """Takes Inspect's model events: they hold the provider's answer verbatim, and would hold every frame in memory."""
-
-    def __init__(self) -> None:
-        self.event: ModelEvent | None = None
+class _Forget:
+    """Takes Inspect's model events and drops them: they would hold every frame in memory."""
 
     def on_pending(self, event: ModelEvent) -> None:
-        self.event = event
+        """Does nothing."""
 
     def on_complete(self, event: ModelEvent) -> None:
-        self.event = event
-
-    def message(self) -> dict[str, Any] | None:
-        """Returns the message of a chat completion as the server sent it; None for other kinds of answers."""
-        call = self.event.call if self.event is not None else None
-        choices = call.response.get("choices") if call is not None and call.response else None
-        first = choices[0] if isinstance(choices, list) and choices else None
-        message = first.get("message") if isinstance(first, dict) else None
-        return message if isinstance(message, dict) else None
+        """Does nothing."""
 
 
 def sender(model: Model, config: GenerateConfig | None = None) -> Send:
-    """Returns the function that sends messages to `model` once; `config` overrides the model's own."""
+    """Returns the function that sends messages to `model` once; `config` overrides the model's own.
+
+    The reply is the server's own text where that can be had, else the library's; `reply_source` tells which.
+    """
     config = config or GenerateConfig()
 
     async def send(messages: Sequence[Message]) -> Reply:
-        last_call = _LastCall()
-        try:
-            with use_model_event_sink(last_call):
-                output = await model.generate([_chat_message(message) for message in messages], config=config)
-        except Exception as error:
-            raise _trouble(model, error) from error
-        return _reply(output, last_call.message())
+        with listening(model.api) as exchanges:
+            try:
+                with use_model_event_sink(_Forget()):
+                    output = await model.generate([_chat_message(message) for message in messages], config=config)
+            except LimitExceededError:
+                raise
+            except Exception as error:
+                if not _is_answered(exchanges):
+                    raise _trouble(model, error) from error
+                output = None
+        if output is not None and not _is_answered(exchanges):
+            return _library_reply(output)
+        return _server_reply(exchanges[-1], output)
 
     return send
+
+
+def _is_answered(exchanges: Sequence[Exchange]) -> bool:
+    """Whether the server answered with HTTP 200: then what it said counts, whatever a library makes of it."""
+    return bool(exchanges) and exchanges[-1].status == 200
 
 
 def _chat_message(message: Message) -> ChatMessage:
@@ -148,40 +158,52 @@ def _trouble(model: Model, error: Exception) -> ModelTrouble:
     message = getattr(root, "provider_message", None) or str(root) or type(root).__name__
     if is_rejection(status, message):
         return ModelTrouble(message, is_rejection=True)
-    can_retry = model.should_retry(root) or isinstance(root, _TRANSPORT_ERRORS) or status in (408, 409, 425, 429)
+    library = type(root).__module__.partition(".")[0]
+    is_transport = isinstance(root, _TRANSPORT_ERRORS) or library in _HTTP_LIBRARIES
+    can_retry = model.should_retry(root) or is_transport or status in (408, 409, 425, 429)
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     hint = f". {KEY_HINT}." if status == 401 else ""
     return ModelTrouble(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
 
 
-def _reply(output: ModelOutput, message: dict[str, Any] | None) -> Reply:
-    """Returns the reply verbatim: Inspect cuts `<think>` out of any place of a text, the protocol off its start."""
+def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
+    """Returns the reply in an HTTP answer, whatever the library made of it. Raises ModelTrouble when there is none."""
+    try:
+        answer = read_answer(exchange.wire, bytes(exchange.body))
+    except NoAnswer as fault:
+        if is_rejection(fault.status, str(fault)):
+            raise ModelTrouble(str(fault), is_rejection=True) from fault
+        raise ModelTrouble(str(fault), can_retry=True) from fault
+    if answer.is_filtered:
+        raise ModelTrouble(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
+    text = answer.text
+    return Reply(
+        text=text,
+        reply_source="server",
+        finish_reason=answer.finish_reason,
+        reasoning_chars=answer.reasoning_chars + split_reasoning(text)[1],
+        usage=answer.usage,
+        seconds=output.time if output is not None and output.time else time.monotonic() - exchange.started,
+    )
+
+
+def _library_reply(output: ModelOutput) -> Reply:
+    """Returns the reply as Inspect has it, or raises ModelTrouble."""
     if output.empty:
         raise ModelTrouble("The provider's answer holds no reply.", can_retry=True)
     is_refused_request = output.stop_reason == "model_length" and output.usage is None
     if output.stop_reason == "content_filter" or is_refused_request:
         raise ModelTrouble(output.completion, is_rejection=True)
     parts = output.message.content
-    reasoning = [part.reasoning for part in parts if isinstance(part, ContentReasoning)] if _is_list(parts) else []
+    reasoning = [] if isinstance(parts, str) else [part for part in parts if isinstance(part, ContentReasoning)]
     return Reply(
-        text=_text(output, message),
+        text=output.completion,
+        reply_source="library",
         finish_reason=output.stop_reason,
-        reasoning_chars=sum(map(len, reasoning)),
+        reasoning_chars=sum(len(part.reasoning) for part in reasoning),
         usage=_usage(output.usage),
         seconds=output.time or 0.0,
     )
-
-
-def _is_list(content: str | list[Content]) -> bool:
-    return not isinstance(content, str)
-
-
-def _text(output: ModelOutput, message: dict[str, Any] | None) -> str:
-    if message is not None:
-        raw = message.get("content") or message.get("refusal")
-        if raw is None or isinstance(raw, str):
-            return raw or ""
-    return output.completion
 
 
 def _usage(usage: ModelUsage | None) -> Usage | None:

@@ -6,6 +6,7 @@ contract), the retries (`vigil.runner.ask`), the Env, and the records that decid
 
 import asyncio
 import gc
+import warnings
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -60,7 +61,7 @@ def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, l
     ask = persistent(sender(model), endpoint.patience)
     stop: list[VigilError] = []
     tidy = _Tidy(model, play_one, len(tickets))
-    with _rare_collections():
+    with _rare_collections(), _no_warnings():
         logs = inspect_eval(
             _task(tickets, _agent(tickets, tidy.play_one, lambda: ask, stop)),
             model=endpoint.shown(model),
@@ -78,6 +79,14 @@ def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, l
     if stop:
         raise stop[0]
     _check(logs)
+
+
+@contextmanager
+def _no_warnings() -> Iterator[None]:
+    """Keeps off the terminal what pydantic warns of when a server's answer is of an unusual form."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
+        yield
 
 
 @contextmanager

@@ -1,0 +1,289 @@
+"""What a model's server has answered: the text of a reply in the wire formats of OpenAI, Anthropic and Google.
+
+The text is read from the body of the HTTP answer itself, because libraries cut reasoning out of it and put other text
+in its place. A body that holds no whole reply raises NoAnswer: the infrastructure has failed then, not the agent.
+
+A message may come in several parts (a list of contents, blocks, the pieces of a stream). Their texts are put together
+in the order in which they were sent, with nothing between them: a server splits a text where it likes, and anything
+between the parts would be text that nobody sent.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from vigil.actions import Usage
+
+Wire = Literal["chat", "responses", "anthropic", "google"]
+"""OpenAI's chat completions, OpenAI's responses, Anthropic's messages, Google's generateContent."""
+
+_FILTERED = frozenset(
+    {"content_filter", "refusal", "SAFETY", "RECITATION", "BLOCKLIST", "PROHIBITED_CONTENT", "SPII", "IMAGE_SAFETY"}
+)
+"""Finish reasons that mean: the provider stopped the model because of content."""
+
+
+class NoAnswer(Exception):
+    """A body holds no reply. `status` is that of an error which came with HTTP 200."""
+
+    def __init__(self, message: str, status: int | None = None) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+@dataclass(slots=True)
+class Answer:
+    """A reply as the server sent it, gathered from one body."""
+
+    parts: list[str] = field(default_factory=list)
+    refusals: list[str] = field(default_factory=list)
+    reasoning_chars: int = 0
+    finish_reason: str | None = None
+    usage: Usage | None = None
+    is_begun: bool = False
+    """Whether there was a message at all."""
+    is_ended: bool = False
+    """Whether the server said that this was all of it."""
+
+    @property
+    def text(self) -> str:
+        """The text of the message; of a refusal only when there is no other.
+
+        Halves of one character that came in two pieces are joined: as escapes in JSON they are one.
+        """
+        text = "".join(self.parts) or "".join(self.refusals)
+        if text.isascii() or not any("\ud800" <= char <= "\udfff" for char in text):
+            return text
+        return text.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")
+
+    @property
+    def is_filtered(self) -> bool:
+        """Whether the provider stopped the model because of content."""
+        return self.finish_reason in _FILTERED
+
+
+def read_answer(wire: Wire, body: bytes) -> Answer:
+    """Returns the reply in a body. Raises NoAnswer.
+
+    Whether it is a stream of events is told by the body: servers get their content types wrong.
+    """
+    answer = Answer()
+    read = _READERS[wire]
+    for part in _documents(body):
+        error = part.get("error")
+        if error:
+            raise _error(error)
+        try:
+            read(answer, part)
+        except (TypeError, KeyError, AttributeError, IndexError) as fault:
+            raise NoAnswer(f"HTTP 200 with an answer of another form ({fault}): {_shown(body)}") from None
+    if not answer.is_begun:
+        raise NoAnswer(f"HTTP 200 without a message: {_shown(body)}")
+    if not answer.is_ended:
+        raise NoAnswer("HTTP 200 with an answer that breaks off.")
+    return answer
+
+
+def _documents(body: bytes) -> Iterator[dict[str, Any]]:
+    try:
+        text = body.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise NoAnswer(f"HTTP 200 with an answer that is no UTF-8: {_shown(body)}") from None
+    if text.lstrip().startswith(("data:", "event:", ":", "id:", "retry:")):
+        yield from _events(text)
+        return
+    found = _load(text)
+    yield from [found] if isinstance(found, dict) else _dicts(found)
+
+
+def _events(text: str) -> Iterator[dict[str, Any]]:
+    """Yields the data of server-sent events; `[DONE]` is the document `{"done": true}`."""
+    lines: list[str] = []
+    for line in (*text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), ""):
+        if line.startswith("data:"):
+            lines.append(line[5:].removeprefix(" "))
+        elif not line and lines:
+            data, lines = "\n".join(lines), []
+            if data.strip() == "[DONE]":
+                yield {"done": True}
+            elif data.strip():
+                yield from _dicts([_load(data)])
+
+
+def _load(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as fault:
+        raise NoAnswer(f"HTTP 200 with an answer that is no JSON ({fault}): {text[:200]!r}") from None
+
+
+def _dicts(found: Any) -> list[dict[str, Any]]:
+    if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
+        raise NoAnswer(f"HTTP 200 with an answer of another form: {str(found)[:200]}")
+    return found
+
+
+def _error(error: Any) -> NoAnswer:
+    fields = error if isinstance(error, dict) else {"message": error}
+    code = fields.get("code")
+    message = str(fields.get("message") or json.dumps(error))[:1000]
+    return NoAnswer(f"HTTP 200 with an error: {message}", code if isinstance(code, int) else None)
+
+
+def _shown(body: bytes) -> str:
+    return repr(body[:200].decode("utf-8", "backslashreplace"))
+
+
+# --- the four formats: each takes in one document, which is the whole answer or an event of a stream ------------------
+
+
+def _chat(answer: Answer, part: dict[str, Any]) -> None:
+    answer.is_ended = answer.is_ended or "done" in part
+    answer.usage = _usage(part.get("usage"), "prompt_tokens", "completion_tokens") or answer.usage
+    choices = [choice for choice in part.get("choices") or [] if not choice.get("index")]
+    for choice in choices:
+        if choice.get("error") or choice.get("finish_reason") == "error":
+            raise _error(choice.get("error") or "the server says that the answer ended in an error")
+        is_whole = "delta" not in choice
+        message = choice["message"] if is_whole else choice["delta"] or {}
+        if not isinstance(message, dict):
+            raise TypeError(f"the message is a {type(message).__name__}")
+        answer.is_begun = True
+        _content(answer, message.get("content"))
+        _add(answer.refusals, message.get("refusal"))
+        answer.reasoning_chars += len(message.get("reasoning_content") or message.get("reasoning") or "")
+        answer.finish_reason = choice.get("finish_reason") or answer.finish_reason
+        answer.is_ended = answer.is_ended or is_whole or answer.finish_reason is not None
+
+
+def _content(answer: Answer, content: Any) -> None:
+    """Takes in a content: a text, or a list of parts of which those of text and refusal count."""
+    if content is None or isinstance(content, str):
+        _add(answer.parts, content)
+        return
+    for part in content if isinstance(content, list) else [content]:
+        if isinstance(part, str):
+            answer.parts.append(part)
+            continue
+        match part.get("type", "text"):
+            case "text" | "output_text":
+                _add(answer.parts, part["text"])
+            case "refusal":
+                _add(answer.refusals, part["refusal"])
+            case "thinking" | "reasoning" | "reasoning_text" | "summary_text":
+                answer.reasoning_chars += _length(part)
+
+
+def _length(part: dict[str, Any]) -> int:
+    inner = part.get("thinking") or part.get("reasoning") or part.get("text") or ""
+    return len(inner) if isinstance(inner, str) else sum(len(one.get("text") or "") for one in inner)
+
+
+def _responses(answer: Answer, part: dict[str, Any]) -> None:
+    kind = part.get("type")
+    if kind == "error":
+        raise _error(part)
+    is_event = isinstance(kind, str)
+    if is_event and kind not in ("response.completed", "response.incomplete", "response.failed"):
+        return  # the last event holds the whole response
+    response = part["response"] if is_event else part
+    if response.get("error"):
+        raise _error(response["error"])
+    status, output = response.get("status"), response["output"]
+    cut = (response.get("incomplete_details") or {}).get("reason")
+    if status not in (None, "completed", "incomplete"):
+        raise NoAnswer(f"HTTP 200 with a response of the status {status!r}.")
+    for item in output:
+        if item["type"] == "message":
+            _content(answer, item["content"])
+        elif item["type"] == "reasoning":
+            pieces = [*(item.get("content") or []), *(item.get("summary") or [])]
+            answer.reasoning_chars += sum(map(_length, pieces))
+    answer.is_begun = bool(output) or cut is not None
+    answer.finish_reason = cut or status
+    answer.usage = _usage(response.get("usage"), "input_tokens", "output_tokens")
+    answer.is_ended = True
+
+
+def _anthropic(answer: Answer, part: dict[str, Any]) -> None:
+    match part.get("type"):
+        case "error":
+            raise _error(part)
+        case "message_start":
+            answer.is_begun = True
+            answer.usage = _tokens(part["message"].get("usage"), answer.usage)
+        case "content_block_start":
+            _content(answer, [part["content_block"]])
+        case "content_block_delta":
+            delta = part["delta"]
+            if delta["type"] == "text_delta":
+                _add(answer.parts, delta["text"])
+            elif delta["type"] == "thinking_delta":
+                answer.reasoning_chars += len(delta["thinking"])
+        case "message_delta":
+            answer.finish_reason = part["delta"].get("stop_reason") or answer.finish_reason
+            answer.is_ended = answer.finish_reason is not None
+            answer.usage = _tokens(part.get("usage"), answer.usage)
+        case "message_stop":
+            answer.is_ended = True
+        case "message" | None:
+            content = part["content"]
+            _content(answer, content)
+            answer.finish_reason = part.get("stop_reason")
+            answer.usage = _tokens(part.get("usage"), None)
+            answer.is_begun = answer.is_ended = bool(content) or answer.finish_reason is not None
+
+
+def _tokens(usage: Any, before: Usage | None) -> Usage | None:
+    """Returns Anthropic's usage, of which a stream tells the input first and the output last."""
+    if not isinstance(usage, dict):
+        return before
+    names = ("input_tokens", "cache_creation_input_tokens", "cache_read_input_tokens")
+    return Usage(
+        input_tokens=sum(_count(usage.get(name)) for name in names) or (before.input_tokens if before else 0),
+        output_tokens=_count(usage.get("output_tokens")),
+    )
+
+
+def _google(answer: Answer, part: dict[str, Any]) -> None:
+    blocked = (part.get("promptFeedback") or {}).get("blockReason")
+    if blocked:
+        answer.finish_reason, answer.is_begun, answer.is_ended = "SAFETY", True, True
+    for candidate in part.get("candidates") or []:
+        if candidate.get("index"):
+            continue
+        content = candidate.get("content")
+        for piece in (content or {}).get("parts") or []:
+            if piece.get("thought") is True:
+                answer.reasoning_chars += len(piece.get("text") or "")
+            else:
+                _add(answer.parts, piece.get("text"))
+        answer.finish_reason = candidate.get("finishReason") or answer.finish_reason
+        answer.is_begun = answer.is_begun or content is not None or answer.finish_reason is not None
+        answer.is_ended = answer.finish_reason is not None
+    counts = part.get("usageMetadata")
+    if isinstance(counts, dict):
+        out = _count(counts.get("candidatesTokenCount")) + _count(counts.get("thoughtsTokenCount"))
+        answer.usage = Usage(input_tokens=_count(counts.get("promptTokenCount")), output_tokens=out)
+
+
+def _add(texts: list[str], text: Any) -> None:
+    if text is None:
+        return
+    if not isinstance(text, str):
+        raise TypeError(f"a text is a {type(text).__name__}")
+    texts.append(text)
+
+
+def _usage(usage: Any, sent: str, got: str) -> Usage | None:
+    if not isinstance(usage, dict):
+        return None
+    return Usage(input_tokens=_count(usage.get(sent)), output_tokens=_count(usage.get(got)))
+
+
+def _count(number: Any) -> int:
+    return number if isinstance(number, int) and number >= 0 else 0
+
+
+_READERS = {"chat": _chat, "responses": _responses, "anthropic": _anthropic, "google": _google}

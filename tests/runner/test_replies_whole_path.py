@@ -1,0 +1,150 @@
+"""Replies of all forms, from the server's bytes to the record: judged and kept as they were sent."""
+
+import asyncio
+import gc
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+
+import pytest
+from inspect_ai import eval as inspect_eval
+from inspect_ai.model import get_model
+from reply_forms import FORMS, draw, joined, mistakes
+from tiny_pack import loose_pack, tiny_episode, tiny_house
+from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, Storyteller, WireServer
+
+from vigil.actions import InvalidAction, Reply
+from vigil.agents.model import Message
+from vigil.record import EpisodeRecord
+from vigil.replies import parse_reply
+from vigil.runner.ask import Patience, persistent
+from vigil.runner.inspect_model import Endpoint, sender
+from vigil.runner.inspect_task import vigil
+from vigil.runner.run import run_pack
+from vigil.runner.run_folder import read_run
+from vigil.runner.serving import Serving
+from vigil.runner.settings import RunSettings
+from vigil.runner.verify_run import VerifySettings, verify_run
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
+    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
+]
+STEPS = 8
+
+
+@pytest.fixture(autouse=True)
+def _collect() -> Iterator[None]:
+    """Streams that Inspect leaves open are collected while their warnings are filtered."""
+    yield
+    gc.collect()
+
+
+def pack_of(folder: Path, episodes: int) -> Path:
+    budget = {"max_steps": STEPS, "max_invalid": STEPS}
+    loose_pack(folder, [tiny_episode(number, "DA", **budget) for number in range(episodes)], [tiny_house()])
+    return folder
+
+
+def told(seed: int) -> Storyteller:
+    return Storyteller(lambda episode, step: draw(Random(f"{seed} {episode} {step}"))[1])
+
+
+def check(records: list[EpisodeRecord], said: dict[int, list[Said]]) -> int:
+    """Asserts that `records` hold what was said, and returns the number of replies."""
+    assert len(records) == len(said)
+    wrong: list[str] = []
+    for record in records:
+        sayings = said[int(record.episode_id[-3:])]
+        assert len(record.steps) == len(sayings)
+        for saying, step in zip(sayings, record.steps, strict=True):
+            finish = (CUT if saying.is_cut else STOP)["chat"]
+            assert step.reply.finish_reason == finish
+            wrong += mistakes(saying, step, finish)
+    assert not wrong, f"{len(wrong)} wrong:\n" + "\n".join(wrong[:10])
+    return sum(len(record.steps) for record in records)
+
+
+def test_500_replies_of_one_run_are_recorded_as_they_were_sent(tmp_path: Path) -> None:
+    pack = pack_of(tmp_path / "pack", 70)
+    story = told(1)
+    with WireServer(story) as server:
+        run_pack(
+            RunSettings(
+                pack=pack,
+                model="openai/loopback",
+                base_url=f"{server.url}/v1",
+                log_dir=tmp_path / "run",
+                backend="fake",
+                workers=1,
+                max_connections=16,
+                preflight=False,
+            )
+        )
+    assert check(read_run(tmp_path / "run")[1], story.said) >= 500
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
+
+
+def test_replies_under_inspects_own_command_are_recorded_as_they_were_sent(tmp_path: Path) -> None:
+    pack = pack_of(tmp_path / "pack", 14)
+    story = told(2)
+    with WireServer(story) as server:
+        model = get_model("openai-api/local/m", base_url=f"{server.url}/v1", api_key="none", memoize=False)
+        logs = inspect_eval(
+            vigil(pack=str(pack), backend="fake", workers=1, preflight=False),
+            model=model,
+            log_dir=str(tmp_path / "logs"),
+            display="none",
+        )
+    samples = logs[0].samples or []
+    records = [EpisodeRecord.model_validate(sample.metadata["record"]) for sample in samples]
+    assert check(records, story.said) >= 80
+
+
+@pytest.mark.parametrize("is_streamed", [False, True])
+@pytest.mark.parametrize("wire", WIRES)
+def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed: bool) -> None:
+    """Many at once, so that a call that took another's text would be found out."""
+    count = 60
+    say = [draw(Random(f"{wire} {number}"), can_refuse=wire in ("chat", "responses"))[1] for number in range(count)]
+    story = Storyteller(lambda episode, _: say[episode])
+    name, path, arguments = ENDPOINTS[wire]
+    with WireServer(story) as server:
+        given = {**arguments, STREAM[wire]: is_streamed}
+        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
+        replies = asyncio.run(ask_all(endpoint, count))
+    assert server.asked == count
+    for said, reply in zip(say, replies, strict=True):
+        text = joined(said.text)
+        finish = (CUT if said.is_cut else STOP)[wire]
+        assert (reply.reply_source, reply.finish_reason) == ("server", finish)
+        assert reply.raw == text.encode("utf-8", "surrogatepass")
+        assert Reply.model_validate_json(reply.model_dump_json()) == reply
+        sent = Reply.model_validate({"text": text, "finish_reason": "length" if said.is_cut else "stop"})
+        assert parse_reply(reply, "pixel", "strict") == parse_reply(sent, "pixel", "strict")
+        if said.has_usage or wire == "anthropic":
+            assert (reply.usage.input_tokens, reply.usage.output_tokens) == (100, 10)
+        else:
+            assert reply.usage is None
+        assert reply.reasoning_chars >= len(said.reasoning)
+
+
+async def ask_all(endpoint: Endpoint, count: int) -> list[Reply]:
+    model = endpoint.model()
+    ask = persistent(sender(model), Patience(retries=0))
+    try:
+        messages = [[Message("user", f"metres of it ({number})")] for number in range(count)]
+        return list(await asyncio.gather(*map(ask, messages)))
+    finally:
+        await model.api.aclose()
+
+
+def test_the_generator_draws_every_form_and_both_verdicts() -> None:
+    names, verdicts = set(), {True: 0, False: 0}
+    for number in range(1000):
+        name, said = draw(Random(number))
+        names.add(name)
+        reply = Reply.model_validate({"text": joined(said.text)})
+        verdicts[isinstance(parse_reply(reply, "pixel", "strict"), InvalidAction)] += 1
+    assert names == set(FORMS)
+    assert min(verdicts.values()) > 250
