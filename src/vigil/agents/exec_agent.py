@@ -135,7 +135,10 @@ class ExecAgent:
             ) from None
 
     def _answer(self, message: bytes, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Returns the program's line on a frame, and what it was if it is cut; notes whether it has begun to read one. Raises ProgramFault."""
+        """Returns the program's line on a frame, and what it was if it is cut. Raises ProgramFault.
+
+        Notes whether the program has begun to read a frame.
+        """
         program = self._program or self._open(deadline)
         program.refuse_stray_output()
         if not self._was_shown:
