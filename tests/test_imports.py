@@ -16,8 +16,8 @@ import vigil
 ROOT = Path(vigil.__file__).parent
 
 BASE = [
-    *("errors", "strict_json", "versions", "pose", "house", "world", "observation", "json_text", "reasoning"),
-    *("actions", "replies", "kept_reply", "profile"),
+    *("errors", "strict_json", "versions", "pack_names", "pose", "house", "world", "observation", "json_text"),
+    *("reasoning", "actions", "replies", "kept_reply", "profile"),
 ]
 """Lowest layer: each may import those before it."""
 PURE = ["record", "goals", "episode", "pack", "row_check", "record_file", "scoring", "summary"]

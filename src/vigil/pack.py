@@ -26,6 +26,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.house import MAX_HOUSE_BYTES, House, canonical_json
+from vigil.pack_names import newest, successor
 from vigil.strict_json import read_json
 from vigil.versions import PackVersions
 
@@ -176,20 +177,30 @@ class Pack:
 
 
 def find(path: str | Path) -> Path:
-    """Returns the folder of a pack: `path` itself, or the packaged pack of that name. Raises PackMismatch."""
-    folder = Path(path)
+    """Returns the folder of a pack: `path` itself, or the packaged pack of that name, without a version the newest.
+
+    Raises PackMismatch.
+    """
+    folder, name = Path(path), str(path)
     if folder.is_dir():
         return folder
     packaged = Path(str(files("vigil") / "packs"))
     names = sorted(entry.parent.name for entry in packaged.glob(f"*/{MANIFEST}"))
-    if str(path) in names:
-        return packaged / str(path)
-    for name in names:
-        if str(path) in _aliases(packaged / name):
-            return packaged / name
+    if name in names:
+        return packaged / name
+    known = {alias: packaged / each for each in names for alias in (*_aliases(packaged / each), each)}
+    found = name if name in known else newest(name, known)
+    if found is not None:
+        return known[found]
+    later = successor(name, known)
+    if later is not None:
+        raise PackMismatch(
+            f"Pack {name!r} does not come with this package; {later!r} is its newest version here. What was played on "
+            f"{name!r} can only be read with that very pack: give its folder."
+        )
     raise PackMismatch(
-        f"There is no pack {str(path)!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
-        f"{_did_you_mean(str(path), names)}"
+        f"There is no pack {name!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
+        f"{_did_you_mean(name, names)}"
     )
 
 

@@ -26,7 +26,7 @@ from vigil.housegen.spec import spec_for
 from vigil.pack import Pack, freeze
 
 NAME = "starter"
-VERSION = "1"
+VERSION = "1.1"
 SEED = 2026
 DRAFTS_PER_HOUSE = 6
 PER_HOUSE_AND_FAMILY = 2

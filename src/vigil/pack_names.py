@@ -1,0 +1,30 @@
+"""Names of packaged packs: NAME_vN_M, where NAME alone means the newest version that is packaged."""
+
+import re
+from collections.abc import Iterable
+
+_VERSIONED = re.compile(r"(?P<stem>.+?)_v(?P<version>\d+(?:_\d+)*)")
+
+
+def newest(name: str, known: Iterable[str]) -> str | None:
+    """Returns the known name of the highest version of `name`, which itself names no version; None when none is."""
+    versions = {version_of(each): each for each in known if stem_of(each) == name}
+    return versions[max(versions)] if name and versions else None
+
+
+def successor(name: str, known: Iterable[str]) -> str | None:
+    """Returns the newest known version of the pack that `name` names another version of; None when there is none."""
+    stem = stem_of(name)
+    return newest(stem, known) if stem is not None else None
+
+
+def stem_of(name: str) -> str | None:
+    """Returns a name without its version; None when it has none."""
+    match = _VERSIONED.fullmatch(name)
+    return match["stem"] if match else None
+
+
+def version_of(name: str) -> tuple[int, ...]:
+    """Returns a name's version, e.g. (1, 1) of `mini_v1_1`; () when it has none."""
+    match = _VERSIONED.fullmatch(name)
+    return tuple(map(int, match["version"].split("_"))) if match else ()
