@@ -1,6 +1,6 @@
 """The pages in a real browser: a run of 1,000 episodes opened, a step changed, a played step.
 
-    vigil run --pack vigil_balanced_1000_v1 --agent sweep --log-dir runs/sweep1000
+    vigil run --pack vigil_balanced_1000 --agent sweep --log-dir runs/sweep1000
     vigil run --pack starter --agent never_report --save-frames --log-dir runs/saved
     python benchmarks/web.py runs/sweep1000 runs/saved
 
@@ -142,7 +142,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("thousand", type=Path, help="a run of 1,000 episodes")
     parser.add_argument("saved", type=Path, help="a run with saved frames")
-    parser.add_argument("--pack", default="vigil_balanced_1000_v1", help="what is played")
+    parser.add_argument("--pack", default="vigil_balanced_1000", help="what is played")
     arguments = parser.parse_args()
     print(f"load average at the start: {psutil.getloadavg()[0]:.1f}")
     with sync_playwright() as playwright:

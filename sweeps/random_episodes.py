@@ -16,7 +16,7 @@ from vigil.sim.embedded import EmbeddedSimulator
 from vigil.sim.scene import Thing
 from vigil.world import ObjectSetup, Setup
 
-PACKS = ("starter", "vigil_balanced_1000_v1")
+PACKS = ("starter", "vigil_balanced_1000")
 ROOMS = (1, 1, 2, 2, 3, 4)
 TRIES = 200
 

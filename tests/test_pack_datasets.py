@@ -14,7 +14,7 @@ import pytest
 
 from vigil.pack import Pack
 
-PACKS = ("starter", "vigil_smoke_v1", "vigil_mini_v1", "vigil_balanced_1000_v1")
+PACKS = ("starter", "vigil_smoke_v1_1", "vigil_mini_v1_1", "vigil_balanced_1000_v1_1")
 TABLES = ("episodes", "solutions", "facts")
 
 

@@ -40,7 +40,7 @@ def baselines(
 ) -> None:
     """Plays a pack with agents that have no skill or no sight, and with the solver; exits with 2 on a broken promise.
 
-    Example: vigil pack baselines vigil_mini_v1 --log-dir runs/baselines
+    Example: vigil pack baselines vigil_mini --log-dir runs/baselines
     """
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
@@ -84,7 +84,7 @@ def sheet(
 ) -> None:
     """Draws contact sheets: episodes with the frame that they start with and their instruction.
 
-    Example: vigil pack sheet vigil_mini_v1 --n 80 --out sheets
+    Example: vigil pack sheet vigil_mini --n 80 --out sheets
     """
     if out.exists() and not out.is_dir():
         raise SettingError(f"--out {str(out)!r} is a file; give a folder.")
