@@ -198,7 +198,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             RunSettings(pack=pack.folder, agent="sweep", log_dir=finished, backend="fake", workers=1, save_frames=True)
         )
         readers = Readers(finished, pack.folder)
-        for case in cases:
+        for number, case in enumerate(cases):
+            if number and number % 25 == 0:
+                print(f"{number} of {len(cases)} cases", flush=True)
             deed, found = one_case(given.seed, case, finished, readers, given.case is not None)
             for name, outcome in found.items():
                 outcomes[outcome if outcome in ("works", "refuses") else "falls"] += 1
