@@ -101,7 +101,8 @@ def in_the_way(shop: Workshop) -> Drafts:
 
 def _ways(shop: Workshop, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
     """Yields start poses that see a target far off, with places (n, 2) on the way to it."""
-    shop.begin(setup)
+    if not shop.can_begin(setup):
+        return
     see = is_seen(CLEAR_PX)
     starts = [place for place in shop.starts(shop.away_from(target, 2.2, 6.0), 40) if shop.sights(place, target) >= 6]
     for place in starts[:TRIED_STARTS]:
@@ -132,8 +133,8 @@ def _barrier(shop: Workshop, target: Thing, setup: Setup, start: Pose, spots: np
             left = free.difference(shape.buffer(BODY_RADIUS_M))
             if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
                 blocked = _with(setup, obstacle, spot)
-                shop.begin(blocked)
-                is_met = shop.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
+                can_stand = shop.can_begin(blocked)
+                is_met = can_stand and shop.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
                 if is_met and shop.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
                     return obstacle, blocked
     return None
@@ -180,8 +181,7 @@ def footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
 
 
 def _fits(shop: Workshop, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
-    shop.begin(setup)
-    fits = shop.stage.bare_floor().covers(footprint(obstacle, spot))
+    fits = shop.can_begin(setup) and shop.stage.bare_floor().covers(footprint(obstacle, spot))
     shop.begin(Setup())
     return fits
 
@@ -197,7 +197,8 @@ def _moved(obstacle: Thing) -> Constraint:
 def draft_of(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
     target, constraint = sketch.target, sketch.constraint
-    shop.begin(sketch.setup)
+    if not shop.can_begin(sketch.setup):
+        return
     also = constraint.object_id if sketch.template == "swing" else None
     start = start or shop.start_seeing(target, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
     phrase, other = shop.phrase(target.id), shop.phrase(constraint.object_id)

@@ -54,6 +54,8 @@ def leaf_in_the_way(shop: Workshop) -> Drafts:
 def _stagings(shop: Workshop, leaf: Thing) -> Iterator[Setup]:
     """Yields setups in which a leaf, open, splits the free floor that it does not split when closed."""
     opened = {leaf.id: ObjectSetup(openness=1.0)}
+    if not shop.can_begin(Setup(objects=opened)):
+        return
     shut = _Floor(shop, leaf, 0.0)
     open_ = _Floor(shop, leaf, 1.0)
     if _is_split(open_.free, shut.free):
@@ -122,7 +124,8 @@ def _behind(shop: Workshop, target: Thing, leaf: Thing, setup: Setup) -> Pose | 
     """Returns a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
     shop.begin(setup.model_copy(update={"objects": {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}}))
     shut = shop.stage.plan().tight
-    shop.begin(setup)
+    if not shop.can_begin(setup):
+        return None
     for part in _rooms(shop.stage.plan().tight):
         inside = part.representative_point()
         place = inside.x, inside.y

@@ -161,7 +161,8 @@ def verifying(shop: Workshop, label: Label) -> Drafts:
     state, change = LABELS[label]
     for thing in shop.things(lambda thing: is_target(thing) and _has_state(thing, state)):
         setup = Setup(objects={thing.id: _folded_out(thing, change) if state == "is_toggled" else change})
-        shop.begin(setup)
+        if not shop.can_begin(setup):
+            continue
         start = shop.start_seeing(
             thing,
             (0.5, 3.5),
@@ -196,7 +197,8 @@ def acting(shop: Workshop, act: Act) -> Drafts:
     """Yields AI drafts: the target is in view but out of reach."""
     for thing in shop.things(lambda thing: is_target(thing) and allows(thing, act)):
         setup = setup_for(thing, act)
-        shop.begin(setup)
+        if not shop.can_begin(setup):
+            continue
         start = shop.start_seeing(thing, (1.8, 5.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
         phrase = shop.phrase(thing.id)
         shop.begin(Setup())
@@ -218,7 +220,8 @@ def seeking(shop: Workshop, act: Act, *, by_turning: bool | None = None) -> Draf
     """Yields SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
     for thing in shop.things(lambda thing: allows(thing, act) and _may_be_sought(shop, thing)):
         setup = setup_for(thing, act)
-        shop.begin(setup)
+        if not shop.can_begin(setup):
+            continue
         start = _start_without(shop, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2)
         phrase = shop.phrase(thing.id)
         shop.begin(Setup())

@@ -95,7 +95,8 @@ def rearranging(shop: Workshop) -> Drafts:
 
 def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
-    shop.begin(setup)
+    if not shop.can_begin(setup):
+        return
     phrases = {role: shop.phrase(thing.id) for role, thing in roles.items()}
     named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
     is_sayable = len(named) == len(phrases) and not _is_wordy(named)

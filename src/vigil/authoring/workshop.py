@@ -72,6 +72,18 @@ class Workshop:
             return
         self.simulator.reset(self._homes[-1], complete)
 
+    def can_begin(self, setup: Setup) -> bool:
+        """Starts the house anew with a setup, or without one where it cannot be. Returns whether it could.
+
+        It cannot where a leaf would reach through a wall, or a thing cannot be put.
+        """
+        try:
+            self.begin(setup)
+        except EpisodeError:
+            self.begin(Setup())
+            return False
+        return True
+
     def with_open_doors(self, setup: Setup) -> Setup:
         """Returns a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
         doors = [door for door in self.house.document.doors if door.openable and (door.openness or 0.0) < 0.5]
