@@ -11,8 +11,11 @@ from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Validator
 from vigil.authoring.workshop import Workshop
 from vigil.episode import Episode
+from vigil.errors import EpisodeError
 from vigil.house import House
 from vigil.pack import Pack
+from vigil.pose import Pose
+from vigil.world import Setup
 
 Proposals = Callable[[Workshop], Iterator[Episode]]
 
@@ -53,3 +56,21 @@ def test_drafts_are_mostly_valid_and_reproducible(family: str, simulator: Privil
 
 def test_another_seed_proposes_something_else(simulator: PrivilegedSimulator, house: House) -> None:
     assert drafts(simulator, house, "PG", 1) != drafts(simulator, house, "PG", 2)
+
+
+def test_what_cannot_be_set_up_is_passed_over(
+    simulator: PrivilegedSimulator, house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A leaf that would reach through a wall, say: the things after it are proposed all the same."""
+    monkeypatch.setitem(GRAMMAR, "AI", lambda shop: propose.acting(shop, "open"))
+    opened = {episode.goal.object_id for episode in drafts(simulator, house, "AI", 0)}
+    first = min(opened)
+    reset = simulator.reset
+
+    def refuses(start: Pose, setup: Setup) -> None:
+        if first in setup.objects:
+            raise EpisodeError("it reaches through a wall")
+        reset(start, setup)
+
+    monkeypatch.setattr(simulator, "reset", refuses)
+    assert {episode.goal.object_id for episode in drafts(simulator, house, "AI", 0)} == opened - {first}
