@@ -11,7 +11,7 @@ from tiny_pack import tiny_pack
 from troublesome import REPORT
 
 from vigil.errors import RecordError
-from vigil.record import read_records
+from vigil.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header

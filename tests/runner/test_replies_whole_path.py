@@ -15,13 +15,13 @@ from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, Storyteller, 
 
 from vigil.actions import InvalidAction, Reply
 from vigil.agents.model import Message
-from vigil.record import EpisodeRecord
+from vigil.record import EPISODES_FILE, EpisodeRecord
+from vigil.record_file import read_records
 from vigil.replies import parse_reply
 from vigil.runner.ask import Patience, persistent
 from vigil.runner.inspect_model import Endpoint, sender
 from vigil.runner.inspect_task import vigil
 from vigil.runner.run import run_pack
-from vigil.runner.run_folder import read_run
 from vigil.runner.serving import Serving
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
@@ -81,7 +81,7 @@ def test_500_replies_of_one_run_are_recorded_as_they_were_sent(tmp_path: Path) -
                 preflight=False,
             )
         )
-    assert check(read_run(tmp_path / "run")[1], story.said) >= 500
+    assert check(read_records(tmp_path / "run" / EPISODES_FILE), story.said) >= 500
     assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
 
 
