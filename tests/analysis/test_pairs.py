@@ -103,7 +103,7 @@ def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
     twice = write("epochs", small_records(), epochs=2)
     with (twice / "episodes.jsonl").open("ab") as file:
         extra = write("extra", again, epochs=2)
-        file.write((extra / "episodes.jsonl").read_bytes())
+        file.write((extra / "episodes.jsonl").read_bytes().replace(b'"run_id":"extra"', b'"run_id":"epochs"'))
     made = tables(study(read_runs([twice]), with_paper=False))["open_repeat_robustness"]
     (row,) = made.rows
     assert row.cells["runs"] == 2

@@ -156,7 +156,7 @@ def test_a_hanging_program_costs_what_the_run_allows(
 ) -> None:
     ran = vigil(*command, "--agent", "exec:sleep 600", "--limit", "1", "--reply-seconds", "1")
     assert ran.code == 1
-    assert "'exec:sleep 600' does not answer for 1 s" in ran.out
+    assert "'exec:sleep 600' does not read its input for 1 s" in ran.out
     (row,) = read_records(tmp_path / "run" / "episodes.jsonl")
     assert row.end == "error"
 

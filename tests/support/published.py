@@ -56,7 +56,7 @@ class Plot:
     w: bool
     end: str
     wait: int = 0
-    """Idle steps between attainment and the end."""
+    """Idle steps between attainment and the end, as far as the budget allows."""
     advanced: bool = False
     """Without W: some progress was made."""
 
@@ -64,15 +64,16 @@ class Plot:
 @cache
 def played(plot: Plot) -> EpisodeRecord:
     """Returns the record of a plot, of an episode named `@`."""
-    story = _prelude(plot)
-    for _ in range(plot.wait):
+    story, spec = _prelude(plot), FAMILIES[plot.family]
+    closing = spec.max_invalid + 1 if plot.end == "IL" else 1
+    for _ in range(min(plot.wait, spec.max_steps - closing - len(story.steps))):
         story.do()
     if plot.end == "IL":
-        for _ in range(FAMILIES[plot.family].max_invalid + 1):
+        for _ in range(closing):
             story.invalid()
         record = story.end("invalid_action_limit_exceeded")
     elif plot.end == "NR":
-        while len(story.steps) < FAMILIES[plot.family].max_steps:
+        while len(story.steps) < spec.max_steps:
             story.do()
         record = story.end()
     else:
