@@ -7,7 +7,7 @@ import re
 import pytest
 
 from vigil.errors import HouseError
-from vigil.house import FARTHEST, MAX_HOUSE_BYTES, MAX_NESTING, House
+from vigil.house import FARTHEST, MAX_HOUSE_BYTES, MAX_NESTING, MAX_OPENINGS, House
 from vigil.pose import Pose, Vec3
 
 
@@ -102,6 +102,15 @@ def test_files_that_hold_no_house(tmp_path, content, said):
     (tmp_path / "house.json").write_bytes(content)
     with pytest.raises(HouseError, match=said):
         House.load(tmp_path / "house.json")
+
+
+def test_a_house_with_more_openings_than_any_has_is_refused(data):
+    window = data["windows"][0]
+    data["windows"] = [{**window, "id": f"window|{number}"} for number in range(MAX_OPENINGS)]
+    assert len(House("h", data).document.windows) == MAX_OPENINGS
+    data["doors"] = [{**window, "id": "door|1"}]
+    with pytest.raises(HouseError, match=f"House 'h': {MAX_OPENINGS + 1} doors and windows, more than the limit"):
+        House("h", data)
 
 
 def test_files_that_are_absent_or_too_large(tmp_path):

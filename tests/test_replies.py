@@ -102,6 +102,8 @@ def test_thoughts_are_kept_verbatim_and_unknown_keys_recorded():
         (WALK[:-1] + ', "\\udfff": 1}', "lone_surrogate"),
         (WALK + "\ud800", "not_utf8"),
         (WALK.encode() + b"\xff", "not_utf8"),
+        (f"\ud800</think>{WALK}", "not_utf8"),
+        (f"\ud800</think>{WALK}".encode("utf-8", "surrogatepass"), "not_utf8"),
         (WALK + " " * 10 + "x" * MAX_REPLY_BYTES, "too_long"),
         (WALK[:-1] + ', "thought": ' + "[" * 30000 + "]" * 30000 + "}", "too_deep"),
         (f"<think>and so on {WALK}", "unclosed_reasoning"),

@@ -52,7 +52,7 @@ def test_fuzzed_replies_hold_apart_from_what_is_planted():
     finding = replies_fuzz.fuzz(0, None, 300, 0)
     assert finding.counts["replies"] == 300
     assert finding.counts["accepted"] > 30
-    assert {fall.kind for fall in finding.falls} <= {"refused against the protocol", "accepted against the protocol"}
+    assert finding.falls == []
     planted = Form('{"skill_name": "fly"}', is_action=True, same_as='{"skill_name": "fly"}')
     assert [kind for kind, _ in replies_fuzz.faults_of(planted, Counter())] == ["refused against the protocol"]
 

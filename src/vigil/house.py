@@ -19,6 +19,8 @@ from vigil.strict_json import read_json
 
 MAX_HOUSE_BYTES = 32 * 1024 * 1024
 MAX_OBJECTS = 5000
+MAX_OPENINGS = 300
+"""Doors and windows, which are compared with each other and hit by rays; far more than a house of ten rooms has."""
 FARTHEST = 10_000.0
 """No coordinate (m) or angle (degrees) of a house is beyond this: it is a slip or a trap, not a house."""
 MAX_NESTING = 16
@@ -242,7 +244,10 @@ def _first_fault(name: str, error: ValidationError) -> str:
 
 def _check_references(name: str, document: HouseDocument) -> None:
     rooms, walls = {room.id for room in document.rooms}, {wall.id for wall in document.walls}
-    for opening in [*document.doors, *document.windows]:
+    openings = [*document.doors, *document.windows]
+    if len(openings) > MAX_OPENINGS:
+        raise HouseError(f"House {name!r}: {len(openings)} doors and windows, more than the limit of {MAX_OPENINGS}.")
+    for opening in openings:
         for room in (opening.room0, opening.room1):
             if room not in rooms:
                 raise HouseError(f"House {name!r}: opening {opening.id!r} names room {room!r}, absent from `rooms`.")

@@ -90,10 +90,11 @@ def parse(
 def _answer(text: str | bytes) -> str:
     try:
         whole = text.decode("utf-8") if isinstance(text, bytes) else text
-        answer = split_reasoning(whole)[0]
-        size = len(answer.encode("utf-8"))
+        whole.encode("utf-8")  # all of it, the reasoning too: a string may hold half characters, which bytes cannot
     except UnicodeError:
         raise _Fault("protocol_failure", "not_utf8") from None
+    answer = split_reasoning(whole)[0]
+    size = len(answer.encode("utf-8"))
     if size > MAX_REPLY_BYTES:
         raise _too_long(size)
     return answer.strip()

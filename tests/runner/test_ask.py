@@ -5,7 +5,7 @@ import pytest
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
-from vigil.runner.ask import MAX_REJECTIONS, Ask, ModelTrouble, Patience, is_rejection, persistent
+from vigil.runner.ask import MAX_REJECTIONS, Ask, ModelTrouble, Patience, RequestRejected, is_rejection, persistent
 
 MESSAGES = [Message("user", "hello")]
 GOOD = Reply(text="good")
@@ -56,9 +56,9 @@ def test_hopeless_trouble_is_not_tried_again() -> None:
     assert script.answers == [GOOD]
 
 
-def test_three_rejections_are_a_reply_of_the_agents() -> None:
-    reply = ask(Script(*[ModelTrouble("content policy", is_rejection=True)] * MAX_REJECTIONS))
-    assert (reply.provider_rejected, reply.text) == (True, "")
+def test_three_rejections_are_final_and_say_what_the_provider_said() -> None:
+    with pytest.raises(RequestRejected, match=r"rejected the request 3 times: content policy"):
+        ask(Script(*[ModelTrouble("content policy", is_rejection=True)] * MAX_REJECTIONS))
 
 
 def test_two_rejections_are_not() -> None:

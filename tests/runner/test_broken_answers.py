@@ -16,7 +16,7 @@ from wire_server import ENDPOINTS, STREAM, WIRES, Raw, Said, WireServer, body_of
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
-from vigil.runner.ask import Patience, persistent
+from vigil.runner.ask import Patience, RequestRejected, persistent
 from vigil.runner.inspect_model import Endpoint, sender
 from vigil.runner.serving import Serving
 
@@ -167,8 +167,8 @@ def test_what_stays_broken_is_an_infrastructure_failure_in_plain_words() -> None
 
 def test_an_error_with_http_200_may_be_a_rejection() -> None:
     said = Raw(b'{"error": {"message": "Your prompt was flagged by our safety system", "code": 403}}')
-    reply, asked = ask_each("chat", {"": (said,) * 3})[""]
-    assert (reply.provider_rejected, asked) == (True, 3)
+    with pytest.raises(RequestRejected, match=r"3 times: .*flagged by our safety system"):
+        ask_each("chat", {"": (said,) * 3})
 
 
 def content(given: Any, **more: Any) -> Raw:
@@ -233,5 +233,5 @@ def test_what_looks_odd_but_holds_a_message_is_a_reply(wire: str) -> None:
     ],
 )
 def test_a_provider_that_stops_the_model_has_rejected_the_request(wire: str, change: Any) -> None:
-    reply, asked = ask_each(wire, {"": (whole(wire, change),) * 3})[""]
-    assert (reply.provider_rejected, asked) == (True, 3)
+    with pytest.raises(RequestRejected, match="rejected the request 3 times"):
+        ask_each(wire, {"": (whole(wire, change),) * 3})

@@ -195,12 +195,29 @@ def test_a_blind_server_is_found_out_before_anything_is_played(pack: Path, tmp_p
     assert not (tmp_path / "run").exists()
 
 
-def test_rejections_end_as_invalid_actions_not_as_errors(pack: Path, tmp_path: Path) -> None:
-    with serving(lambda asked: failure(400, "flagged by our safety system", code="content_policy_violation")) as server:
+FLAGGED = failure(400, "flagged by our safety system", code="content_policy_violation")
+
+
+def test_rejections_of_what_the_agent_said_end_as_invalid_actions(pack: Path, tmp_path: Path) -> None:
+    with serving(lambda asked: FLAGGED if asked.turn > 1 else Answer(LOOK)) as server:
         result = run_pack(settings(pack, server.url, tmp_path / "run", families=("SV",), limit=1))
     record = result.records[0]
-    assert (record.end, len(record.steps), len(server.asked)) == ("invalid_action_limit_exceeded", 3, 9)
-    assert {step.invalid.reason for step in record.steps} == {"provider_rejected"}
+    assert (record.end, len(record.steps), len(server.asked)) == ("invalid_action_limit_exceeded", 4, 10)
+    assert [step.invalid and step.invalid.reason for step in record.steps] == [None, *["provider_rejected"] * 3]
+
+
+def test_a_rejection_before_the_agent_said_anything_is_an_error_and_played_again(pack: Path, tmp_path: Path) -> None:
+    chosen = settings(pack, "", tmp_path / "run", families=("DA",), limit=1)
+    with serving(lambda asked: FLAGGED) as server:
+        result = run_pack(replace(chosen, base_url=server.url))
+        assert len(server.asked) == 3
+    record = result.records[0]
+    assert (record.end, record.steps, record.error.boundary) == ("error", (), "model")
+    assert "rejected the request 3 times: " in record.error.message
+    assert "flagged by our safety system" in record.error.message
+    with serving(walk_and_report) as server:
+        again = run_pack(replace(chosen, base_url=server.url))
+    assert (again.resumed, again.is_complete, again.records[0].end) == (0, True, "report")
 
 
 def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:

@@ -8,12 +8,13 @@ from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
+from vigil.runner.ask import RequestRejected
 from vigil.runner.preflight import check_sight, draw_number, number_for
 
 
-def check(text: str, name: str = "some/model", rejected: bool = False) -> None:
+def check(text: str, name: str = "some/model") -> None:
     async def ask(messages: list[Message]) -> Reply:
-        return Reply(text=text, provider_rejected=rejected)
+        return Reply(text=text)
 
     asyncio.run(check_sight(ask, name, "png"))
 
@@ -40,9 +41,12 @@ def test_a_model_that_does_not_answer_is_named_with_its_address_and_what_to_do(a
     assert "Check that it is served there under that name, and the key" in said
 
 
-def test_a_rejected_request_does_not() -> None:
-    with pytest.raises(ModelAPIError, match="rejected the request"):
-        check("", rejected=True)
+def test_a_rejected_request_does_not_pass() -> None:
+    async def ask(messages: list[Message]) -> Reply:
+        raise RequestRejected("The provider rejected the request 3 times: no images")
+
+    with pytest.raises(ModelAPIError, match=r"3 times: no images\. Check that the model takes images"):
+        asyncio.run(check_sight(ask, "some/model", "png"))
 
 
 def test_the_number_is_drawn_legibly_and_depends_on_the_model() -> None:

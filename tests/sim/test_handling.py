@@ -9,6 +9,7 @@ from vigil.actions import InteractPixel
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
+from vigil.errors import EpisodeError
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3, floor_distance
 from vigil.sim import make_simulator
@@ -136,6 +137,36 @@ def test_neighbours_that_touch_keep_nothing_shut(simulator):
     beside = Placement(position=Vec3(5.2 - 0.371 - 0.2156 - 0.002, 0.152, 4.6))
     state = stand(simulator, setup=Setup(objects={"Box|1": ObjectSetup(placement=beside)}))
     assert swing_blocker(state, state.scene.things["Fridge|1"], 1.0) is None
+
+
+def in_the_open_dresser(yaw: float, openness: float) -> Setup:
+    """Returns the setup of a book in an open drawer, and nothing on its cover."""
+    place = Placement(position=Vec3(8.24, 0.5, 0.25), rotation=Vec3(0.0, yaw, 0.0), parent="Dresser|1")
+    changes = {
+        "Book|1": ObjectSetup(placement=place, openness=openness),
+        "Dresser|1": ObjectSetup(openness=1.0),
+        "Pen|1": ObjectSetup(is_absent=True),
+    }
+    return Setup(objects=changes)
+
+
+@pytest.mark.parametrize(("openness", "blocker"), [(1.0, "Book|1"), (0.0, None)])
+def test_an_open_cover_in_a_drawer_does_not_go_through_the_carriers_body(simulator, openness: float, blocker):
+    state = stand(simulator, setup=in_the_open_dresser(270.0, openness))
+    assert state.scene.things["Book|1"].parent_joint is not None
+    assert swing_blocker(state, state.scene.things["Dresser|1"], 0.0) == blocker
+
+
+@pytest.mark.parametrize(("yaw", "refused"), [(180.0, True), (0.0, False)])
+def test_a_setup_opens_no_cover_through_what_the_book_lies_in(simulator, yaw: float, refused: bool):
+    shut = in_the_open_dresser(yaw, 0.0)
+    stand(simulator, setup=shut)
+    setup = in_the_open_dresser(yaw, 1.0)
+    if not refused:
+        stand(simulator, setup=setup)
+        return
+    with pytest.raises(EpisodeError, match=r"'Book\|1' \(Book\) sticks out through 'Dresser\|1'"):
+        stand(simulator, setup=setup)
 
 
 def test_a_thing_half_in_the_swing_blocks_opening_and_closing(simulator):

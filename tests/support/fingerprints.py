@@ -130,6 +130,7 @@ TEXTS = [
     f"◁think▷a◁/think▷{WALK}", f"Hm. <think>a</think>{WALK}",
     f"<think>{WALK}</think>", f"<think>{WALK}</think>{LOOK}", WALK[:20] + "<think>a</think>" + WALK[20:],
     WALK.replace("2}", '2, "note": "</think>"}'), f"<THINK>a</THINK>{WALK}", f'<think id="1">a</think>{WALK}',
+    f"\ud800</think>{WALK}", f"\ud800{WALK}",
     *map(_nested, (10, 61, 62, 63, 64, 200)),
 ]  # fmt: skip
 VARIANTS_OF_READING: tuple[dict[str, Any], ...] = (

@@ -1,5 +1,6 @@
 """Checks a house, generated or real, by named rules; says what is wrong and never fails on it."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +79,7 @@ def _references(house: House) -> list[Fault]:
         if opening.wall1 is not None and opening.wall1 not in walls:
             faults.append(Fault("reference", opening.id, f"names wall {opening.wall1!r}, which is not in the house"))
     ids = [node.id for node in [*document.rooms, *document.walls, *document.doors, *document.windows]]
-    twice = sorted({name for name in ids if ids.count(name) > 1})
+    twice = sorted(name for name, count in Counter(ids).items() if count > 1)
     return [*faults, *(Fault("reference", name, "two rooms, walls or openings have this id") for name in twice)]
 
 

@@ -1,8 +1,9 @@
 """Asking a model for one reply: what is tried again, how long to wait, and what counts as the agent's own doing.
 
 Source: `protocol.md` section 2.3. Transport failures, rate limits, outages and time-outs are tried again and then raise
-ModelAPIError, which ends an episode as `error`. A rejection because of content or length that repeats three times is a
-reply of the agent's: a protocol failure.
+ModelAPIError, which ends an episode as `error`. So does a rejection because of content or length that repeats three
+times, when the agent has said nothing yet; later on it is the agent's own doing, a protocol failure
+(`vigil.runner.live`).
 """
 
 import asyncio
@@ -17,8 +18,8 @@ from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
 
 Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
-"""Sends messages to a model and returns its reply. Raises ModelAPIError."""
-Send = Ask
+"""Sends messages to a model and returns its reply. Raises ModelAPIError; of a rejection, RequestRejected."""
+Send = Callable[[Sequence[Message]], Awaitable[Reply]]
 """The same, one attempt. Raises ModelTrouble."""
 
 MAX_REJECTIONS = 3
@@ -51,6 +52,10 @@ class ModelTrouble(Exception):
         self.is_rejection = is_rejection
         self.wait_s = wait_s
         """What the provider asked to wait."""
+
+
+class RequestRejected(ModelAPIError):
+    """A provider rejected a request because of its content or length, three times."""
 
 
 def is_rejection(status: int | None, message: str) -> bool:
@@ -97,7 +102,8 @@ def persistent(send: Send, patience: Patience) -> Ask:
                 if trouble.is_rejection:
                     rejections += 1
                     if rejections == MAX_REJECTIONS:
-                        return Reply(text="", finish_reason="rejected", provider_rejected=True)
+                        message = f"The provider rejected the request {rejections} times: {said}"
+                        raise RequestRejected(message) from trouble
                     wait = patience.wait_s(rejections, trouble.wait_s)
                 else:
                     failures += 1

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from vigil.agents.model import Message
-from vigil.runner.ask import Patience, persistent
+from vigil.runner.ask import Patience, RequestRejected, persistent
 from vigil.runner.redaction import Secrets, hiding
 from vigil.runner.serving import only_its_key, serving
 
@@ -14,7 +14,9 @@ from vigil.runner.serving import only_its_key, serving
 def completing(
     model: str, base_url: str | None, patience: Patience | None = None, *, api_key_env: str | None = None
 ) -> Iterator[Callable[[str], str]]:
-    """Yields the function that answers a text. It raises ModelAPIError when the provider fails for good.
+    """Yields the function that answers a text; the answer to one that the provider rejects is empty.
+
+    The function raises ModelAPIError when the provider fails for good.
 
     `api_key_env` names the variable with the key for an address that is none of the provider's own. Raises SettingError
     when the model cannot be used.
@@ -29,7 +31,10 @@ def completing(
         ask = persistent(sender(client), patience or Patience())
 
         async def answer(text: str) -> str:
-            return (await ask([Message("user", text)])).text
+            try:
+                return (await ask([Message("user", text)])).text
+            except RequestRejected:
+                return ""
 
         try:
             yield lambda text: runner.run(answer(text))

@@ -1,13 +1,14 @@
 """One episode, played by a model in the main process with its Env in a simulator worker."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
-from vigil.agents.model import Conversation
+from vigil.actions import Reply
+from vigil.agents.model import Conversation, Message
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord, ErrorFact
-from vigil.runner.ask import Ask
+from vigil.runner.ask import Ask, RequestRejected
 from vigil.runner.pool import LiveEpisode, WorkerLost
 from vigil.runner.wire import Ticket, View
 from vigil.versions import Versions
@@ -34,13 +35,26 @@ async def play_live(
 async def _play(live: LiveEpisode, profile: Profile, ask: Ask, shows: Callable[[], None]) -> EpisodeRecord:
     conversation = Conversation(profile, live.ticket.episode.instruction)
     answer = await live.begin()
+    has_replied = False
     if isinstance(answer, View):
         shows()
     while isinstance(answer, View):
-        reply = await ask(conversation.messages(answer.picture, answer.feedback))
+        messages = conversation.messages(answer.picture, answer.feedback)
+        reply = await _reply(ask, messages, has_replied=has_replied)
+        has_replied = True
         conversation.add(answer.feedback, reply.text)
         answer = await live.advance(reply)
     return answer
+
+
+async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) -> Reply:
+    """Returns the agent's reply. A request that was rejected is one, unless the agent has said nothing yet."""
+    try:
+        return await ask(messages)
+    except RequestRejected:
+        if not has_replied:
+            raise
+        return Reply(text="", finish_reason="rejected", provider_rejected=True)
 
 
 def boundary_of(error: InfrastructureError) -> Boundary:

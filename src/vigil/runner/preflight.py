@@ -14,7 +14,7 @@ from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.profile import ImageFormat
-from vigil.runner.ask import Ask
+from vigil.runner.ask import Ask, RequestRejected
 from vigil.runner.serving import KEY_HINT
 
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
@@ -34,11 +34,19 @@ def draw_number(number: str) -> np.ndarray:
     return np.asarray(image)
 
 
+_WHAT_TO_DO = (
+    "Check that the model takes images and that the server passes them on, or skip this check with --no-preflight "
+    "(`inspect eval`: -T preflight=false)."
+)
+
+
 async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: str = "") -> None:
     """Raises ModelAPIError unless the model, served at `address` if that is known, reads the number in a picture."""
     number = number_for(model)
     try:
         reply = await ask([Message("user", QUESTION, encode(draw_number(number), image_format))])
+    except RequestRejected as error:
+        raise ModelAPIError(f"Model {model!r} was shown a picture of a number. {error}. {_WHAT_TO_DO}") from error
     except ModelAPIError as error:
         where = f" at {address}" if address else ""
         raise ModelAPIError(
@@ -46,9 +54,7 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
             f"under that name, and the key in the environment. {KEY_HINT}. Then give the same command again."
         ) from error
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
-        shown = "rejected the request" if reply.provider_rejected else f"answered {reply.text[:200]!r}"
         raise ModelAPIError(
-            f"Model {model!r} was shown a picture of the number {number} and {shown}: pictures do not seem to reach "
-            "it, or it cannot read. Check that the model takes images and that the server passes them on, or skip this "
-            "check with --no-preflight (`inspect eval`: -T preflight=false)."
+            f"Model {model!r} was shown a picture of the number {number} and answered {reply.text[:200]!r}: pictures "
+            f"do not seem to reach it, or it cannot read. {_WHAT_TO_DO}"
         )

@@ -5,6 +5,9 @@ they get deeper into it than a small tolerance beyond how deep they were at the 
 a little at rest, as furniture in generated houses does, keep nothing shut. What hangs in or on a wall has a wider
 tolerance. Walls, windows and shut doors have none: no part, handles included, reaches into the next room
 (`vigil.sim.partitions`).
+
+A drawer takes along what lies in it, the open cover of a book too: that cover must not get into the carrier's own body,
+nor into anything else.
 """
 
 import math
@@ -15,7 +18,7 @@ from vigil.assets.catalog import CATALOG, WALL
 from vigil.sim.geometry import Prism, joint_of, part_motion, penetration, prisms_of
 from vigil.sim.scene import Thing
 from vigil.sim.state import AGENT, SceneState
-from vigil.sim.supports import carried_by, children, contents, joint_is_hinge, surface_named
+from vigil.sim.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
 
 TOLERANCE_M = 0.015
 WALL_TOLERANCE_M = 0.05
@@ -33,10 +36,16 @@ def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     if partition is not None:
         return partition
     moving = {solid.joint for solid in thing.asset.solids if solid.joint}
-    path = [_moving_prisms(thing, openness, moving) for openness in samples]
+    obstacles = _obstacles(state, thing)
+    struck = _struck(state, [_moving_prisms(thing, openness, moving) for openness in samples], obstacles)
+    return struck or _struck_by_carried(state, thing, samples, obstacles)
+
+
+def _struck(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
+    """Returns the owner of the solid that stops others on their path; None when nothing does."""
     if not path[0]:
         return None
-    obstacles = _within_reach(_obstacles(state, thing), path)
+    obstacles = _within_reach(obstacles, path)
     if not obstacles:
         return None
     at_rest = _depths(path[0], obstacles)
@@ -45,6 +54,37 @@ def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
         excess = _depths(prisms, obstacles) - np.maximum(at_rest, 0.0) - slack
         if float(excess.max()) > 0.0:
             return obstacles[int(np.unravel_index(int(excess.argmax()), excess.shape)[1])][0]
+    return None
+
+
+def _struck_by_carried(
+    state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
+) -> str | None:
+    """Returns what stops the open leaves of things that move along; of the thing's own body, the id of what is open."""
+    body = [prism for prism in prisms_of(thing) if prism.joint is None]
+    for joint in thing.asset.joints:
+        before = part_motion(thing, joint.name).inverse()
+        motions = [part_motion(thing, joint.name, openness).after(before) for openness in samples]
+        for carried in carried_by(state.scene, thing, joint.name):
+            if carried.openness == 0.0:
+                continue
+            path = [[prism for prism in prisms_of(carried, along=motion) if prism.joint] for motion in motions]
+            struck = _struck(state, path, [*obstacles, *((carried.id, prism) for prism in body)])
+            if struck is not None:
+                return struck
+    return None
+
+
+def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
+    """Returns the id of what a thing lies inside of whose own body its open leaf sticks in, deeper than shut."""
+    if thing.openness == 0.0:
+        return None
+    shut, now = ([prism for prism in prisms_of(thing, openness) if prism.joint] for openness in (0.0, thing.openness))
+    for carrier in around(state.scene, thing):
+        body = [(carrier.id, prism) for prism in prisms_of(carrier) if prism.joint is None]
+        struck = _struck(state, [shut, now], body)
+        if struck is not None:
+            return struck
     return None
 
 

@@ -118,9 +118,9 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
     return place.after(joint_motion(joint, thing.openness if openness is None else openness))
 
 
-def prisms_of(thing: Thing, openness: float | None = None) -> list[Prism]:
-    """Returns the thing's solids where they are now, or would be at another openness."""
-    return [_moved(solid, part_motion(thing, solid.joint, openness)) for solid in thing.asset.solids]
+def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
+    """Returns the thing's solids where they are now, or would be at another openness, moved `along` with a carrier."""
+    return [_moved(solid, along.after(part_motion(thing, solid.joint, openness))) for solid in thing.asset.solids]
 
 
 def _moved(solid: Solid, motion: Motion) -> Prism:

@@ -3,7 +3,7 @@
 import difflib
 
 from vigil.errors import EpisodeError
-from vigil.sim.access import set_openness
+from vigil.sim.access import pierced_carrier, set_openness
 from vigil.sim.build import settle
 from vigil.sim.scene import Scene, Thing
 from vigil.sim.state import SceneState
@@ -36,6 +36,7 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
     if setup.held is not None:
         _fill_hand(state, state.scene.things[setup.held])
     _check_walls(state, [thing for thing, _ in wanted])
+    _check_carriers(state, [thing for thing, _ in wanted])
 
 
 def unknown_object(object_id: str, scene: Scene, house_name: str) -> str:
@@ -69,6 +70,18 @@ def _check_walls(state: SceneState, changed: list[Thing]) -> None:
             raise EpisodeError(
                 f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) reaches through {through!r} "
                 "into the next room. Lower its `openness`, or place it elsewhere."
+            )
+
+
+def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
+    """Raises EpisodeError when the open leaf of a thing inside another sticks out through that one's body."""
+    touched = {each.id: each for thing in changed for each in [thing, *contents(state.scene, thing.id)]}
+    for thing in touched.values():
+        carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None
+        if carrier is not None:
+            raise EpisodeError(
+                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) sticks out through "
+                f"{carrier!r}, inside of which it lies. Lower its `openness`, or place it elsewhere."
             )
 
 
