@@ -14,7 +14,8 @@ from vigil import pack as pack_module
 from vigil.actions import Report
 from vigil.episode import Episode, HouseRef, Solution
 from vigil.errors import EpisodeError, HouseError, PackMismatch, SettingError, VigilError
-from vigil.pack import Pack, Selection, freeze, protocol_faults
+from vigil.freezing import freeze
+from vigil.pack import Pack, Selection, protocol_faults
 from vigil.pose import Pose, Vec3
 from vigil.world import ObjectSetup, Placement, Setup
 
@@ -167,6 +168,15 @@ def test_a_file_that_is_too_large_is_refused(folder: Path, monkeypatch: pytest.M
     monkeypatch.setattr(pack_module, "MAX_HOUSE_BYTES", 10)
     with pytest.raises(PackMismatch, match=r"houses/house.json has \d+ bytes, more than the limit of 10"):
         Pack.load(folder)
+
+
+def test_a_fault_in_a_manifest_quotes_no_more_of_a_value_than_can_be_read(folder: Path):
+    manifest = json.loads((folder / "manifest.json").read_bytes())
+    manifest["families"]["x" * 100_000] = 1
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(PackMismatch) as raised:
+        Pack.load(folder)
+    assert len(str(raised.value)) < 1000
 
 
 def test_a_missing_pack_is_told(tmp_path: Path):

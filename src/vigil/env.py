@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from vigil.actions import InvalidAction, ParsedReply, Reply, Report
 from vigil.episode import Episode
-from vigil.errors import SimulatorError
+from vigil.errors import SimulatorError, first_fault
 from vigil.house import House
 from vigil.kept_reply import kept
 from vigil.observation import Feedback, Observation
@@ -146,9 +146,7 @@ class Env:
         try:
             yield
         except ValidationError as error:
-            fault = error.errors(include_url=False)[0]
-            place = ".".join(str(part) for part in fault["loc"])
-            raise SimulatorError(f"The simulator told no facts: {error.title}.{place}: {fault['msg']}.") from None
+            raise SimulatorError(f"The simulator told no facts: {error.title}.{first_fault(error)}.") from None
 
     def _start(self, episode: Episode, house: House) -> None:
         if self._loaded != house.sha256:

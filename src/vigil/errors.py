@@ -17,6 +17,13 @@ What an agent does wrong is never an exception: it is data (`vigil.actions.Inval
 from collections.abc import Iterable
 from difflib import get_close_matches
 
+from pydantic import ValidationError
+
+MAX_FAULT_CHARS = 300
+"""Of a place, and of a message, that a file or a model wrote."""
+MAX_PART_CHARS = 80
+"""Of one name in a place."""
+
 
 class VigilError(Exception):
     """Any error that VIGIL raises on purpose."""
@@ -56,6 +63,21 @@ class SimulatorError(InfrastructureError):
 
 class ModelAPIError(InfrastructureError):
     """A model's provider failed: transport, rate limit, outage, or no image support."""
+
+
+def first_fault(error: ValidationError, whole: str = "the document") -> str:
+    """Returns "place: message" of the first thing that pydantic found wrong, both cut to a readable length.
+
+    `whole` names the place when it is all that was read. A message may quote what was read, which has any length.
+    """
+    fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
+    place = ".".join(cut(str(part), MAX_PART_CHARS) for part in fault["loc"])
+    return f"{cut(place, MAX_FAULT_CHARS) or whole}: {cut(fault['msg'], MAX_FAULT_CHARS)}"
+
+
+def cut(text: str, most: int) -> str:
+    """Returns a text with at most `most` characters, its end replaced by "..." when it is longer."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

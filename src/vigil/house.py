@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic.alias_generators import to_camel
 
-from vigil.errors import HouseError
+from vigil.errors import HouseError, first_fault
 from vigil.pose import Pose, Vec3
 from vigil.strict_json import read_json
 
@@ -236,10 +236,8 @@ def canonical_json(data: Any) -> bytes:
 
 
 def _first_fault(name: str, error: ValidationError) -> str:
-    fault = error.errors()[0]
-    place = ".".join(str(part) for part in fault["loc"]) or "the document"
     more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    return f"House {name!r}: {place}: {fault['msg']}{more}. A house is a ProcTHOR document of schema 1.0.0."
+    return f"House {name!r}: {first_fault(error)}{more}. A house is a ProcTHOR document of schema 1.0.0."
 
 
 def _check_references(name: str, document: HouseDocument) -> None:

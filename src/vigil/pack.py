@@ -9,12 +9,9 @@ The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code
 """
 
 import hashlib
-import json
 import re
-import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cached_property
 from importlib.resources import files
 from itertools import pairwise
@@ -24,8 +21,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vigil.episode import FAMILIES, Episode, Family, Solution
-from vigil.errors import EpisodeError, PackMismatch, SettingError
-from vigil.house import MAX_HOUSE_BYTES, House, canonical_json
+from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean, first_fault
+from vigil.house import MAX_HOUSE_BYTES, House
 from vigil.pack_names import newest, successor
 from vigil.strict_json import read_json
 from vigil.versions import PackVersions
@@ -138,7 +135,7 @@ class Pack:
             if episode.id == episode_id:
                 return episode
         known = [episode.id for episode in self.episodes]
-        hint = _did_you_mean(episode_id, known) or f" Its episodes are listed in {str(self.folder / EPISODES)!r}."
+        hint = did_you_mean(episode_id, known) or f" Its episodes are listed in {str(self.folder / EPISODES)!r}."
         raise SettingError(f"Pack {self.name!r} has no episode {episode_id!r}.{hint}")
 
     def select(self, selection: Selection) -> list[Episode]:
@@ -159,7 +156,7 @@ class Pack:
         return chosen[: selection.limit]
 
     def _check(self) -> None:
-        _check_ids(self.episodes, self.folder)
+        check_ids(self.episodes, self.folder)
         counts = count_families(self.episodes)
         if len(self.episodes) != self.manifest.episodes or counts != self.manifest.families:
             raise PackMismatch(
@@ -171,7 +168,7 @@ class Pack:
                 known = [Path(name).stem for name in self.manifest.files if name.startswith(HOUSES)]
                 raise PackMismatch(
                     f"Episode {episode.id!r}: house {episode.house.name!r} is not in pack {self.name!r}."
-                    f"{_did_you_mean(episode.house.name, known)}"
+                    f"{did_you_mean(episode.house.name, known)}"
                 )
             check_house(episode, self.house_of(episode))
 
@@ -200,7 +197,7 @@ def find(path: str | Path) -> Path:
         )
     raise PackMismatch(
         f"There is no pack {name!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
-        f"{_did_you_mean(name, names)}"
+        f"{did_you_mean(name, names)}"
     )
 
 
@@ -232,54 +229,6 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
     return _lines(folder, EPISODES, Episode)
 
 
-def freeze(
-    folder: Path,
-    episodes: Iterable[Episode],
-    solutions: Iterable[Solution],
-    houses: Iterable[House],
-    *,
-    name: str,
-    version: str = "1",
-    description: str = "",
-    meta: Mapping[str, Any] | None = None,
-    extra: Mapping[str, bytes] | None = None,
-) -> Pack:
-    """Writes a pack into `folder`, new or empty, and returns it loaded; the same input gives the same bytes.
-
-    `extra` are further files, hashed like all others. Raises EpisodeError when an episode contradicts its family, its
-    house or the other episodes, SettingError when the folder is not empty or the name unfit.
-    """
-    check_free(folder, name)
-    ordered = sorted(episodes, key=lambda episode: episode.id)
-    solved = sorted(solutions, key=lambda solution: solution.episode_id)
-    by_name = {house.name: house for house in houses}
-    _check_ids(ordered, folder)
-    for episode in ordered:
-        _check_to_freeze(episode, by_name)
-    if [solution.episode_id for solution in solved] != [episode.id for episode in ordered]:
-        raise EpisodeError(f"Pack {name!r}: solutions and episodes differ; every episode needs exactly one solution.")
-    used = {episode.house.name for episode in ordered}
-    contents = {
-        EPISODES: b"".join(_line(episode) for episode in ordered),
-        SOLUTIONS: b"".join(_line(solution) for solution in solved),
-        **{f"{HOUSES}/{house}.json": canonical_json(by_name[house].data) + b"\n" for house in sorted(used)},
-        **(extra or {}),
-    }
-    manifest = Manifest(
-        name=name,
-        version=version,
-        versions=PackVersions.here(),
-        description=description,
-        episodes=len(ordered),
-        houses=len(used),
-        families=count_families(ordered),
-        meta=dict(meta or {}),
-        files={path: hashlib.sha256(data).hexdigest() for path, data in sorted(contents.items())},
-    )
-    _write(folder, {**contents, MANIFEST: json.dumps(manifest.model_dump(), indent=1, sort_keys=True).encode() + b"\n"})
-    return Pack.load(folder)
-
-
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
     """Returns how many episodes each family has, in the order of the table; absent families are left out."""
     counts = dict.fromkeys(FAMILIES, 0)
@@ -307,7 +256,7 @@ def check_house(episode: Episode, house: House) -> None:
         for object_id in sorted(ids - known):
             raise EpisodeError(
                 f"Episode {episode.id!r}: {place} names {object_id!r}, absent from house {house.name!r}."
-                f"{_did_you_mean(object_id, sorted(known))}"
+                f"{did_you_mean(object_id, sorted(known))}"
             )
 
 
@@ -327,48 +276,14 @@ def protocol_faults(episode: Episode) -> list[str]:
     return faults
 
 
-def _check_to_freeze(episode: Episode, houses: Mapping[str, House]) -> None:
-    faults = protocol_faults(episode)
-    if faults:
-        raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
-    if episode.house.name not in houses:
-        raise EpisodeError(f"Episode {episode.id!r}: house {episode.house.name!r} was not given to be frozen with it.")
-    check_house(episode, houses[episode.house.name])
-
-
-def _check_ids(episodes: Sequence[Episode], folder: Path) -> None:
+def check_ids(episodes: Sequence[Episode], folder: Path) -> None:
+    """Raises EpisodeError unless ids are unique and sorted."""
     ids = [episode.id for episode in episodes]
     for before, after in pairwise(ids):
         if before == after:
             raise EpisodeError(f"Pack {str(folder)!r}: two episodes have the id {before!r}; ids must be unique.")
         if before > after:
             raise EpisodeError(f"Pack {str(folder)!r}: episode {after!r} comes after {before!r}; sort them by id.")
-
-
-def _line(model: BaseModel) -> bytes:
-    return canonical_json(model.model_dump(mode="json")) + b"\n"
-
-
-def check_free(folder: Path, name: str) -> None:
-    """Raises SettingError when no pack of that name can be frozen into a folder."""
-    if not re.match(NAME_PATTERN, name):
-        raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise SettingError(
-            f"{str(folder)!r} is not empty, or no folder. Packs are never overwritten: freeze into a new one."
-        )
-
-
-def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Writes a pack whole or not at all: beside its folder first. What a killed process left there goes."""
-    partial = folder.absolute().with_name(f".{folder.absolute().name}.partial")
-    if partial.exists():
-        shutil.rmtree(partial)
-    for path, data in contents.items():
-        target = partial / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data)
-    partial.rename(folder)
 
 
 def _read(folder: Path, name: str, limit: int) -> bytes:
@@ -385,7 +300,7 @@ def _manifest(folder: Path, raw: bytes) -> Manifest:
     try:
         manifest = Manifest.model_validate(read_json(raw))
     except ValidationError as error:
-        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {_first_fault(error)}") from None
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {first_fault(error)}.") from None
     except ValueError as error:
         raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} is not JSON: {error}. Restore it from a copy.") from None
     if manifest.schema_version != PACK_SCHEMA:
@@ -420,16 +335,5 @@ def _lines(folder: Path, name: str, model: type[_Line]) -> list[_Line]:
         try:
             rows.append(model.model_validate_json(line))
         except ValidationError as error:
-            raise EpisodeError(f"Pack {str(folder)!r}: {name} line {number}: {_first_fault(error)}") from None
+            raise EpisodeError(f"Pack {str(folder)!r}: {name} line {number}: {first_fault(error)}.") from None
     return rows
-
-
-def _first_fault(error: ValidationError) -> str:
-    fault = error.errors(include_url=False)[0]
-    place = ".".join(str(part) for part in fault["loc"]) or "the document"
-    return f"{place}: {fault['msg']}."
-
-
-def _did_you_mean(word: str, known: Sequence[str]) -> str:
-    close = get_close_matches(word, known, n=1)
-    return f" Did you mean {close[0]!r}?" if close else ""

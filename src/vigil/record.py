@@ -11,7 +11,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from vigil.actions import Action, InvalidAction, Reply
-from vigil.errors import RecordError
+from vigil.errors import RecordError, first_fault
 from vigil.profile import Profile
 from vigil.strict_json import read_json
 from vigil.versions import PackVersions, Versions
@@ -223,9 +223,7 @@ def read_header(path: Path) -> RunHeader:
             )
         return RunHeader.model_validate(found)
     except ValidationError as error:
-        fault = error.errors()[0]
-        place = ".".join(map(str, fault["loc"]))
-        raise RecordError(f"{str(file)!r}: {place}: {fault['msg']}. Restore it from a copy.") from None
+        raise RecordError(f"{str(file)!r}: {first_fault(error)}. Restore it from a copy.") from None
     except ValueError as error:
         raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
 

@@ -9,7 +9,7 @@ from typing import BinaryIO, cast
 
 from pydantic import ValidationError
 
-from vigil.errors import RecordError
+from vigil.errors import RecordError, first_fault
 from vigil.record import SCHEMA_VERSION, EpisodeRecord, Key, dump_line, standing
 from vigil.row_check import REPEATED, UNREADABLE, LeftOut, RowCheck, told
 from vigil.strict_json import read_json
@@ -166,7 +166,7 @@ class RecordLog:
             if data and not data.endswith(b"\n"):
                 self._write(b"\n")
             return None
-        side = _free_name(self.path)
+        side = free_name(self.path)
         side.write_bytes(torn)
         self._file.truncate(good)
         return side
@@ -194,9 +194,7 @@ def _unreadable(number: int, line: bytes, error: ValidationError) -> LeftOut | N
         return None if is_torn else LeftOut(number, UNREADABLE, f"not JSON: {fault}")
     known = fields if isinstance(fields, dict) else {}
     episode_id = str(known.get("episode_id", ""))[:200]
-    fault = error.errors(include_url=False, include_input=False)[0]
-    place = ".".join(str(part) for part in fault["loc"])
-    wrong = LeftOut(number, UNREADABLE, f"{place}: {fault['msg']}".strip(": "), episode_id)
+    wrong = LeftOut(number, UNREADABLE, first_fault(error, "the line"), episode_id)
     return _other_schema(number, known.get("schema_version", SCHEMA_VERSION), episode_id) or wrong
 
 
@@ -254,7 +252,8 @@ def _is_at(path: Path, file: BinaryIO) -> bool:
         return False
 
 
-def _free_name(path: Path) -> Path:
+def free_name(path: Path) -> Path:
+    """Returns a name beside a file for its torn last line, where nothing lies yet. Raises RecordError."""
     for number in range(1, 10_000):
         side = path.with_name(f"{path.name}.torn-{number}")
         if not side.exists():

@@ -52,6 +52,16 @@ def test_what_a_crash_left_is_put_aside_and_nothing_is_lost(tmp_path: Path) -> N
     assert side.read_bytes() == b'{"at": "2026'
 
 
+def test_of_two_crashes_that_left_as_much_neither_remainder_is_lost(tmp_path: Path) -> None:
+    path = tmp_path / "reviews.jsonl"
+    append_review(path, said(EPISODES[0], "approve"))
+    good = path.read_bytes()
+    for torn in (b"first", b"other"):
+        path.write_bytes(good + torn)
+        append_review(path, said(EPISODES[1], "reject"))
+    assert sorted(side.read_bytes() for side in tmp_path.glob("*.torn-*")) == [b"first", b"other"]
+
+
 def test_a_broken_line_is_named(tmp_path: Path) -> None:
     path = tmp_path / "reviews.jsonl"
     append_review(path, said(EPISODES[0], "approve"))

@@ -9,7 +9,8 @@ from vigil.authoring.compare import compare
 from vigil.authoring.verify import Means, Standing, verify_pack
 from vigil.episode import Solution
 from vigil.errors import RecordError
-from vigil.pack import Pack, freeze
+from vigil.freezing import freeze
+from vigil.pack import Pack
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,10 @@ from typing import Any
 
 from vigil.actions import Report
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Solution
+from vigil.freezing import freeze
 from vigil.goals import AgentNearTarget, Goal, ObjectInState, ReportStatus, TargetGrounded
 from vigil.house import House, canonical_json
-from vigil.pack import Pack, freeze
+from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 
 SIDE = 5.0

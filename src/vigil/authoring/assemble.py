@@ -20,9 +20,10 @@ from vigil.authoring.strata import count_strata, stratum_of, text_guess
 from vigil.authoring.validate import Finding
 from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError
+from vigil.freezing import check_free, freeze
 from vigil.house import House, canonical_json
 from vigil.housegen.generate import GENERATOR_VERSION
-from vigil.pack import Pack, check_free, freeze
+from vigil.pack import Pack
 
 HOUSE_USES = 3
 """Episodes of one family in one house, at most."""

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vigil.authoring.guess import Guess, majority_guess, words_guess
 from vigil.episode import FAMILIES
-from vigil.errors import PackMismatch
+from vigil.errors import PackMismatch, first_fault
 from vigil.pack import Pack
 
 BASELINES = "baselines.json"
@@ -99,10 +99,7 @@ def read_baselines(pack: Pack) -> Baselines | None:
     try:
         found = Baselines.model_validate_json(path.read_bytes())
     except ValidationError as error:
-        fault = error.errors()[0]
-        raise PackMismatch(
-            f"{str(path)!r}: {'.'.join(map(str, fault['loc']))}: {fault['msg']}. Measure anew."
-        ) from None
+        raise PackMismatch(f"{str(path)!r}: {first_fault(error)}. Measure anew.") from None
     return found if found.pack_sha256 == pack.sha256 else None
 
 

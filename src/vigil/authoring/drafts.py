@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from vigil.actions import Action
 from vigil.episode import Episode, Family
-from vigil.errors import HouseError, SettingError
+from vigil.errors import HouseError, SettingError, first_fault
 from vigil.house import House, canonical_json
 
 DRAFTS_SCHEMA = 1
@@ -178,9 +178,7 @@ class DraftsFile:
             try:
                 yield _LINE.validate_json(line)
             except ValidationError as error:
-                fault = error.errors(include_url=False)[0]
-                place = ".".join(str(part) for part in fault["loc"]) or "the line"
-                raise SettingError(f"{self.path} line {number}: {place}: {fault['msg']}.") from None
+                raise SettingError(f"{self.path} line {number}: {first_fault(error, 'the line')}.") from None
 
     def _append(self, lines: Iterable[Header | Line]) -> None:
         with self.path.open("ab") as file:

@@ -18,6 +18,7 @@ from vigil.authoring.propose import allows, is_target, size_of
 from vigil.authoring.refer import phrase_for
 from vigil.authoring.workshop import Workshop
 from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
+from vigil.errors import first_fault
 from vigil.sim.scene import Thing
 
 Complete = Callable[[str], str]
@@ -132,9 +133,8 @@ def ideas(reply: str, shop: Workshop, family: Family) -> Iterator[Idea | Rejecti
         try:
             idea = Idea.model_validate(row)
         except ValidationError as error:
-            fault = error.errors(include_url=False)[0]
-            place = ".".join(str(part) for part in fault["loc"])
-            yield _rejected(shop, family, "", "draft_fits_schema", f"{place}: {fault['msg']}: {str(row)[:MAX_SAID]}")
+            wrong = first_fault(error, "the draft")
+            yield _rejected(shop, family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_SAID]}")
             continue
         yield _known(idea, shop, family)
 

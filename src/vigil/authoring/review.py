@@ -17,8 +17,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Size
-from vigil.errors import RecordError
+from vigil.errors import RecordError, first_fault
 from vigil.house import canonical_json
+from vigil.record_file import free_name
 
 REVIEW_SCHEMA = 1
 Verdict = Literal["approve", "reject", "edit", "difficulty", "note"]
@@ -95,7 +96,7 @@ def append_review(path: Path, review: Review) -> None:
         data = file.read()
         whole = data.rfind(b"\n") + 1
         if whole < len(data):
-            path.with_name(f"{path.name}.torn-{len(data)}").write_bytes(data[whole:])
+            free_name(path).write_bytes(data[whole:])
             file.truncate(whole)
         file.write(review.model_dump_json(exclude_defaults=True).encode() + b"\n")
         file.flush()
@@ -115,9 +116,8 @@ def read_reviews(path: Path) -> list[Review]:
         try:
             reviews.append(Review.model_validate_json(line))
         except ValidationError as error:
-            fault = error.errors(include_url=False)[0]
-            place = ".".join(str(part) for part in fault["loc"]) or "the line"
-            raise RecordError(f"{str(path)!r} line {number}: {place}: {fault['msg']}. Restore the file.") from None
+            wrong = first_fault(error, "the line")
+            raise RecordError(f"{str(path)!r} line {number}: {wrong}. Restore the file.") from None
     return reviews
 
 

@@ -20,10 +20,11 @@ from vigil.authoring.validate import Validator
 from vigil.authoring.workshop import Workshop
 from vigil.episode import Episode, Family, Solution
 from vigil.errors import EpisodeError, SettingError
+from vigil.freezing import freeze
 from vigil.house import House
 from vigil.housegen.generate import GENERATOR_VERSION, generate
 from vigil.housegen.spec import spec_for
-from vigil.pack import Pack, freeze
+from vigil.pack import Pack
 
 NAME = "starter"
 VERSION = "1.1"

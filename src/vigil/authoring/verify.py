@@ -20,7 +20,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Finding, Validator
 from vigil.episode import Episode, Solution
-from vigil.errors import RecordError
+from vigil.errors import RecordError, first_fault
 from vigil.house import House, canonical_json
 from vigil.pack import Pack
 from vigil.sim import make_simulator
@@ -170,7 +170,7 @@ def _read(log: Path | None) -> dict[str, Verified]:
     try:
         rows = [Verified.model_validate_json(line) for line in raw[:whole].splitlines()]
     except ValidationError as error:
-        raise RecordError(f"Log {str(log)!r}: {error.errors(include_url=False)[0]['msg']}. Remove it.") from None
+        raise RecordError(f"Log {str(log)!r}: {first_fault(error, 'a line')}. Remove it.") from None
     with log.open("r+b") as file:
         file.truncate(whole)
     return {row.key: row for row in rows}

@@ -20,8 +20,8 @@ from vigil.cli.options import API_KEY_ENV, Assets, database
 from vigil.cli.text import duration
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import SettingError
+from vigil.freezing import check_free
 from vigil.house import House
-from vigil.pack import check_free
 from vigil.runner.complete import completing
 
 PLAIN_SECONDS = 5.0

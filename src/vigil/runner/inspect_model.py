@@ -43,6 +43,8 @@ from vigil.runner.redirects import stay
 from vigil.runner.serving import KEY_HINT, Serving, provider_hint
 
 PREFLIGHT_RETRIES = 2
+_PASSING = (408, 409, 425, 429)
+"""HTTP errors that may be gone the next time, as a redirect may be; Inspect knows of those of 500 and more."""
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
 _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
 """What these raise is about transport."""
@@ -160,7 +162,8 @@ def _trouble(model: Model, error: Exception) -> ModelTrouble:
         return ModelTrouble(message, is_rejection=True)
     library = type(root).__module__.partition(".")[0]
     is_transport = isinstance(root, _TRANSPORT_ERRORS) or library in _HTTP_LIBRARIES
-    can_retry = model.should_retry(root) or is_transport or status in (408, 409, 425, 429)
+    is_passing = status in _PASSING or (isinstance(status, int) and 300 <= status < 400)
+    can_retry = model.should_retry(root) or is_transport or is_passing
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     hint = f". {KEY_HINT}." if status == 401 else ""
     return ModelTrouble(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)

@@ -24,7 +24,7 @@ from vigil.authoring.review import (
     read_reviews,
 )
 from vigil.episode import FAMILIES, Episode, Size
-from vigil.errors import SettingError
+from vigil.errors import SettingError, first_fault
 from vigil.house import House
 from vigil.pack import HOUSES, Pack
 from vigil.pose import wrap_deg
@@ -110,9 +110,7 @@ class Desk:
                 **said.model_dump(),
             )
         except ValidationError as error:
-            fault = error.errors(include_url=False)[0]
-            place = ".".join(str(part) for part in fault["loc"])
-            raise SettingError(f"{place}: {fault['msg']}".strip(": ") + ".") from None
+            raise SettingError(f"{first_fault(error, 'the review')}.") from None
 
 
 def make_review(desk: Desk, drawer: Drawer, address: Address | None = None) -> FastAPI:
