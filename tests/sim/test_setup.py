@@ -56,9 +56,3 @@ def test_what_is_placed_on_something_that_goes_is_refused(simulator):
         EpisodeError, match=rf"'Fridge\|1\|2' is placed on .*{MUG[:3]}.* which is taken out of the scene"
     ):
         simulator.reset(HERE, setup)
-
-
-def test_what_carries_something_cannot_be_in_the_hand(simulator):
-    placed = Placement(position=Vec3(2.5, 1.2, 3.0), parent=MUG)
-    with pytest.raises(EpisodeError, match=r"cannot be held"):
-        simulator.reset(HERE, Setup.model_construct(objects={FRIDGE: ObjectSetup(placement=placed)}, held=MUG))

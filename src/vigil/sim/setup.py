@@ -111,10 +111,5 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
 def _fill_hand(state: SceneState, thing: Thing) -> None:
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
-    carried = contents(state.scene, thing.id)
-    if carried:
-        raise EpisodeError(
-            f"Setup: {thing.id!r} cannot be held while {carried[0].id!r} rests on it. Place that elsewhere first."
-        )
     state.take(thing)
     state.carry_along()
