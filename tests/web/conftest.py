@@ -18,7 +18,7 @@ from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import RunHeader, RunSpec, dump_line
 from vigil.runner.frames import FrameStore
-from vigil.runner.play import play
+from vigil.runner.play import Watcher, play
 from vigil.runner.run_folder import FRAMES_FOLDER, write_header
 from vigil.sim import make_simulator
 from vigil.versions import Versions
@@ -55,9 +55,11 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
     env = Env(make_simulator("fake", assets=AssetDatabase.default()), pack.house_of, profile)
     with (folder / "episodes.jsonl").open("wb") as rows:
         for episode in pack.episodes:
-            watch = (lambda observation: store.keep(observation.rgb)) if frames else (lambda observation: None)
-            play(episode, env, scripted_agent(agent, 3), watch)
-            rows.write(dump_line(env.record(run_id=folder.name)))
+            watcher = Watcher(answered=lambda observation, _: store.keep(observation.rgb)) if frames else Watcher()
+            play(episode, env, scripted_agent(agent, 3), watcher)
+            record = env.record(run_id=folder.name)
+            assert record.end != "error", record.error
+            rows.write(dump_line(record))
     return folder
 
 

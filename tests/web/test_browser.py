@@ -17,7 +17,9 @@ from web_visitor import Visitor
 
 from vigil.authoring.review import read_reviews
 from vigil.pack import Pack
-from vigil.record import read_records
+from vigil.profile import Profile
+from vigil.prompt import rendered_sha256
+from vigil.record_file import read_records
 from vigil.web.drawing import Drawer, Look
 from vigil.web.export import export_site
 from vigil.web.film import LAST_S, STEP_S
@@ -117,6 +119,7 @@ def test_what_a_model_wrote_runs_nowhere(visitor: Visitor, runs: Path, drawer: D
     reply = {"skill_name": "report", "arguments": {"status": "success", "summary": evil}, "thought": evil}
     row["steps"][-1]["reply"]["text"] = json.dumps({**reply, "cognitive_state": evil})
     row["steps"][-1]["action"]["summary"] = evil
+    row["prompt_sha256"] = rendered_sha256(evil, Profile())
     header = json.loads((runs / "sweep" / "run.json").read_text())
     header["spec"] |= {"pack_sha256": pack.sha256, "episode_ids": [row["episode_id"]], "agent": evil}
     run = tmp_path / "runs" / "evil"
@@ -126,7 +129,7 @@ def test_what_a_model_wrote_runs_nowhere(visitor: Visitor, runs: Path, drawer: D
     library = Library([run], [pack.folder])
     (shown,) = library.runs()
     assert shown.table is not None
-    assert shown.table.broken == []
+    assert shown.table.left_out == []
     with served(make_view(library, drawer)) as site:
         visitor.page.goto(f"{site.url}/runs/evil/episodes/{row['episode_id']}/1#step=5&hidden")
         visitor.has("html[data-step='5']")

@@ -10,7 +10,7 @@ from web_server import Site
 
 from vigil.errors import SettingError
 from vigil.pack import Pack
-from vigil.record import read_records
+from vigil.record_file import read_records
 from vigil.web.drawing import Drawer
 from vigil.web.export import export_site
 from vigil.web.library import Library

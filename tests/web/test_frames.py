@@ -21,8 +21,9 @@ from vigil.pack import Pack
 from vigil.pose import Pose
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
-from vigil.record import RunHeader, RunSpec, dump_line, read_records
-from vigil.runner.play import play
+from vigil.record import RunHeader, RunSpec, dump_line
+from vigil.record_file import read_records
+from vigil.runner.play import Watcher, play
 from vigil.runner.run_folder import write_header
 from vigil.runner.settings import file_sha256
 from vigil.sim import make_simulator
@@ -124,8 +125,10 @@ def thor_run(procthor: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[
     simulator = make_simulator("mujoco", assets=AssetDatabase.load(database), quality="fast")
     try:
         env = Env(simulator, pack.house_of, profile)
-        play(episode, env, scripted_agent("sweep", 3), lambda observation: observation.rgb)
-        (run / "episodes.jsonl").write_bytes(dump_line(env.record(run_id="thor")))
+        play(episode, env, scripted_agent("sweep", 3), Watcher(answered=lambda observation, _: observation.rgb))
+        record = env.record(run_id="thor")
+        assert record.end != "error", record.error
+        (run / "episodes.jsonl").write_bytes(dump_line(record))
     finally:
         simulator.close()
     return run, pack.folder

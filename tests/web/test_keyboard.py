@@ -7,7 +7,7 @@ from web_visitor import Visitor
 
 from vigil.authoring.review import read_reviews
 from vigil.pack import Pack
-from vigil.record import read_records
+from vigil.record_file import read_records
 from vigil.web.drawing import Drawer, Look
 from vigil.web.play import make_play
 from vigil.web.review import Desk, Pile, make_review

@@ -12,7 +12,8 @@ from web_server import Site, served
 from vigil.cli import app
 from vigil.errors import RecordError, SettingError
 from vigil.pack import Pack
-from vigil.record import read_header, read_records
+from vigil.record import read_header
+from vigil.record_file import read_records
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring import settle
 from vigil.web.play import make_play

@@ -5,13 +5,18 @@ import shutil
 from pathlib import Path
 
 import pytest
+from web_server import served
 
 from vigil.pack import Pack
 from vigil.record import read_header
+from vigil.record_file import read_rows
 from vigil.row_check import RowCheck
+from vigil.web.drawing import Drawer
+from vigil.web.export import export_site
 from vigil.web.library import Library
 from vigil.web.records import RecordTable
 from vigil.web.tables import run_rows
+from vigil.web.view import make_view
 
 
 @pytest.fixture
@@ -33,19 +38,19 @@ def test_a_broken_line_is_named_and_the_rest_is_shown(rows: Path, pack: Pack) ->
     lines[4] = b"\x00\xff no json\n"
     rows.write_bytes(b"".join(lines))
     table = table_of(rows, pack)
-    assert [row.line for row in table.broken] == [3, 5]
-    assert table.broken[0].episode_id == "tiny-PG-001"
+    assert [row.line for row in table.left_out] == [3, 5]
+    assert table.left_out[0].episode_id == "tiny-PG-001"
     assert len(table.settlement().outcomes) == len(lines) - 2
 
 
-def test_a_record_that_contradicts_itself_is_broken(rows: Path, pack: Pack) -> None:
+def test_a_record_of_no_known_end_or_schema_is_left_out(rows: Path, pack: Pack) -> None:
     lines = rows.read_bytes().splitlines(keepends=True)
     lines[0] = lines[0].replace(b'"end":"fail_no_report"', b'"end":"report"').replace(b'"end":"report"', b'"end":"IL"')
     lines[1] = lines[1].replace(b'"schema_version":1', b'"schema_version":9')
     rows.write_bytes(b"".join(lines))
     table = table_of(rows, pack)
-    assert [row.line for row in table.broken] == [1, 2]
-    assert "schema 9" in table.broken[1].detail
+    assert [row.line for row in table.left_out] == [1, 2]
+    assert "schema 9" in table.left_out[1].detail
 
 
 def test_a_file_is_read_on_as_it_grows(rows: Path, pack: Pack) -> None:
@@ -98,17 +103,17 @@ def test_a_run_without_rows_or_header_does_not_stop_the_others(runs: Path, pack:
     assert "not JSON" in found["nonsense"].fault
 
 
-def test_a_run_that_grows_is_not_broken_and_one_that_was_cut_is(runs: Path, pack: Pack, tmp_path: Path) -> None:
+def test_a_run_that_grows_has_nothing_left_out_and_one_that_was_cut_has(runs: Path, pack: Pack, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(runs / "random", tmp_path / "run"))
     rows = folder / "episodes.jsonl"
     rows.write_bytes(rows.read_bytes()[:-100])
     library = Library([folder], [pack.folder])
     (row,) = run_rows(library.runs(), "", "B", descending=True)
-    assert row.broken == 1
+    assert row.left_out == 1
     header = json.loads((folder / "run.json").read_text())
     (folder / "run.json").write_text(json.dumps({**header, "ended": None}))
     (row,) = run_rows(library.runs(), "", "B", descending=True)
-    assert (row.broken, row.complete) == (0, f"{len(pack.episodes) - 1}/{len(pack.episodes)}")
+    assert (row.left_out, row.complete) == (0, f"{len(pack.episodes) - 1}/{len(pack.episodes)}")
 
 
 def test_a_run_is_opened_without_reading_the_others(runs: Path, pack: Pack) -> None:
@@ -122,3 +127,73 @@ def test_a_run_of_another_pack_says_which(runs: Path, tmp_path: Path) -> None:
     (run,) = Library([tmp_path]).runs()
     assert "'tiny'" in run.fault
     assert "--pack" in run.fault
+
+
+@pytest.fixture
+def strange(runs: Path, tmp_path: Path) -> Path:
+    """A run most of whose rows are not its own, or impossible; its last line is cut off."""
+    folder = Path(shutil.copytree(runs / "random", tmp_path / "strange"))
+    rows = [json.loads(line) for line in (folder / "episodes.jsonl").read_text().splitlines()]
+    rows[0]["run_id"] = "another"
+    rows[1]["epoch"] = 2
+    rows[2]["prompt_sha256"] = "0" * 64
+    rows[3] |= {"end": "fail_no_report", "steps": rows[3]["steps"][:1]}
+    rows[4] |= {"end": "error", "steps": [], "attempt": 3, "error": {"boundary": "worker", "message": "gone"}}
+    again = {**rows[5], "run_id": "another"}
+    lines = [json.dumps(row).encode() + b"\n" for row in (*rows, again, rows[5])]
+    (folder / "episodes.jsonl").write_bytes(b"".join(lines) + b'{"episode_id": "ti')
+    return folder
+
+
+REASONS = (
+    "is of another run (line 1: &#39;another&#39;; line 9: &#39;another&#39;)",
+    "is of an epoch that this run does not have (line 2: epoch 2 of 1)",
+    "was played with another prompt (line 3: ",
+    "contradicts the protocol (line 4: it ended as fail_no_report after 1 of ",
+    "repeats one that stands (line 10: ",
+    "Line 11 of its records is not finished",
+    "1 of 4 episodes were begun more than once (more than 1 %), one of them 3 times",
+)
+
+
+def test_each_page_with_figures_says_which_rows_it_leaves_out(
+    strange: Path, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+) -> None:
+    library = Library([strange, runs / "sweep"], [pack.folder])
+    with served(make_view(library, drawer)) as site:
+        pages = [
+            site.get("/runs/strange").text,
+            export_site(library.run("strange"), tmp_path / "site", drawer).read_text(),
+        ]
+        for text in pages:
+            assert "3/8 episodes scored" in text
+            assert [reason for reason in REASONS if reason not in text] == []
+        for text in (site.get("/compare?a=sweep&b=strange").text, site.get("/compare?a=strange&b=strange").text):
+            assert [reason for reason in REASONS[:-1] if text.count(reason) != 1] == []
+        assert "7 left out" in site.get("/").text
+
+
+def test_the_pages_and_the_other_readers_leave_out_the_same(strange: Path, pack: Pack) -> None:
+    table = table_of(strange / "episodes.jsonl", pack)
+    rows = read_rows(strange / "episodes.jsonl", RowCheck(read_header(strange), pack.episodes))
+    assert tuple(table.left_out) == rows.left_out
+    assert sorted(table.rows) == list(rows.standing)
+    assert table.settlement().attempts == (1, 1, 1, 3)
+
+
+def test_rows_after_a_lone_carriage_return_are_read(rows: Path, pack: Pack) -> None:
+    lines = rows.read_bytes().splitlines()
+    rows.write_bytes(b"\r".join(lines) + b"\n")
+    table = table_of(rows, pack)
+    assert (len(table.rows), table.torn) == (len(lines), None)
+
+
+def test_a_folder_that_now_holds_another_run_is_read_afresh(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(runs / "random", tmp_path / "run"))
+    library = Library([folder], [pack.folder])
+    assert library.run("run").notes == ()
+    shutil.rmtree(folder)
+    shutil.copytree(runs / "sweep", folder)
+    run = library.run("run")
+    assert run.table is not None
+    assert (run.name, run.notes, len(run.table.rows)) == ("sweep", (), len(pack.episodes))

@@ -16,7 +16,7 @@ from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.house import House
 from vigil.pack import HOUSES, MANIFEST, Pack, find, frozen_episodes
 from vigil.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
-from vigil.row_check import RowCheck, told
+from vigil.row_check import RowCheck
 from vigil.runner.frames import FrameStore
 from vigil.runner.run_folder import FRAMES_FOLDER
 from vigil.runner.settings import file_sha256
@@ -89,7 +89,7 @@ class ShownRun:
     def notes(self) -> tuple[str, ...]:
         """What a reader must know before any number of this run."""
         versions = self.header.version_notes if self.header else ()
-        return versions if self.table is None else (*versions, *self.table.check.notes, *told(self.table.broken))
+        return versions if self.table is None else (*versions, *self.table.notes)
 
     def saved_frame(self, sha256: str | None) -> Path | None:
         """Returns the file of a kept frame; None when it was not kept or lies outside of the run's folder."""
@@ -159,10 +159,13 @@ class Library:
         for name in (HEADER_FILE, EPISODES_FILE):
             if not is_inside(run.folder / name, run.folder):
                 raise RecordError(f"{name} of this run is a link to outside of its folder; it is not followed.")
-        run.header = read_header(run.folder)
-        spec = run.header.spec
-        if spec.asset_database_sha256 is not None and spec.asset_database_sha256 == self._assets_sha256:
-            run.assets = self._assets
+        header, known = read_header(run.folder), run.header
+        is_another = known is None or (header.run_id, header.spec) != (known.run_id, known.spec)
+        run.header, spec = header, header.spec
+        has_assets = spec.asset_database_sha256 is not None and spec.asset_database_sha256 == self._assets_sha256
+        run.assets = self._assets if has_assets else None
+        if is_another:
+            run.pack = run.table = None
         if run.table is None:
             with self._lock:
                 run.pack = self._pack_of(run.header)

@@ -1,4 +1,4 @@
-"""A run's `episodes.jsonl` as the pages read it: row by row, broken rows kept apart, grown files read on.
+"""A run's `episodes.jsonl` as the pages read it: row by row, rows left out kept apart, grown files read on.
 
 Unlike the runner's reader this one never gives up on a file: what cannot be read is named, the rest is shown.
 """
@@ -11,7 +11,7 @@ from vigil.episode import Episode
 from vigil.errors import RecordError
 from vigil.record import EpisodeRecord, Key
 from vigil.record_file import scan_lines
-from vigil.row_check import REPEATED, LeftOut, RowCheck
+from vigil.row_check import REPEATED, LeftOut, RowCheck, told
 from vigil.scoring import Outcome, settle
 from vigil.summary import Settlement, Unscored
 
@@ -36,8 +36,8 @@ class RecordTable:
     check: RowCheck
     epochs: int = 1
     rows: dict[Key, Row] = field(default_factory=dict)
-    broken: list[LeftOut] = field(default_factory=list)
-    """Rows that are no records, or not this run's."""
+    left_out: list[LeftOut] = field(default_factory=list)
+    """Rows that cannot be read, are not this run's, contradict the protocol, or repeat others."""
     is_missing: bool = False
     """Whether there is no file yet."""
     torn: int | None = None
@@ -85,19 +85,27 @@ class RecordTable:
             planned,
         )
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the rows before any number."""
+        torn = (
+            f"Line {self.torn} of its records is not finished and is passed over: it is being written or was cut off.",
+        )
+        return (*self.check.notes, *told(self.left_out), *(torn if self.torn is not None else ()))
+
     def _forget(self, identity: tuple[int, int]) -> None:
-        self.rows, self.broken, self.torn = {}, [], None
+        self.rows, self.left_out, self.torn = {}, [], None
         self._seen = self._lines = 0
         self._identity = identity
 
     def _take(self, data: bytes) -> None:
-        for line in data.splitlines(keepends=True):
-            if not line.endswith(b"\n"):
-                self.torn = self._lines + 1
-                return
+        lines = data.splitlines(keepends=True)
+        is_torn = not data.endswith(b"\n")
+        for line in lines[:-1] if is_torn else lines:
             self._lines += 1
             self._add(line)
             self._seen += len(line)
+        self.torn = self._lines + 1 if is_torn else None
 
     def _add(self, line: bytes) -> None:
         for read in scan_lines(line):
@@ -107,21 +115,22 @@ class RecordTable:
             if isinstance(row, EpisodeRecord):
                 self._judge(row, len(line))
             else:
-                self.broken.append(replace(row, line=self._lines))
+                self.left_out.append(replace(row, line=self._lines))
 
     def _fault(self, record: EpisodeRecord) -> LeftOut | None:
+        fault = self.check.of(self._lines, record)
         earlier = self.rows.get(record.key)
-        if earlier is not None and earlier.error is None:
+        if fault is None and earlier is not None and earlier.error is None:
             detail = f"epoch {record.epoch} of {record.episode_id!r}"
             return LeftOut(self._lines, REPEATED, detail, record.episode_id)
-        return self.check.of(self._lines, record)
+        return fault
 
     def _judge(self, record: EpisodeRecord, size: int) -> None:
         episode = self.episodes[record.episode_id]
         outcome, unscored = None, None
         if record.end == "error":
             boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
-            unscored = Unscored(record.episode_id, record.epoch, episode.family, boundary, message)
+            unscored = Unscored(record.episode_id, record.epoch, episode.family, boundary, message, record.attempt)
         else:
             outcome = settle(episode, record)
         self.rows[record.key] = Row(self._lines, self._seen, size, outcome, unscored)

@@ -22,7 +22,7 @@ class RunRow:
     rates: dict[str, Any] | None
     complete: str
     errors: int
-    broken: int
+    left_out: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +61,10 @@ def _run_row(run: ShownRun, family: str) -> RunRow:
     summary = summarise(run.table.settlement())
     rates = summary["families"].get(family) if family else summary["overall"]
     is_cut = run.table.torn is not None and run.header is not None and run.header.ended is not None
-    broken = len(run.table.broken) + is_cut
+    left_out = len(run.table.left_out) + is_cut
     if rates is None:
-        return RunRow(run, None, "", 0, broken)
-    return RunRow(run, rates, rates["complete"], rates["errors"], broken)
+        return RunRow(run, None, "", 0, left_out)
+    return RunRow(run, rates, rates["complete"], rates["errors"], left_out)
 
 
 def bars_of(settlement: Settlement) -> list[Bar]:
