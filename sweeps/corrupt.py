@@ -33,12 +33,12 @@ from vigil.cli.scores import score
 from vigil.env import Env
 from vigil.errors import VigilError
 from vigil.profile import Profile
-from vigil.record import EPISODES_FILE, read_header, standing
+from vigil.record import EPISODES_FILE, read_header
 from vigil.runner.run import run_pack
-from vigil.runner.run_folder import RunFolder, read_run
+from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify import How, resimulate
-from vigil.runner.verify_run import pack_of
+from vigil.runner.verify_run import pack_of, read_run
 from vigil.sim import make_simulator
 from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_page
@@ -60,9 +60,9 @@ class Readers:
         self._pack = pack
         self._spec = read_header(run).spec
         self._drawer = Drawer()
-        self._env = Env(
-            make_simulator("fake", assets=AssetDatabase.default()), pack_of(read_header(run), pack).house_of, Profile()
-        )
+        played = pack_of(read_header(run), pack)
+        self._episodes = played.episodes
+        self._env = Env(make_simulator("fake", assets=AssetDatabase.default()), played.house_of, Profile())
 
     def all(self) -> dict[str, Reader]:
         """Returns the readers by name; the last one may change the folder."""
@@ -80,11 +80,10 @@ class Readers:
         self._drawer.close()
 
     def _verify(self, run: Path) -> None:
-        header, rows = read_run(run)
-        pack = pack_of(header, self._pack)
-        for record in list(standing(rows).values())[:3]:
+        saved = read_run(run, self._pack)
+        for record in list(saved.rows.standing.values())[:3]:
             if record.end != "error":
-                resimulate(pack.episode(record.episode_id), record, self._env, How(frames=False, exact=True))
+                resimulate(saved.pack.episode(record.episode_id), record, self._env, How(frames=False, exact=True))
 
     def _view(self, run: Path) -> None:
         library = Library([run], [self._pack])
@@ -110,7 +109,7 @@ class Readers:
         rows = run / EPISODES_FILE
         before = rows.read_bytes() if rows.is_file() else b""
         try:
-            RunFolder.create_or_resume(run, self._spec).close()
+            RunFolder.create_or_resume(run, self._spec, self._episodes).close()
         finally:
             after = rows.read_bytes() if rows.is_file() else b""
             torn = b"".join(side.read_bytes() for side in sorted(run.glob(f"{EPISODES_FILE}.torn-*")))

@@ -23,8 +23,9 @@ from reply_forms import draw, mistakes
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from wire_server import CUT, STOP, Said, Storyteller, WireServer
 
+from vigil.record import EPISODES_FILE
+from vigil.record_file import read_records
 from vigil.runner.run import run_pack
-from vigil.runner.run_folder import read_run
 from vigil.runner.settings import RunSettings
 
 STEPS = 8
@@ -78,7 +79,7 @@ def _one_run(pack: Path, log_dir: Path, seed: str, is_streamed: bool, forms: Cou
             )
         )
     count, wrong = 0, []
-    records = read_run(log_dir)[1]
+    records = read_records(log_dir / EPISODES_FILE)
     if len(records) != EPISODES_A_RUN:
         wrong.append(f"{len(records)} records of {EPISODES_A_RUN} episodes")
     for record in records:

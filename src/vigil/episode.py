@@ -4,6 +4,7 @@ The table `FAMILIES` is data: nothing branches on a family's name when an episod
 section 4 and the paper's table `family_specs`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -135,8 +136,8 @@ class Episode(_Model):
                 f"start.horizon is {self.start.horizon:g} degrees; the camera turns from {HORIZON_UP_DEG:g} "
                 f"to {HORIZON_DOWN_DEG:g}"
             )
-        places = {"start.position": (x, z)}
-        turns = {"start.rotation": (self.start.rotation,)}
+        places: dict[str, Sequence[float]] = {"start.position": (x, z)}
+        turns: dict[str, Sequence[float]] = {"start.rotation": (self.start.rotation,)}
         for object_id, change in self.setup.objects.items():
             if change.placement is not None:
                 places[f"setup.objects.{object_id}.placement.position"] = change.placement.position
