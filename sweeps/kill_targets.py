@@ -17,7 +17,8 @@ from sweeps.lives import start
 from sweeps.tiny import tiny_pack
 from vigil.authoring.drafts import DraftsFile
 from vigil.cli import main as vigil_main
-from vigil.record import EPISODES_FILE, read_records
+from vigil.record import EPISODES_FILE
+from vigil.record_file import read_records
 from vigil.runner import inspect_task  # noqa: F401 - imported before the forks, which are quicker for it
 from vigil.web.sitting import JOURNAL
 

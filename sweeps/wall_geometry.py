@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from vigil.sim.geometry import part_motion
 from vigil.sim.scene import Hole, Scene, Thing, WallPanel
@@ -25,7 +26,7 @@ def floors_of(scene: Scene) -> dict[str, shapely.Polygon]:
     return {room.id: shapely.Polygon(room.polygon) for room in scene.rooms}
 
 
-def home_of(thing: Thing, floors: dict[str, shapely.Polygon]) -> shapely.Geometry:
+def home_of(thing: Thing, floors: dict[str, shapely.Polygon]) -> BaseGeometry:
     """Returns the floor on which most of a thing is; of a door or window, all floors that it borders on."""
     flat = vertices_of(thing, 0.0)[:, [0, 2]]
     shape = shapely.MultiPoint(flat).convex_hull

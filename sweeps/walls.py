@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 import vigil.packs as packaged
 from sweeps.wall_geometry import Shell, floors_of, home_of, vertices_of
@@ -98,7 +99,7 @@ class Walls:
                 self._fall(f"{thing.id} {what} {deep:.4f} m beyond a wall at openness {each:.3f}")
                 return
 
-    def _beyond(self, thing: Thing, home: shapely.Geometry, vertices: np.ndarray) -> float:
+    def _beyond(self, thing: Thing, home: BaseGeometry, vertices: np.ndarray) -> float:
         """Returns how far (m) vertices reach out of a room through a wall; not through a doorway."""
         out = np.asarray(shapely.distance(home, shapely.points(vertices[:, 0], vertices[:, 2])))
         if not len(out) or out.max() <= 0.0:

@@ -156,7 +156,7 @@ class Episode(_Model):
         return sorted({*self.bindings.values(), *self.goal.ids(), *held})
 
 
-def _shown(numbers: tuple[float, ...]) -> str:
+def _shown(numbers: Sequence[float]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)
 
 
