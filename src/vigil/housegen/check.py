@@ -252,7 +252,7 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
 
 
 def _access(house: House, bodies: list[Body], ground: Walkable, pairs: Pairs) -> list[Fault]:
-    """Returns a fault for each openable thing whose leaf is blocked, and for furniture before which nobody can stand."""
+    """Returns a fault for each openable thing whose leaf is blocked, or furniture before which nobody can stand."""
     faults: list[Fault] = []
     floors = [floor_of(room) for room in house.document.rooms]
     shapely.prepare(floors)
