@@ -32,11 +32,11 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError
 from vigil.house import House
 from vigil.pose import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
+from vigil.scene.geometry import place_of
+from vigil.scene.supports import ancestors, children, contents, is_shut_in
+from vigil.scene.things import Thing
 from vigil.sim import make_simulator
 from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.geometry import place_of
-from vigil.sim.scene import Thing
-from vigil.sim.supports import ancestors, children, contents, is_shut_in
 from vigil.world import Effect, Setup
 
 DEEDS = 60

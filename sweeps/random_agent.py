@@ -9,9 +9,9 @@ from sweeps.reply_forms import any_form
 from vigil.actions import INTENTS, REACH_M, STATUSES, Intent
 from vigil.assets.catalog import CATALOG
 from vigil.pose import Vec3, floor_distance, turn_between, yaw_towards
+from vigil.scene.geometry import box_of
+from vigil.scene.things import Thing
 from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.geometry import box_of
-from vigil.sim.scene import Thing
 from vigil.sim.sight import HEIGHT, WIDTH
 
 EDGE_MAGNITUDES = (

@@ -12,8 +12,8 @@ from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3, rotate_floor, yaw_towards
+from vigil.scene.things import Thing
 from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.scene import Thing
 from vigil.world import ObjectSetup, Setup
 
 PACKS = ("starter", "vigil_balanced_1000")

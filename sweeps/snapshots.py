@@ -6,9 +6,9 @@ from collections.abc import Iterable
 import shapely
 
 from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
+from vigil.scene.geometry import box_of
+from vigil.scene.things import Scene, Thing
 from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.geometry import box_of
-from vigil.sim.scene import Scene, Thing
 
 ROOM_SLACK_M = 0.006
 """How far beyond the floors the agent's axis may be; the floor plan takes 5 mm more for inside."""

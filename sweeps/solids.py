@@ -7,11 +7,11 @@ import shapely
 from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG, WALL
+from vigil.scene.geometry import Prism, penetration, prisms_of, whole_box
+from vigil.scene.outlines import polygon_of, wall_prisms
+from vigil.scene.supports import ancestors, contents, offset_from, surface_frame, surface_named
+from vigil.scene.things import Scene, Thing
 from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.geometry import Prism, penetration, prisms_of, whole_box
-from vigil.sim.motion import polygon_of, wall_prisms
-from vigil.sim.scene import Scene, Thing
-from vigil.sim.supports import ancestors, contents, offset_from, surface_frame, surface_named
 
 PLACED_M = 0.0065
 """How deep a thing that was put down may reach into others: the simulator draws footprints in by 3 mm a side."""

@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.sim.geometry import part_motion
-from vigil.sim.scene import Hole, Scene, Thing, WallPanel
+from vigil.scene.geometry import part_motion
+from vigil.scene.things import Hole, Scene, Thing, WallPanel
 
 EDGE_M = 0.001
 """A ray that passes so near to a hole's edge or a panel's end may do either."""

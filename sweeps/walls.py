@@ -26,13 +26,13 @@ from vigil.errors import VigilError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.pose import Pose, Vec3
+from vigil.scene.supports import contents, level_surfaces
+from vigil.scene.things import Thing
 from vigil.sim import make_simulator
 from vigil.sim.access import set_openness, swing_blocker
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.sim.placing import put_down, spot_below, spot_on
-from vigil.sim.scene import Thing
 from vigil.sim.state import SceneState
-from vigil.sim.supports import contents, level_surfaces
 
 SPECS = ("kitchen", "bedroom", "2-room", "bathroom", "3-room", "living-room", "4-room", "kitchen-living", "6-room")
 LEAF_M, LAID_M, LEAK_M = 0.001, 1e-6, 0.02

@@ -1,7 +1,7 @@
 """House: a ProcTHOR house document (JSON, schema 1.0.0), loaded, saved and hashed.
 
 Unknown keys are kept, so that a house that was loaded and saved again is the same document. This
-module knows the document, not what the things in it look like or do (`vigil.sim.build`).
+module knows the document, not what the things in it look like or do (`vigil.scene.build`).
 """
 
 import hashlib

@@ -5,9 +5,9 @@ from shapely import Polygon, contains_xy
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.housegen.solids import bodies_of
+from vigil.scene.geometry import prisms_of
 from vigil.sim import make_simulator
 from vigil.sim.access import swing_blocker
-from vigil.sim.geometry import prisms_of
 from vigil.sim.motion import FloorPlan
 from vigil.sim.state import AGENT, SceneState
 from vigil.world import ObjectSetup, Setup

@@ -13,10 +13,10 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.pose import Vec3
-from vigil.sim.build import build_scene
+from vigil.scene.build import build_scene
+from vigil.scene.things import Scene
 from vigil.sim.fidelity import flaws_of, too_many_triangles
 from vigil.sim.mujoco.model import build
-from vigil.sim.scene import Scene
 from vigil.sim.trial_house import trial_house
 
 SIZES = AssetDatabase.default()

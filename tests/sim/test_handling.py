@@ -12,14 +12,14 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3, floor_distance
+from vigil.scene.geometry import penetration, prisms_of
+from vigil.scene.supports import ancestors, contents
+from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
 from vigil.sim.access import TOLERANCE_M, set_openness, swing_blocker
-from vigil.sim.geometry import penetration, prisms_of
 from vigil.sim.motion import FloorPlan
 from vigil.sim.placing import OWN_SLACK_M, bulk_of, open_surfaces, put_down, spot_below, spot_on
-from vigil.sim.scene import RoomShape, Scene, Thing
 from vigil.sim.state import SceneState
-from vigil.sim.supports import ancestors, contents
 from vigil.sim.trial_house import trial_house
 from vigil.world import ObjectSetup, Placement, Setup
 

@@ -9,15 +9,15 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.goals import ObjectAtReceptacle
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
+from vigil.scene.geometry import Motion
+from vigil.scene.supports import around, level_surfaces, rests_over
+from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
 from vigil.sim.clicked import kind_meant
-from vigil.sim.geometry import Motion
 from vigil.sim.handling import Click, interact
 from vigil.sim.motion import FloorPlan
-from vigil.sim.scene import RoomShape, Scene, Thing
 from vigil.sim.setup import apply_setup
 from vigil.sim.state import SceneState
-from vigil.sim.supports import around, level_surfaces, rests_over
 from vigil.sim.trial_house import trial_house
 from vigil.world import ObjectSetup, Placement, Setup
 

@@ -8,8 +8,9 @@ import shapely
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.pose import Vec3
-from vigil.sim.build import build_scene
-from vigil.sim.motion import EXTERIOR, FloorPlan, thing_shapes, wall_prisms
+from vigil.scene.build import build_scene
+from vigil.scene.outlines import thing_shapes, wall_prisms
+from vigil.sim.motion import EXTERIOR, FloorPlan
 from vigil.sim.trial_house import DOOR, trial_house
 
 

@@ -8,8 +8,8 @@ from vigil.assets import make
 from vigil.assets.asset import Asset
 from vigil.assets.sizes import AssetDatabase
 from vigil.pose import Pose, Vec3, yaw_towards
+from vigil.scene.build import build_scene
 from vigil.sim import make_simulator
-from vigil.sim.build import build_scene
 from vigil.sim.fake import FakeEngine
 from vigil.sim.mujoco.engine import MujocoEngine
 from vigil.sim.sight import HEIGHT, WIDTH, Sight, camera_axes, directions, pixel_of, project, window_of

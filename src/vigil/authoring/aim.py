@@ -12,8 +12,8 @@ import numpy as np
 from vigil.assets.asset import Asset, Part
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Vec3
-from vigil.sim.geometry import part_motion
-from vigil.sim.scene import Thing
+from vigil.scene.geometry import part_motion
+from vigil.scene.things import Thing
 
 POINTS = 64
 

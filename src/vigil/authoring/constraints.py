@@ -19,10 +19,10 @@ from vigil.authoring.wording import CONSTRAINTS, Act, opened, order, say
 from vigil.authoring.workshop import Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Constraint
-from vigil.pose import Pose, Vec3, rotate_floor
-from vigil.sim.geometry import box_of
-from vigil.sim.motion import BODY_RADIUS_M
-from vigil.sim.scene import Thing
+from vigil.pose import Box, Pose, Vec3, rotate_floor
+from vigil.scene.geometry import box_of
+from vigil.scene.outlines import BODY_RADIUS_M, footprint
+from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Placement, Setup
 
 OBSTACLES = (
@@ -129,7 +129,7 @@ def _barrier(shop: Workshop, target: Thing, setup: Setup, start: Pose, spots: np
     for obstacle in _obstacles(shop, target)[:TRIED_OBSTACLES]:
         for x, z in spots:
             spot = standing(obstacle, float(x), float(z), 0.0)
-            shape = footprint(obstacle, spot)
+            shape = placed_footprint(obstacle, spot)
             left = free.difference(shape.buffer(BODY_RADIUS_M))
             if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
                 blocked = _with(setup, obstacle, spot)
@@ -172,16 +172,13 @@ def standing(thing: Thing, x: float, z: float, yaw: float) -> Placement:
     return Placement(position=position, rotation=Vec3(0.0, yaw, 0.0))
 
 
-def footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
+def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
     """Returns the floor shape of a placed thing's box."""
-    half_x, half_z = thing.asset.size.x / 2, thing.asset.size.z / 2
-    corners = [(-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z)]
-    turned = [rotate_floor(x, z, spot.rotation.y) for x, z in corners]
-    return shapely.Polygon([(spot.position.x + x, spot.position.z + z) for x, z in turned])
+    return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
 
 
 def _fits(shop: Workshop, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
-    fits = shop.can_begin(setup) and shop.stage.bare_floor().covers(footprint(obstacle, spot))
+    fits = shop.can_begin(setup) and shop.stage.bare_floor().covers(placed_footprint(obstacle, spot))
     shop.begin(Setup())
     return fits
 

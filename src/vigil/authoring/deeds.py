@@ -16,9 +16,9 @@ from vigil.authoring.stage import Stage
 from vigil.authoring.views import Places, View, Wish, views
 from vigil.errors import EpisodeError
 from vigil.pose import Box
-from vigil.sim.geometry import Motion, box_of
-from vigil.sim.scene import Thing
-from vigil.sim.supports import headroom, level_surfaces
+from vigil.scene.geometry import Motion, box_of
+from vigil.scene.supports import headroom, level_surfaces
+from vigil.scene.things import Thing
 from vigil.world import Effect, RefusalCode
 
 REACH_MARGIN_M = 0.04

@@ -10,16 +10,16 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.constraints import Sketch, acts_for, draft_of, footprint, standing
+from vigil.authoring.constraints import Sketch, acts_for, draft_of, placed_footprint, standing
 from vigil.authoring.propose import CLEAR_PX, Drafts, is_seen, is_target, setup_for
 from vigil.authoring.region import is_cut_off
 from vigil.authoring.workshop import Workshop
 from vigil.episode import LOOKING_DOWN_DEG
 from vigil.goals import Constraint
 from vigil.pose import Pose
-from vigil.sim.geometry import box_of
-from vigil.sim.motion import BODY_RADIUS_M, thing_shapes
-from vigil.sim.scene import Thing
+from vigil.scene.geometry import box_of
+from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes
+from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Setup
 
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Dresser", "Safe", "Stove")
@@ -67,7 +67,7 @@ def _stagings(shop: Workshop, leaf: Thing) -> Iterator[Setup]:
     for thing in furniture[:TRIED_FURNITURE]:
         for x, z, yaw in _places(shop, swung):
             spot = standing(thing, x, z, yaw)
-            shape = footprint(thing, spot)
+            shape = placed_footprint(thing, spot)
             is_tight = shape.distance(swung) < GAP_M and shape.distance(shut.bare.boundary) < GAP_M
             if not is_tight or not open_.bare.covers(shape):
                 continue

@@ -19,7 +19,7 @@ from vigil.authoring.refer import phrase_for
 from vigil.authoring.workshop import Workshop
 from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
 from vigil.errors import first_fault
-from vigil.sim.scene import Thing
+from vigil.scene.things import Thing
 
 Complete = Callable[[str], str]
 """Answers a text. Raises ModelAPIError."""

@@ -23,8 +23,8 @@ from vigil.goals import (
     is_state_observable,
 )
 from vigil.pose import EYE_HEIGHT_M, Pose
-from vigil.sim.scene import Thing
-from vigil.sim.supports import surface_named
+from vigil.scene.supports import surface_named
+from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, ObjectState, Setup
 
 CLEAR_PX = 400

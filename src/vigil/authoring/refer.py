@@ -13,8 +13,8 @@ from shapely import Point, Polygon
 from vigil.assets.catalog import CATALOG
 from vigil.assets.palette import COLOURS
 from vigil.pose import rotate_floor
-from vigil.sim.scene import Scene, Thing
-from vigil.sim.supports import surface_named
+from vigil.scene.supports import surface_named
+from vigil.scene.things import Scene, Thing
 
 ROOM_NAMES = {"Kitchen": "kitchen", "LivingRoom": "living room", "Bedroom": "bedroom", "Bathroom": "bathroom"}
 

@@ -9,8 +9,8 @@ from shapely.geometry.base import BaseGeometry
 from vigil.actions import REACH_M
 from vigil.authoring.plan import FloorPlan, Point2
 from vigil.pose import Box
-from vigil.sim.motion import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, polygon_of, thing_shapes, wall_prisms
-from vigil.sim.scene import Scene, Thing
+from vigil.scene.outlines import BODY_RADIUS_M, footprint, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.things import Scene, Thing
 
 MARGIN_M = 0.03
 """What a planned walk keeps from everything besides the body's radius."""
@@ -25,16 +25,8 @@ class Obstacles:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        floors = [shapely.Polygon(room.polygon).buffer(0) for room in scene.rooms]
-        self._floor = shapely.unary_union(floors).buffer(0.005, join_style="mitre")
-        self._walls = shapely.unary_union(
-            [
-                polygon_of(prism)
-                for panel in scene.panels
-                for prism in wall_prisms(panel)
-                if prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M
-            ]
-        )
+        self._floor = whole_floor(scene.rooms)
+        self._walls = shapely.unary_union([shape for panel in scene.panels for shape in wall_shapes(panel)])
         self._grown_walls = {radius: self._grown(self._walls, radius) for radius in _RADII}
         self._things: dict[tuple, dict[float, BaseGeometry]] = {}
 
@@ -72,14 +64,13 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
     """Whether no place that a body at `place` can get to within a free region is within reach of a box."""
     here = shapely.Point(place)
     parts = [part for part in shapely.get_parts(free) if part.distance(here) < 1e-6]
-    footprint = shapely.Polygon([(corner.x, corner.z) for corner in box.corners()[:4]])
-    return bool(parts) and all(part.distance(footprint) > REACH_M for part in parts)
+    outline = footprint(box)
+    return bool(parts) and all(part.distance(outline) > REACH_M for part in parts)
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
     """Returns places (n, 2) close together on a floor within a distance of a box: a grid, and along all edges."""
-    footprint = shapely.Polygon([(corner.x, corner.z) for corner in box.corners()[:4]])
-    near = floor.intersection(footprint.buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
+    near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))
     left, low, right, high = near.bounds

@@ -33,8 +33,8 @@ from vigil.house import House
 from vigil.pack import protocol_faults
 from vigil.pose import Pose, Vec3
 from vigil.record import EpisodeRecord
-from vigil.sim.geometry import box_of
-from vigil.sim.scene import Thing
+from vigil.scene.geometry import box_of
+from vigil.scene.things import Thing
 from vigil.world import ObjectState, WorldState
 
 MARGIN_M, MARGIN_PX = 0.02, 20

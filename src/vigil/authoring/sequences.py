@@ -10,8 +10,8 @@ from vigil.authoring.wording import opened, say, sequence
 from vigil.authoring.workshop import Ask, Workshop
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
-from vigil.sim.scene import Thing
-from vigil.sim.supports import is_level, surface_frame, surface_named
+from vigil.scene.supports import is_level, surface_frame, surface_named
+from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Placement, Setup
 
 START_AWAY_M = (0.7, 4.0)

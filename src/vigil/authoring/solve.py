@@ -28,7 +28,7 @@ from vigil.goals import (
     is_observable,
 )
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
-from vigil.sim.geometry import box_of
+from vigil.scene.geometry import box_of
 
 NEAR_MARGIN_M = 0.06
 CLEAR_PX = 260

@@ -12,8 +12,8 @@ from vigil.authoring.plan import FloorPlan, Point2, Walks
 from vigil.authoring.region import Obstacles
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene, Thing
 from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.scene import Scene, Thing
 from vigil.world import Effect, ObjectState, RefusalCode, WorldState
 
 PrivilegedSimulator = EmbeddedSimulator

@@ -16,8 +16,8 @@ from vigil.errors import EpisodeError
 from vigil.goals import Goal
 from vigil.house import House
 from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
-from vigil.sim.geometry import box_of
-from vigil.sim.scene import Thing
+from vigil.scene.geometry import box_of
+from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, ObjectState, Setup
 
 AUTHOR = "grammar"

@@ -8,10 +8,10 @@ from vigil.assets.asset import Surface
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.deeds import box_distances
 from vigil.pose import Vec3
-from vigil.sim.geometry import Motion, box_of
+from vigil.scene.geometry import Motion, box_of
+from vigil.scene.supports import level_surfaces
+from vigil.scene.things import Thing
 from vigil.sim.placing import open_surfaces
-from vigil.sim.scene import Thing
-from vigil.sim.supports import level_surfaces
 from vigil.world import Placement
 
 GRID = 15

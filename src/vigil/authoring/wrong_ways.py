@@ -30,9 +30,9 @@ from vigil.goals import (
 )
 from vigil.pose import Pose, floor_distance, wrap_deg, yaw_towards
 from vigil.record import EpisodeRecord
+from vigil.scene.geometry import box_of
+from vigil.scene.things import Thing
 from vigil.scoring import settle
-from vigil.sim.geometry import box_of
-from vigil.sim.scene import Thing
 from vigil.world import Placement, Setup
 
 SHORT_M = (0.03, 0.4)

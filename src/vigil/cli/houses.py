@@ -22,11 +22,11 @@ from vigil.housegen.check import SHAPELESS
 from vigil.housegen.show import beside, draw_plan
 from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
-from vigil.sim.build import build_scene
+from vigil.scene.build import build_scene
+from vigil.scene.things import Scene
 from vigil.sim.fidelity import Flaw, flaws_of, too_many_triangles
 from vigil.sim.mujoco.model import Model, build
 from vigil.sim.mujoco.stage import render_birdseye
-from vigil.sim.scene import Scene
 from vigil.strict_json import read_json
 
 app = typer.Typer(help="Generate, check and show houses (ProcTHOR's JSON).", no_args_is_help=True)

@@ -4,7 +4,7 @@ The moving solids are sampled finely along their motion. They stop for another t
 they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or overlap
 a little at rest, as furniture in generated houses does, keep nothing shut. What hangs in or on a wall has a wider
 tolerance. Walls, windows and shut doors have none: no part, handles included, reaches into the next room
-(`vigil.sim.partitions`).
+(`vigil.scene.partitions`).
 
 A drawer takes along what lies in it, the open cover of a book too: that cover must not get into the carrier's own body,
 nor into anything else.
@@ -15,10 +15,10 @@ import math
 import numpy as np
 
 from vigil.assets.catalog import CATALOG, WALL
-from vigil.sim.geometry import Prism, joint_of, part_motion, penetrations, prisms_of
-from vigil.sim.scene import Thing
+from vigil.scene.geometry import Prism, joint_of, part_motion, penetrations, prisms_of
+from vigil.scene.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
+from vigil.scene.things import Thing
 from vigil.sim.state import AGENT, SceneState
-from vigil.sim.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
 
 TOLERANCE_M = 0.015
 WALL_TOLERANCE_M = 0.05

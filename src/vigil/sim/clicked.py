@@ -10,9 +10,9 @@ import shapely
 
 from vigil.assets.asset import Surface
 from vigil.pose import Vec3, rotate_floor
-from vigil.sim.geometry import Motion, box_of, prisms_of
-from vigil.sim.scene import Thing
-from vigil.sim.supports import headroom, is_shut, level_surfaces, offset_from
+from vigil.scene.geometry import Motion, box_of, prisms_of
+from vigil.scene.supports import headroom, is_shut, level_surfaces, offset_from
+from vigil.scene.things import Thing
 
 Kind = Literal["inside", "on", "shut"]
 

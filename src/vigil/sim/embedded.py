@@ -27,16 +27,16 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.house import House
 from vigil.pose import Pose, Vec3, distance, floor_distance, heading, wrap_deg
-from vigil.sim.build import build_scene
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import box_of
+from vigil.scene.supports import ancestors, around, rests_over
+from vigil.scene.things import Scene, Thing
 from vigil.sim.engine import Engine
-from vigil.sim.geometry import box_of
 from vigil.sim.handling import Click, interact
 from vigil.sim.motion import FloorPlan
-from vigil.sim.scene import Scene, Thing
 from vigil.sim.setup import apply_setup, unknown_object
 from vigil.sim.sight import HEIGHT, WIDTH, Sight, Sighting, pixel_of
 from vigil.sim.state import SceneState
-from vigil.sim.supports import ancestors, around, rests_over
 from vigil.world import Effect, ObjectState, Setup, WorldState
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from vigil.pose import Pose, Vec3
-from vigil.sim.scene import Scene
+from vigil.scene.things import Scene
 
 BEARS_OPEN = 1
 BEARS_TOGGLE = 2

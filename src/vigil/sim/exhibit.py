@@ -15,7 +15,7 @@ from vigil.assets.asset import Asset
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL
 from vigil.house import Color, MaterialRef
 from vigil.pose import Vec3
-from vigil.sim.scene import Hole, RoomShape, Scene, Thing, WallPanel
+from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 
 State = Literal["open", "closed", "on", "off"]
 

@@ -15,12 +15,12 @@ from scipy.sparse.csgraph import connected_components
 
 from vigil.assets.asset import Asset, Part
 from vigil.pose import Pose, Vec3
+from vigil.scene.geometry import STILL, Motion, part_motion
+from vigil.scene.outlines import wall_prisms
+from vigil.scene.supports import is_shut
+from vigil.scene.things import Scene, Thing
 from vigil.sim.engine import BEARS_OPEN, BEARS_TOGGLE, RayHits
-from vigil.sim.geometry import STILL, Motion, part_motion
-from vigil.sim.motion import wall_prisms
-from vigil.sim.scene import Scene, Thing
 from vigil.sim.sight import HEIGHT, WIDTH, directions
-from vigil.sim.supports import is_shut
 from vigil.world import OPEN_ABOVE
 
 CHUNK_RAYS = 400

@@ -15,9 +15,9 @@ from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.pose import Vec3
-from vigil.sim.geometry import joint_motion, joint_of, whole_box
-from vigil.sim.scene import Scene, Thing
-from vigil.sim.supports import surface_frame, surface_named
+from vigil.scene.geometry import joint_motion, joint_of, whole_box
+from vigil.scene.supports import surface_frame, surface_named
+from vigil.scene.things import Scene, Thing
 
 BOX_SHARE, BOX_M = 0.02, 0.001
 """How far a shape may miss the size asked for, of that size, and what is too little to be seen."""

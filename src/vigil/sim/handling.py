@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from vigil.actions import REACH_HEIGHT_M, REACH_M, Intent
 from vigil.assets.catalog import CATALOG
 from vigil.pose import Vec3, floor_distance
+from vigil.scene.geometry import box_of
+from vigil.scene.supports import children, is_shut_in
+from vigil.scene.things import Thing
 from vigil.sim.access import MOVED_WITHIN, set_openness, swing_blocker
 from vigil.sim.clicked import kind_meant
-from vigil.sim.geometry import box_of
 from vigil.sim.placing import put_down, spot_below, spot_on
-from vigil.sim.scene import Thing
 from vigil.sim.state import AGENT, SceneState
-from vigil.sim.supports import children, is_shut_in
 from vigil.world import CLOSED_BELOW, RefusalCode
 
 REACH_SLACK_M = 1e-9

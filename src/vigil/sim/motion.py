@@ -13,12 +13,9 @@ import numpy as np
 import shapely
 
 from vigil.pose import Vec3
-from vigil.sim.geometry import Prism, prisms_of
-from vigil.sim.scene import Scene, Thing, WallPanel
+from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.things import Scene
 
-BODY_RADIUS_M = 0.2
-BODY_LOW_M = 0.05
-BODY_HIGH_M = 1.8
 TOUCH_M = 1e-6
 """Slack of the distance test: exact contact is free."""
 GRID_M = 0.25
@@ -30,10 +27,9 @@ class FloorPlan:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._inside = shapely.unary_union([shapely.Polygon(room.polygon).buffer(0) for room in scene.rooms])
-        self._inside = self._inside.buffer(0.005, join_style="mitre")
+        self._inside = whole_floor(scene.rooms)
         shapely.prepare(self._inside)
-        self._wall_shapes = [(panel.id, shape) for panel in scene.panels for shape in _wall_shapes(panel)]
+        self._wall_shapes = [(panel.id, shape) for panel in scene.panels for shape in wall_shapes(panel)]
         self._thing_shapes: dict[str, list[shapely.Geometry]] = {}
         self._tree: shapely.STRtree | None = None
         self._shapes = np.empty(0, dtype=object)
@@ -143,42 +139,6 @@ class FloorPlan:
             self._shapes = np.array([shape for _, shape in owned] or [], dtype=object)
             self._tree = shapely.STRtree(self._shapes)
         return self._tree
-
-
-def thing_shapes(thing: Thing) -> list[shapely.Geometry]:
-    """Returns the floor shapes of the thing's solids that a body can meet."""
-    return [polygon_of(prism) for prism in prisms_of(thing) if prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M]
-
-
-def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
-    """Returns the prism's floor shape; a line when it has no width."""
-    return shapely.Polygon(prism.polygon) if len(prism.polygon) > 2 else shapely.LineString(prism.polygon)
-
-
-def wall_prisms(panel: WallPanel) -> list[Prism]:
-    """Returns what is left of a panel around its holes, as prisms without thickness."""
-    start, end = np.array(panel.start), np.array(panel.end)
-    length = float(np.hypot(*(end - start)))
-    if length < 1e-9:
-        return []
-    direction, top = (end - start) / length, panel.bottom + panel.height
-    spans: list[tuple[float, float, float, float]] = []
-    along = 0.0
-    for hole in panel.holes:
-        spans.append((along, hole.left, panel.bottom, top))
-        spans.append((hole.left, hole.right, panel.bottom, panel.bottom + hole.bottom))
-        spans.append((hole.left, hole.right, panel.bottom + hole.top, top))
-        along = max(along, hole.right)
-    spans.append((along, length, panel.bottom, top))
-    return [
-        Prism(np.array([start + direction * left, start + direction * right]), low, high)
-        for left, right, low, high in spans
-        if right - left > 1e-6 and high - low > 1e-6
-    ]
-
-
-def _wall_shapes(panel: WallPanel) -> list[shapely.Geometry]:
-    return [polygon_of(prism) for prism in wall_prisms(panel) if prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M]
 
 
 def _flood(first: int | None, links: dict[int, list[int]]) -> list[int]:

@@ -14,12 +14,12 @@ import shapely
 
 from vigil.assets.asset import Surface
 from vigil.pose import Vec3, heading, wrap_deg
+from vigil.scene.geometry import Motion, Prism, place_of, prisms_of
+from vigil.scene.outlines import polygon_of
+from vigil.scene.supports import contents, is_shut, level_surfaces, offset_from
+from vigil.scene.things import Thing
 from vigil.sim.clicked import kind_meant
-from vigil.sim.geometry import Motion, Prism, place_of, prisms_of
-from vigil.sim.motion import polygon_of
-from vigil.sim.scene import Thing
 from vigil.sim.state import SceneState
-from vigil.sim.supports import contents, is_shut, level_surfaces, offset_from
 
 SPOT_WITHIN_M = 0.3
 SPOT_STEP_M = 0.025

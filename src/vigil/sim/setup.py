@@ -3,11 +3,11 @@
 import difflib
 
 from vigil.errors import EpisodeError
+from vigil.scene.build import settle
+from vigil.scene.supports import ancestors, contents
+from vigil.scene.things import Scene, Thing
 from vigil.sim.access import pierced_carrier, set_openness
-from vigil.sim.build import settle
-from vigil.sim.scene import Scene, Thing
 from vigil.sim.state import SceneState
-from vigil.sim.supports import ancestors, contents
 from vigil.world import ObjectSetup, Placement, Setup
 
 

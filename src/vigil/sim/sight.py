@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.pose import Pose, Vec3
+from vigil.scene.geometry import box_corners, part_boxes, part_motion
+from vigil.scene.things import Thing
 from vigil.sim.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
-from vigil.sim.geometry import box_corners, part_boxes, part_motion
-from vigil.sim.scene import Thing
 
 WIDTH, HEIGHT = 640, 480
 FOCAL_PX = HEIGHT / 2

@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vigil.pose import Pose, Vec3, heading
-from vigil.sim.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
-from vigil.sim.motion import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, FloorPlan, wall_prisms
-from vigil.sim.partitions import Partitions
-from vigil.sim.scene import Scene, Thing
-from vigil.sim.supports import contents
+from vigil.scene.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
+from vigil.scene.outlines import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, wall_prisms
+from vigil.scene.partitions import Partitions
+from vigil.scene.supports import contents
+from vigil.scene.things import Scene, Thing
+from vigil.sim.motion import FloorPlan
 
 HAND_AHEAD_M = 0.4
 HAND_DROP_M = 0.45

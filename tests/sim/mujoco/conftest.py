@@ -8,9 +8,9 @@ import pytest
 from vigil.assets.asset import Asset, Joint, Mesh, Part
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
+from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.mujoco.binding import BACKEND
 from vigil.sim.mujoco.engine import MujocoEngine
-from vigil.sim.scene import Hole, RoomShape, Scene, Thing, WallPanel
 
 
 def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Mesh:

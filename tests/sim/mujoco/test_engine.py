@@ -9,11 +9,11 @@ import pytest
 
 from vigil.errors import SimulatorError
 from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene
 from vigil.sim.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.engine import MujocoEngine
 from vigil.sim.mujoco.model import FOVY_DEG
-from vigil.sim.scene import Scene
 
 CABINET, CUBE = 0, 1
 HERE = Path(__file__).parent

@@ -3,8 +3,8 @@ import pytest
 
 from vigil.assets.asset import Asset, Joint
 from vigil.pose import Pose, Vec3, heading
+from vigil.scene.things import Thing
 from vigil.sim.mujoco import frames
-from vigil.sim.scene import Thing
 
 UPRIGHT = Vec3(0.0, 0.0, 0.0)
 

@@ -9,8 +9,8 @@ from vigil.assets.asset import Glow
 from vigil.assets.catalog import CATALOG
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
+from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.mujoco.model import build
-from vigil.sim.scene import RoomShape, Scene, Thing
 
 ELL = [(0.0, 0.0), (4.0, 0.0), (4.0, 1.5), (1.5, 1.5), (1.5, 5.0), (0.0, 5.0)]
 ZED = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (6.0, 2.0), (6.0, 3.0), (2.0, 3.0), (2.0, 1.0), (0.0, 1.0)]

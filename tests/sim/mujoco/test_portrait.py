@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vigil.assets.catalog import CATALOG
+from vigil.scene.geometry import box_of, whole_box
 from vigil.sim.exhibit import DEPTH_M, HEIGHT_M, SUBJECT, WIDTH_M, Subject, exhibit, states_of
-from vigil.sim.geometry import box_of, whole_box
 from vigil.sim.mujoco.engine import MujocoEngine
 from vigil.sim.mujoco.portrait import FARTHEST_M, NEAREST_M, SPAN_PX, draw_lots, portrait, view_of, write_blind
 from vigil.sim.sight import directions, project

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from vigil.scene.things import Scene
 from vigil.sim.mujoco.doctor import doctor
 from vigil.sim.mujoco.stage import render_asset, render_birdseye
-from vigil.sim.scene import Scene
 
 pytestmark = pytest.mark.usefixtures("drawing")
 

@@ -9,11 +9,11 @@ from vigil.actions import InteractPixel, Navigate
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene
 from vigil.sim import EmbeddedSimulator, make_simulator
 from vigil.sim.mujoco import camera, store
 from vigil.sim.mujoco.model import HIDDEN, build
 from vigil.sim.mujoco.unseen import unseen
-from vigil.sim.scene import Scene
 from vigil.sim.trial_house import trial_house
 from vigil.world import Setup, WorldState
 

@@ -5,11 +5,11 @@ import shapely
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
-from vigil.sim.build import build_scene
+from vigil.scene.build import build_scene
+from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.mujoco.engine import MujocoEngine
 from vigil.sim.mujoco.pieces import Triangles
 from vigil.sim.mujoco.structure import BEHIND_FRAME_M, OVERLAP_M, shells_of
-from vigil.sim.scene import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.trial_house import PANE, trial_house
 
 SHAPES = {

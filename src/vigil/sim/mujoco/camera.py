@@ -12,12 +12,12 @@ import numpy as np
 from vigil.errors import SimulatorError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose
+from vigil.scene.things import Thing
 from vigil.sim.mujoco import frames, gl, held, tuning
 from vigil.sim.mujoco.binding import BACKEND, GL, GLContext, NativeModel, RenderContext, mujoco
 from vigil.sim.mujoco.lights import Sun
 from vigil.sim.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
 from vigil.sim.mujoco.unseen import unseen
-from vigil.sim.scene import Thing
 
 Quality = Literal["default", "fast"]
 

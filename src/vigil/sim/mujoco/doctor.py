@@ -10,10 +10,10 @@ from vigil.assets.catalog import CATALOG
 from vigil.errors import SimulatorError
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
+from vigil.scene.things import RoomShape, Scene, Thing, WallPanel
 from vigil.sim.mujoco.binding import BACKEND, mujoco
 from vigil.sim.mujoco.camera import gl_strings
 from vigil.sim.mujoco.engine import MujocoEngine
-from vigil.sim.scene import RoomShape, Scene, Thing, WallPanel
 
 FRAMES = 5
 

@@ -3,12 +3,12 @@
 import numpy as np
 
 from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene, Thing
 from vigil.sim.engine import RayHits
 from vigil.sim.mujoco import rays, store
 from vigil.sim.mujoco.binding import BACKEND, mujoco
 from vigil.sim.mujoco.camera import Camera, Quality, gl_strings
 from vigil.sim.mujoco.model import Model
-from vigil.sim.scene import Scene, Thing
 
 
 class MujocoEngine:

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from vigil.pose import Pose, Vec3
-from vigil.sim.scene import Thing
+from vigil.scene.things import Thing
 
 _SWAP = [0, 2, 1]
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from vigil.pose import Pose
+from vigil.scene.things import Thing
 from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.model import Model
-from vigil.sim.scene import Thing
 
 AHEAD_M = 0.5
 """Where its size is taken from: as large as it looks at arm's length, unless that is too large."""

@@ -12,9 +12,9 @@ import numpy as np
 import shapely
 
 from vigil.pose import Vec3, heading
+from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.binding import NativeModel, NativeSpec, mujoco
-from vigil.sim.scene import RoomShape, Scene, Thing
 
 SWITCH = "LightSwitch"
 ARM_M = 0.3

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vigil.scene.things import Scene, Thing
 from vigil.sim.mujoco import frames, lights, outdoors
 from vigil.sim.mujoco.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
 from vigil.sim.mujoco.looks import Looks
 from vigil.sim.mujoco.pieces import Piece, Triangles, pieces_of
 from vigil.sim.mujoco.structure import Shell, shells_of, tint_of
-from vigil.sim.scene import Scene, Thing
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
 GROUPS = 6

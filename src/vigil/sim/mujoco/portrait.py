@@ -11,11 +11,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vigil.assets.catalog import CATALOG
 from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.scene.geometry import box_corners, place_of
+from vigil.scene.things import Thing
 from vigil.sim.exhibit import SUBJECT, Subject, exhibit, states_of
-from vigil.sim.geometry import box_corners, place_of
 from vigil.sim.mujoco.camera import Quality
 from vigil.sim.mujoco.engine import MujocoEngine
-from vigil.sim.scene import Thing
 from vigil.sim.sight import project
 
 SPAN_PX = 120

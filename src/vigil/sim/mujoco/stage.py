@@ -7,11 +7,11 @@ import numpy as np
 from vigil.assets.asset import Asset
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
+from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.mujoco import frames
 from vigil.sim.mujoco.camera import Camera, Quality
 from vigil.sim.mujoco.lights import Sun
 from vigil.sim.mujoco.model import HIDDEN, build
-from vigil.sim.scene import RoomShape, Scene, Thing
 
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0

@@ -11,8 +11,8 @@ from dataclasses import fields
 
 import numpy as np
 
+from vigil.scene.things import Scene
 from vigil.sim.mujoco.model import Model, build
-from vigil.sim.scene import Scene
 
 KEPT = 4
 """Models kept at most; that of a house of four rooms takes 16 MB."""

@@ -11,10 +11,10 @@ import numpy as np
 import shapely
 
 from vigil.house import MaterialRef
+from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.mujoco.frames import faces as facing
 from vigil.sim.mujoco.frames import points
 from vigil.sim.mujoco.pieces import Triangles, merge
-from vigil.sim.scene import Hole, RoomShape, Scene, WallPanel
 
 EXTERIOR = "exterior"
 CELL_M = 0.5

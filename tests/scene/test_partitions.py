@@ -12,13 +12,13 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
+from vigil.scene.build import _turned_back
+from vigil.scene.geometry import part_motion
+from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim import make_simulator
 from vigil.sim.access import set_openness, swing_blocker
-from vigil.sim.build import _turned_back
-from vigil.sim.geometry import part_motion
 from vigil.sim.motion import FloorPlan
 from vigil.sim.placing import put_down, spot_below, spot_on
-from vigil.sim.scene import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.setup import apply_setup
 from vigil.sim.state import SceneState
 from vigil.sim.trial_house import trial_house

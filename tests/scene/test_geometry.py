@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vigil.assets.asset import Asset, Joint, Solid
 from vigil.pose import Vec3, rotate_floor
-from vigil.sim.geometry import (
+from vigil.scene.geometry import (
     Prism,
     axis_turn,
     box_of,
@@ -20,7 +20,7 @@ from vigil.sim.geometry import (
     rotation_matrix,
     whole_box,
 )
-from vigil.sim.scene import Thing
+from vigil.scene.things import Thing
 
 SQUARE = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
 ANGLES = st.floats(-180, 180)

@@ -16,11 +16,11 @@ from vigil.assets.sizes import AssetDatabase, AssetEntry
 from vigil.errors import HouseError
 from vigil.house import Door, House, HouseObject, Opening
 from vigil.pose import Vec3, wrap_deg
-from vigil.sim.geometry import Motion, rotation_matrix, whole_box
-from vigil.sim.partitions import Partitions
-from vigil.sim.scene import Scene, Thing, WallPanel
-from vigil.sim.supports import level_surfaces, offset_from
-from vigil.sim.walls import panels_of, place_of_opening, rooms_of
+from vigil.scene.geometry import Motion, rotation_matrix, whole_box
+from vigil.scene.partitions import Partitions
+from vigil.scene.supports import level_surfaces, offset_from
+from vigil.scene.things import Scene, Thing, WallPanel
+from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 from vigil.world import OPEN_ABOVE
 
 ON_UNLESS_SAID = frozenset({"LightSwitch"})

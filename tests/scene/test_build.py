@@ -12,10 +12,10 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
 from vigil.house import House
 from vigil.pose import Vec3
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import prisms_of, whole_box
+from vigil.scene.supports import surface_frame, surface_named
 from vigil.sim import make_simulator
-from vigil.sim.build import build_scene
-from vigil.sim.geometry import prisms_of, whole_box
-from vigil.sim.supports import surface_frame, surface_named
 from vigil.sim.trial_house import DOOR, PANE, trial_house
 from vigil.world import ObjectSetup, Setup
 

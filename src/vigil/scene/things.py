@@ -1,7 +1,7 @@
 """Scene: a house as things with shapes, states and places, without any engine.
 
-Built by `vigil.sim.build`, moved by `vigil.sim.motion` and `vigil.sim.handling`, drawn and ray-cast by a
-backend. All coordinates are in THOR's frame (`vigil.pose`).
+Built by `vigil.scene.build`, moved by `vigil.sim.motion` and `vigil.sim.handling`, drawn and ray-cast by a
+back end. All coordinates are in THOR's frame (`vigil.pose`).
 """
 
 from dataclasses import dataclass, field

@@ -6,8 +6,8 @@ import numpy as np
 
 from vigil.assets.asset import Asset, Surface
 from vigil.pose import Vec3
-from vigil.sim.geometry import Motion, joint_of, part_motion, whole_box
-from vigil.sim.scene import Scene, Thing
+from vigil.scene.geometry import Motion, joint_of, part_motion, whole_box
+from vigil.scene.things import Scene, Thing
 from vigil.world import CLOSED_BELOW
 
 LEVEL_WITHIN = 0.99

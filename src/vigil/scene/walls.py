@@ -13,7 +13,8 @@ from vigil.errors import HouseError
 from vigil.house import House, HouseDocument, Light, MaterialRef, Opening, Wall
 from vigil.house import Room as RoomNode
 from vigil.pose import Vec3, wrap_deg, yaw_towards
-from vigil.sim.scene import Hole, RoomShape, WallPanel
+from vigil.scene.outlines import floor_of
+from vigil.scene.things import Hole, RoomShape, WallPanel
 
 EXTERIOR = "exterior"
 DEFAULT_HEIGHT_M = 2.6
@@ -35,7 +36,7 @@ def rooms_of(house: House) -> list[RoomShape]:
     document = house.document
     _check_extent(house)
     for room in document.rooms:
-        if not (floor := _floor(room)).is_valid:
+        if not (floor := floor_of(room)).is_valid:
             raise HouseError(
                 f"House {house.name!r}: room {room.id!r}: its floor is no simple polygon "
                 f"({shapely.is_valid_reason(floor)}). Put its corners in their order round the room."
@@ -77,7 +78,7 @@ def panels_of(house: House) -> list[WallPanel]:
                 f"House {house.name!r}: wall {wall.id!r} has no length or no height. Mend its corners, or leave it out."
             )
     walls = {wall.id: wall for wall in document.walls}
-    rooms = {room.id: _floor(room) for room in document.rooms}
+    rooms = {room.id: floor_of(room) for room in document.rooms}
     holes: dict[str, list[Hole]] = {}
     for opening in [*document.doors, *document.windows]:
         for wall_id in dict.fromkeys((opening.wall0, opening.wall1)):
@@ -99,7 +100,7 @@ def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel
 
 
 def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomShape:
-    floor = _floor(room)
+    floor = floor_of(room)
     own = [wall for wall in document.walls if wall.room_id == room.id and not _is_exterior(wall)]
     height = max((point.y for wall in own or document.walls for point in wall.polygon), default=DEFAULT_HEIGHT_M)
     light = _light_of(room, floor, lights)
@@ -126,10 +127,6 @@ def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Li
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]
     return next((light for light in named if light in inside), next(iter(inside), next(iter(named), None)))
-
-
-def _floor(room: RoomNode) -> shapely.Polygon:
-    return shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
 
 
 def _is_exterior(wall: Wall) -> bool:

@@ -11,9 +11,9 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from vigil.assets.asset import Asset
-from vigil.sim.geometry import Prism, convex_hull, part_motion, penetrations, place_of
-from vigil.sim.motion import polygon_of, wall_prisms
-from vigil.sim.scene import Scene, Thing
+from vigil.scene.geometry import Prism, convex_hull, part_motion, penetrations, place_of
+from vigil.scene.outlines import polygon_of, wall_prisms
+from vigil.scene.things import Scene, Thing
 from vigil.world import CLOSED_BELOW
 
 THROUGH_M = 0.0005

@@ -12,7 +12,7 @@ import shapely
 
 from vigil.assets.asset import Asset, Joint, Solid
 from vigil.pose import Box, Vec3, wrap_deg
-from vigil.sim.scene import Thing
+from vigil.scene.things import Thing
 
 UPRIGHT_WITHIN = 1e-6
 """How far the vertical component of a rotated vertical axis may be from 1 for a prism to stay a prism."""
