@@ -34,7 +34,7 @@ def main() -> None:
         house = generate(seed, spec_for(spec))
         simulator.load(house)
         name = f"{house.name}".replace("-", "_")
-        overview = beside(draw_plan(house, AssetDatabase.default()), render_birdseye(simulator.scene()))
+        overview = beside(draw_plan(house, simulator.scene()), render_birdseye(simulator.scene()))
         _save(overview, f"{name}_plan", PLAN_WIDTH_PX)
         for number, pose in enumerate(_viewpoints(house, simulator), start=1):
             simulator.reset(pose, Setup())

@@ -2,13 +2,13 @@ import copy
 import gzip
 import json
 
-import numpy as np
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import Fault, check_house
-from vigil.housegen.solids import bodies_of
+from vigil.scene.build import build_scene
+from vigil.scene.supports import surface_frame
 
 
 def rules(data: dict) -> list[str]:
@@ -143,12 +143,9 @@ def test_a_cover_that_reaches_through_a_wall(data):
 
 def test_a_cover_that_hits_the_drawer_that_its_book_lies_in(data):
     dresser = find(data, "Dresser")
-    body = next(
-        each for each in bodies_of(House("bedroom", data), AssetDatabase.default())[0] if each.id == dresser["id"]
-    )
-    drawer = next(surface for surface in body.asset.surfaces if surface.joint)
-    x, z = body.over_floor(np.array((drawer.center.x, drawer.center.z))).tolist()
-    dresser["children"] = [book_at(x, body.position.y + drawer.center.y, z)]
+    thing = build_scene(House("bedroom", data), AssetDatabase.default()).things[dresser["id"]]
+    drawer = next(surface for surface in thing.asset.surfaces if surface.joint)
+    dresser["children"] = [book_at(*surface_frame(thing, drawer).shift.tolist())]
     assert kept_books(data) == [("blocked-opening", dresser["id"])]
 
 
@@ -224,3 +221,16 @@ def test_starts_that_are_no_pose(data, agent):
     data["metadata"]["agent"] = agent
     found = next(fault for fault in faults(data) if fault.rule == "start")
     assert "no start pose" in found.message
+
+
+def test_a_house_that_does_not_load_for_another_reason(data):
+    data["objects"][0]["id"] = data["doors"][0]["id"]
+    (found,) = [fault for fault in faults(data) if fault.rule == "load"]
+    assert "ids must be unique" in found.message
+
+
+def test_a_frame_that_names_a_leaf_is_the_door_that_the_simulator_makes_of_it(data):
+    door = data["doors"][0]
+    door.update(assetId="vigil_Doorframe_1", openable=True, openness=0.0)
+    thing = build_scene(House("broken", data), AssetDatabase.default()).things[door["id"]]
+    assert (thing.category, thing.is_openable) == ("Doorway", True)

@@ -4,8 +4,6 @@ import pytest
 from shapely import Polygon, contains_xy
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.housegen.solids import bodies_of
-from vigil.scene.geometry import prisms_of
 from vigil.sim import make_simulator
 from vigil.sim.access import swing_blocker
 from vigil.sim.motion import FloorPlan
@@ -59,16 +57,3 @@ def test_nothing_small_falls(loaded):
     _, simulator = loaded
     loose = [thing for thing in simulator.scene().things.values() if thing.parent and "Towel" not in thing.category]
     assert [thing.id for thing in loose if not thing.surface] == []
-
-
-@pytest.mark.parametrize("openness", [0.0, 0.5, 1.0])
-def test_what_the_generator_takes_things_for_is_what_the_simulator_makes_of_them(loaded, openness):
-    """The generator may not import the simulator, so both place and move solids: windows apart, the same ones."""
-    house, simulator = loaded
-    things = simulator.scene().things
-    for body in bodies_of(house, AssetDatabase.default())[0]:
-        if body.category == "Window":
-            continue
-        for own, simulated in zip(body.prisms(openness), prisms_of(things[body.id], openness), strict=True):
-            assert own.polygon.bounds == pytest.approx(simulated.bounds, abs=1e-9), body.id
-            assert (own.bottom, own.top) == pytest.approx((simulated.bottom, simulated.top), abs=1e-9), body.id

@@ -3,14 +3,16 @@ import pytest
 from vigil.assets import make
 from vigil.assets.sizes import AssetDatabase
 from vigil.housegen import generate
-from vigil.housegen.check import floor_of
 from vigil.housegen.draw import generator
 from vigil.housegen.floorplan import Plan, plan_rooms
-from vigil.housegen.openings import DOOR_HEIGHT, DOOR_VARIANTS, OPENING_DEPTH_M, Opening, cut_openings
-from vigil.housegen.solids import bodies_of
+from vigil.housegen.openings import DOOR_HEIGHT, DOOR_VARIANTS, Opening, cut_openings
 from vigil.housegen.spec import spec_for
 from vigil.housegen.walls import room_edges, wall_pieces
 from vigil.pose import Vec3
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import leaves_of
+from vigil.scene.outlines import floor_of, polygon_of
+from vigil.scene.walls import DOOR_DEPTH_M
 
 
 def planned(rooms: int, seed: int) -> tuple[Plan, list[Opening]]:
@@ -80,19 +82,17 @@ def test_a_hole_is_the_same_place_seen_from_both_rooms():
 def test_leaves_swing_into_the_first_room_that_their_door_names(seed):
     house = generate(seed, spec_for("4"))
     floors = {room.id: floor_of(room) for room in house.document.rooms}
-    bodies = {body.id: body for body in bodies_of(house, AssetDatabase.default())[0]}
-    swung = [
-        (door, leaf) for door in house.document.doors if door.openable for leaf in bodies[door.id].leaves(openness=1.0)
-    ]
+    things = build_scene(house, AssetDatabase.default()).things
+    swung = [(door, leaf) for door in house.document.doors if door.openable for leaf in leaves_of(things[door.id], 1.0)]
     assert swung
     for door, leaf in swung:
-        assert floors[door.room0].contains(leaf.polygon.centroid)
+        assert floors[door.room0].contains(polygon_of(leaf).centroid)
 
 
 @pytest.mark.parametrize("width", [0.9, 1.0, 1.04])
 def test_the_number_of_a_door_says_on_which_side_its_leaf_hangs(width):
     """+x is on the left, seen from the room that the door looks into (docs/houses.md)."""
-    size = Vec3(width, DOOR_HEIGHT, OPENING_DEPTH_M)
+    size = Vec3(width, DOOR_HEIGHT, DOOR_DEPTH_M)
     joints = [make("Doorway", size, number).joints[0] for number in range(DOOR_VARIANTS)]
     assert {number for number, joint in enumerate(joints) if joint.origin.x > 0} == {1, 4, 7, 9, 11}
     assert all(abs(joint.travel) == 90.0 for joint in joints)

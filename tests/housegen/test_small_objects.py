@@ -4,40 +4,53 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
-from vigil.housegen.solids import bodies_of
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import whole_box
+from vigil.scene.supports import children
 
 
-def bodies(house):
-    found, unknown = bodies_of(house, AssetDatabase.default())
-    assert unknown == []
-    return found
+def built(house):
+    scene = build_scene(house, AssetDatabase.default())
+    assert scene.notes == []
+    return scene
 
 
 def test_small_things_rest_on_a_surface_of_their_parent(house):
-    for body in bodies(house):
-        if body.parent is None or body.category in ("Towel", "HandTowel"):
-            continue
-        assert body.gap is not None, body.id
-        assert abs(body.gap) < 0.02, body.id
+    scene = built(house)
+    for node, parent in house.objects():
+        thing = scene.things[node.id]
+        assert thing.parent == parent
+        assert thing.surface is not None or parent is None or thing.category in ("Towel", "HandTowel"), node.id
+
+
+def test_things_stay_where_the_document_puts_them(house):
+    scene = built(house)
+    for node, _ in house.objects():
+        x, y, z = scene.things[node.id].position
+        assert (x, z) == (node.position.x, node.position.z), node.id
+        assert abs(y - node.position.y) < 0.02, node.id
 
 
 def test_small_things_go_where_their_kind_goes(house):
-    for body in bodies(house):
-        is_hung = body.category in ("Towel", "HandTowel")
-        if body.parent is not None and CATALOG[body.category].is_pickupable and not is_hung:
-            assert CATALOG[body.parent.category].is_receptacle
+    things = built(house).things
+    for thing in things.values():
+        is_hung = thing.category in ("Towel", "HandTowel")
+        if thing.parent is not None and thing.is_pickupable and not is_hung:
+            assert CATALOG[things[thing.parent].category].is_receptacle
 
 
 def test_siblings_on_a_surface_are_apart(house):
-    for body in bodies(house):
-        for one, two in itertools.combinations(body.children, 2):
-            if {one.category, two.category} & {"Sink", "Faucet"} or abs(one.bottom - two.bottom) > 0.005:
+    scene = built(house)
+    for parent in scene.things:
+        for one, two in itertools.combinations(children(scene, parent), 2):
+            is_basin = bool({one.category, two.category} & {"Sink", "Faucet"})
+            if is_basin or abs(whole_box(one).bottom - whole_box(two).bottom) > 0.005:
                 continue
             gap = np.hypot(one.position.x - two.position.x, one.position.z - two.position.z)
             assert gap > 0.02
 
 
 def test_something_small_lies_about(house):
-    loose = [body for body in bodies(house) if body.parent is not None and CATALOG[body.category].is_pickupable]
+    loose = [thing for thing in built(house).things.values() if thing.parent is not None and thing.is_pickupable]
     is_bathroom = {room.room_type for room in house.document.rooms} == {"Bathroom"}
     assert len(loose) >= (2 if is_bathroom else 6)

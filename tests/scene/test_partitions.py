@@ -14,6 +14,7 @@ from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
 from vigil.scene.build import _turned_back
 from vigil.scene.geometry import part_motion
+from vigil.scene.partitions import _within, leaf_points
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim import make_simulator
 from vigil.sim.access import set_openness, swing_blocker
@@ -83,6 +84,20 @@ def test_a_leaf_opens_where_it_stays_in_its_room_and_nowhere_else(category, yaw)
             assert out > 0.0, (gap, out)
         answers.add(blocker)
     assert answers == {None, "between"}
+
+
+@pytest.mark.parametrize("category", ["Book", "Fridge", "Dresser", "Toilet", "Doorway"])
+@pytest.mark.parametrize("yaw", [0.0, 37.0, 180.0])
+def test_partitions_are_looked_for_wherever_a_part_can_come(category, yaw):
+    each = thing(category, 1.3, 0.4, yaw)
+    left, low, right, high = _within(each)
+    for joint, corners in leaf_points(each.asset):
+        for openness in np.linspace(0.0, 1.0, 201):
+            points = part_motion(each, joint, openness)(corners)
+            assert left <= points[:, 0].min()
+            assert low <= points[:, 2].min()
+            assert points[:, 0].max() <= right
+            assert points[:, 2].max() <= high
 
 
 def test_a_leaf_opens_through_an_open_doorway_but_not_through_a_window():

@@ -105,7 +105,7 @@ def show(
         raise SettingError(f"--out {str(out)!r}: the picture is a PNG; give a name that ends in .png.")
     house, sizes = House.load(file), database(assets)
     scene = build_scene(house, sizes)
-    beside(draw_plan(house, sizes), render_birdseye(scene)).save(out)
+    beside(draw_plan(house, scene), render_birdseye(scene)).save(out)
     print(out)
 
 

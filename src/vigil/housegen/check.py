@@ -10,11 +10,14 @@ from shapely import Polygon
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
-from vigil.house import House, Room
-from vigil.housegen.leaves import leaves_room
+from vigil.house import House, HouseObject
 from vigil.housegen.pairs import Pairs
-from vigil.housegen.solids import Body, bodies_of
 from vigil.housegen.walkable import LEAST_SHARE, Walkable, walkable_of
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import is_upright, whole_box
+from vigil.scene.outlines import floor_of, footprint
+from vigil.scene.partitions import SWEEP, Partitions
+from vigil.scene.things import Scene, Thing
 
 SCHEMA = "1.0.0"
 HOVER_M = 0.02
@@ -49,13 +52,15 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     faults = [*_schema(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
     if any(fault.rule in SHAPELESS for fault in faults):
         return faults
-    bodies, unknown = bodies_of(house, assets)
-    faults += [Fault("asset", house.name, message) for message in unknown]
-    faults += [*_hovering(house, bodies), *_outside(house, bodies), *_belonging(house, bodies)]
-    pairs = Pairs(bodies)
+    try:
+        scene = build_scene(house, assets)
+    except HouseError as error:
+        return [*faults, Fault("load", house.name, str(error))]
+    faults += [*_assets(house, assets), *_hovering(house, scene), *_outside(house, scene), *_belonging(house, scene)]
+    pairs = Pairs(scene)
     faults += _overlaps(pairs)
-    ground = walkable_of(house, bodies)
-    return [*faults, *_walking(house, ground), *_start(house, ground), *_access(house, bodies, ground, pairs)]
+    ground = walkable_of(house, scene)
+    return [*faults, *_walking(house, ground), *_start(house, ground), *_access(scene, ground, pairs)]
 
 
 def _schema(house: House) -> list[Fault]:
@@ -79,11 +84,6 @@ def _references(house: House) -> list[Fault]:
     ids = [node.id for node in [*document.rooms, *document.walls, *document.doors, *document.windows]]
     twice = sorted(name for name, count in Counter(ids).items() if count > 1)
     return [*faults, *(Fault("reference", name, "two rooms, walls or openings have this id") for name in twice)]
-
-
-def floor_of(room: Room) -> Polygon:
-    """Returns a room's floor as a shape."""
-    return Polygon([(point.x, point.z) for point in room.floor_polygon])
 
 
 def _rooms(house: House) -> list[Fault]:
@@ -153,68 +153,86 @@ def _holes(house: House) -> list[Fault]:
     return faults
 
 
-def _hovering(house: House, bodies: list[Body]) -> list[Fault]:
+def _assets(house: House, assets: AssetDatabase) -> list[Fault]:
+    notes = ((node.id, assets.look_up(node.asset_id, node.id).note) for node, _ in house.objects())
+    return [Fault("asset", house.name, f"{name}: {note}") for name, note in notes if note is not None]
+
+
+def _hovering(house: House, scene: Scene) -> list[Fault]:
     ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=0.0)
     lines = [floor_of(room).exterior for room in house.document.rooms]
     faults: list[Fault] = []
-    for body in bodies:
-        if body.is_opening or body.is_tilted or _hangs(body, lines, ceiling):
+    for node, _ in house.objects():
+        thing = scene.things[node.id]
+        if not is_upright(thing) or _hangs(thing, scene, lines, ceiling):
             continue
-        under = "the floor" if body.parent is None else repr(body.parent.id)
-        if body.gap is None:
-            faults.append(Fault("hovering", body.id, f"its bottom at {body.bottom:.3f} m is on no surface of {under}"))
-        elif abs(body.gap) > HOVER_M:
-            faults.append(Fault("hovering", body.id, f"its bottom is {body.gap:.3f} m above {under}"))
+        gap, under = _gap(thing, node), "the floor" if thing.parent is None else repr(thing.parent)
+        if gap is None:
+            bottom = whole_box(thing).bottom
+            faults.append(Fault("hovering", thing.id, f"its bottom at {bottom:.3f} m is on no surface of {under}"))
+        elif abs(gap) > HOVER_M:
+            faults.append(Fault("hovering", thing.id, f"its bottom is {gap:.3f} m above {under}"))
     return faults
 
 
-def _hangs(body: Body, lines: list[shapely.LinearRing], ceiling: float) -> bool:
+def _gap(thing: Thing, node: HouseObject) -> float | None:
+    """Returns how high (m) the document has a thing over what it was let down on; None when nothing is under it."""
+    let_down = node.position.y - thing.position.y
+    if thing.parent is None:
+        return whole_box(thing).bottom + let_down
+    return None if thing.surface is None else let_down
+
+
+def _hangs(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
     """Whether it is a thing for walls that is at a wall (or hangs from one that is), or a lamp at the ceiling."""
-    places = CATALOG[body.category].rests_on
-    if CEILING in places and abs(body.bottom + body.asset.size.y - ceiling) < WALL_M:
+    places, box = CATALOG[thing.category].rests_on, whole_box(thing)
+    if CEILING in places and abs(box.top - ceiling) < WALL_M:
         return True
-    shape = Polygon(body.box_corners())
-    at_wall = any(shape.distance(line) < WALL_M for line in lines)
-    return WALL in places and (at_wall or (body.parent is not None and _hangs(body.parent, lines, ceiling)))
+    if WALL not in places:
+        return False
+    shape, parent = footprint(box), scene.things.get(thing.parent or "")
+    return any(shape.distance(line) < WALL_M for line in lines) or (
+        parent is not None and _hangs(parent, scene, lines, ceiling)
+    )
 
 
-def _outside(house: House, bodies: list[Body]) -> list[Fault]:
+def _outside(house: House, scene: Scene) -> list[Fault]:
     floors = [floor_of(room) for room in house.document.rooms]
     if not all(floor.is_valid for floor in floors):
         return []
     grown = [floor.buffer(OUTSIDE_M, join_style="mitre") for floor in floors]
     shapely.prepare(grown)
     faults: list[Fault] = []
-    for body in bodies:
-        if body.is_opening or body.is_tilted:
+    for thing in scene.things.values():
+        if thing.is_structure:
             continue
-        shape = Polygon(body.box_corners())
+        shape = footprint(whole_box(thing))
         if not any(floor.contains(shape) for floor in grown):
             inside = max(floor.intersection(shape).area for floor in floors) / max(shape.area, 1e-9)
-            faults.append(Fault("outside-room", body.id, f"{100 * (1 - inside):.0f} % of its box is outside its room"))
+            faults.append(Fault("outside-room", thing.id, f"{100 * (1 - inside):.0f} % of its box is outside its room"))
     return faults
 
 
-def _belonging(house: House, bodies: list[Body]) -> list[Fault]:
+def _belonging(house: House, scene: Scene) -> list[Fault]:
     kinds = {room.id: room.room_type for room in house.document.rooms}
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     faults: list[Fault] = []
     present: dict[str, set[str]] = {room_id: set() for room_id in kinds}
-    for body in bodies:
-        room = next((key for key, floor in floors.items() if _holds(floor, body)), None)
+    for thing in scene.things.values():
+        room = next((key for key, floor in floors.items() if _holds(floor, thing)), None)
         if room is None:
             continue
-        present[room].add(body.category)
-        if body.category in BELONGS and kinds[room] not in BELONGS[body.category]:
-            faults.append(Fault("misplaced", body.id, f"a {CATALOG[body.category].spoken} in a {kinds[room]}"))
+        present[room].add(thing.category)
+        if thing.category in BELONGS and kinds[room] not in BELONGS[thing.category]:
+            faults.append(Fault("misplaced", thing.id, f"a {CATALOG[thing.category].spoken} in a {kinds[room]}"))
     for room_id, kind in kinds.items():
         if kind in NEEDS and NEEDS[kind] not in present[room_id]:
             faults.append(Fault("room-lacks", room_id, f"a {kind} without a {NEEDS[kind]}"))
     return faults
 
 
-def _holds(floor: Polygon, body: Body) -> bool:
-    return bool(shapely.contains_xy(floor, body.position.x, body.position.z))
+def _holds(floor: Polygon, thing: Thing) -> bool:
+    return bool(shapely.contains_xy(floor, thing.position.x, thing.position.z))
 
 
 def _overlaps(pairs: Pairs) -> list[Fault]:
@@ -251,20 +269,18 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
     ]
 
 
-def _access(house: House, bodies: list[Body], ground: Walkable, pairs: Pairs) -> list[Fault]:
+def _access(scene: Scene, ground: Walkable, pairs: Pairs) -> list[Fault]:
     """Returns a fault for each openable thing whose leaf is blocked, or furniture before which nobody can stand."""
     faults: list[Fault] = []
-    floors = [floor_of(room) for room in house.document.rooms]
-    shapely.prepare(floors)
-    for body in bodies:
-        kind = CATALOG[body.category]
-        if not body.can_open or body.is_tilted or not kind.is_openable:
+    partitions, path = Partitions(scene), SWEEP.tolist()
+    for thing in scene.things.values():
+        if not thing.is_openable or not is_upright(thing):
             continue
-        struck = pairs.struck_by(body)
-        if not body.is_opening and leaves_room(body, floors):
-            faults.append(Fault("blocked-opening", body.id, "cannot open: a wall is in the way"))
+        pierced, struck = partitions.blocker(thing, path), pairs.struck_by(thing)
+        if pierced is not None:
+            faults.append(Fault("blocked-opening", thing.id, f"cannot open: it would reach through {pierced!r}"))
         elif struck is not None:
-            faults.append(Fault("blocked-opening", body.id, f"cannot open: {struck.id!r} is in the way", struck.id))
-        elif not kind.is_pickupable and not ground.can_serve(body, REACH_M):
-            faults.append(Fault("no-access", body.id, "nobody can stand within reach of it clear of its leaf"))
+            faults.append(Fault("blocked-opening", thing.id, f"cannot open: {struck.id!r} is in the way", struck.id))
+        elif not thing.is_pickupable and not ground.can_serve(thing, REACH_M):
+            faults.append(Fault("no-access", thing.id, "nobody can stand within reach of it clear of its leaf"))
     return faults

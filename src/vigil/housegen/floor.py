@@ -10,9 +10,8 @@ from vigil.housegen.floorplan import Corner, RoomPlan
 from vigil.housegen.openings import Opening
 from vigil.housegen.stock import Block, Rect
 from vigil.housegen.walls import room_edges
+from vigil.scene.outlines import BODY_RADIUS_M, GRID_M
 
-GRID_M = 0.25
-BODY_RADIUS = 0.2
 LEAST_WALKABLE = 0.93
 """Least share of the free grid that one component must cover (the rule is 0.9)."""
 EPS = 1e-6
@@ -49,7 +48,7 @@ class Floor:
         xs = np.arange(np.ceil(x0 / GRID_M), np.floor(x1 / GRID_M) + 1) * GRID_M
         zs = np.arange(np.ceil(z0 / GRID_M), np.floor(z1 / GRID_M) + 1) * GRID_M
         self.grid_x, self.grid_z = np.meshgrid(xs, zs)
-        core = room.polygon.buffer(-BODY_RADIUS - 0.01, join_style="mitre")
+        core = room.polygon.buffer(-BODY_RADIUS_M - 0.01, join_style="mitre")
         self.walkable = contains_xy(core, self.grid_x, self.grid_z)
 
     def window_frames(self) -> list[Block]:
@@ -98,7 +97,7 @@ class Floor:
         """Returns the grid nodes on which the body can stand."""
         free = self.walkable.copy()
         for x0, z0, x1, z1 in [*self.taken, *self.leaves, *more]:
-            reach = BODY_RADIUS + 0.01
+            reach = BODY_RADIUS_M + 0.01
             free &= ~(
                 (self.grid_x > x0 - reach)
                 & (self.grid_x < x1 + reach)

@@ -7,10 +7,12 @@ import numpy as np
 from vigil.assets import make
 from vigil.housegen.draw import chance, pick, pick_weighted, shuffled
 from vigil.housegen.floorplan import Plan
-from vigil.housegen.solids import OPENING_DEPTH_M, moved_solid
-from vigil.housegen.stock import Rect, turned_rect
+from vigil.housegen.stock import Rect
 from vigil.housegen.walls import WallPiece, facing_piece, wall_pieces
 from vigil.pose import Vec3
+from vigil.scene.geometry import leaves_of
+from vigil.scene.things import Thing
+from vigil.scene.walls import DOOR_DEPTH_M
 
 DOOR_WIDTH = 1.0
 DOUBLE_WIDTH = 1.6
@@ -70,17 +72,11 @@ class Opening:
         """Returns the floor that its leaves stand on when it is open, in the room that they swing into."""
         if self.category != "Doorway" or not self.openable:
             return []
-        size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), OPENING_DEPTH_M)
+        size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), DOOR_DEPTH_M)
         asset = make(self.category, size, int(self.asset_id.rpartition("_")[2]))
-        joints = {joint.name: joint for joint in asset.joints}
         x, z = self.wall.at(self.middle)
-        rects: list[Rect] = []
-        for solid in asset.solids:
-            if solid.joint in joints:
-                corners, _, _ = moved_solid(solid, joints[solid.joint], 1.0)
-                low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-                rects.append(turned_rect((*low, *high), x, z, self.wall.yaw))
-        return rects
+        thing = Thing(self.id, self.category, asset, Vec3(x, 0.0, z), Vec3(0.0, self.wall.yaw, 0.0))
+        return [leaf.bounds for leaf in leaves_of(thing, 1.0)]
 
     def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
         """Returns the room's wall piece with the hole's ends along it; None when it is not the room's."""

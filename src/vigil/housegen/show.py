@@ -7,10 +7,11 @@ import shapely
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
-from vigil.housegen.solids import Body, bodies_of
 from vigil.pose import heading
+from vigil.scene.geometry import leaves_of, whole_box
+from vigil.scene.outlines import floor_corners, floor_of, footprint
+from vigil.scene.things import Scene, Thing
 
 MARGIN_M = 0.6
 LABEL_PX = 11
@@ -20,6 +21,8 @@ LABEL_SHIFTS = (0, 13, -13, 26, -26)
 GUTTER_PX = 12
 HUNG_M = 1.2
 """Things that hang higher are drawn as outlines: what is below them shows."""
+LABELLED_BELOW_M, LABELLED_DEPTH_M = 1.8, 0.1
+"""Things that begin higher than this, or are flatter, carry no label."""
 FLOOR_RGB = {
     "Kitchen": (252, 240, 214),
     "LivingRoom": (229, 240, 222),
@@ -80,40 +83,36 @@ class _Sheet:
         self._written.append(box)
 
 
-def draw_plan(house: House, assets: AssetDatabase, pixels_per_m: int = 100) -> Image.Image:
+def draw_plan(house: House, scene: Scene, pixels_per_m: int = 100) -> Image.Image:
     """Returns the plan of a house: rooms, doors with the way that they swing, furniture, small things, the start."""
     sheet = _Sheet(house, pixels_per_m)
-    for room in house.document.rooms:
-        corners = np.array([(point.x, point.z) for point in room.floor_polygon])
-        sheet.polygon(corners, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
-    bodies, _ = bodies_of(house, assets)
-    standing = [body for body in bodies if body.parent is None and not body.is_opening]
-    for body in sorted(standing, key=lambda found: (found.category != "Rug", found.bottom, found.id)):
-        _draw_thing(sheet, body)
-    _draw_walls(sheet, house)
-    for body in bodies:
-        if body.is_opening:
-            _draw_opening(sheet, body)
-    for body in bodies:
-        if body.parent is not None:
-            x, y = sheet.at(body.position.x, body.position.z)
+    for room in scene.rooms:
+        sheet.polygon(room.polygon, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
+    standing = [thing for thing in scene.things.values() if thing.parent is None and not thing.is_structure]
+    bottoms = {thing.id: whole_box(thing).bottom for thing in standing}
+    for thing in sorted(standing, key=lambda found: (found.category != "Rug", bottoms[found.id], found.id)):
+        _draw_thing(sheet, thing)
+    _draw_walls(sheet, scene)
+    for thing in scene.things.values():
+        if thing.is_structure:
+            _draw_opening(sheet, thing)
+    for thing in scene.things.values():
+        if thing.parent is not None:
+            x, y = sheet.at(thing.position.x, thing.position.z)
             sheet.draw.ellipse((x - 2.5, y - 2.5, x + 2.5, y + 2.5), fill=SMALL_RGB)
     _name_rooms(sheet, house, standing)
-    for body in sorted(standing, key=lambda found: -found.asset.size.x * found.asset.size.z):
-        if body.category != "Rug" and body.bottom < 1.8 and body.asset.size.z > 0.1:
-            sheet.label(body.position.x, body.position.z, CATALOG[body.category].spoken)
+    for thing in sorted(standing, key=lambda found: -found.asset.size.x * found.asset.size.z):
+        if thing.category != "Rug" and bottoms[thing.id] < LABELLED_BELOW_M and thing.asset.size.z > LABELLED_DEPTH_M:
+            sheet.label(thing.position.x, thing.position.z, CATALOG[thing.category].spoken)
     _draw_start(sheet, house)
     return sheet.image
 
 
-def _name_rooms(sheet: _Sheet, house: House, standing: list[Body]) -> None:
+def _name_rooms(sheet: _Sheet, house: House, standing: list[Thing]) -> None:
     """Writes each room's type and area where most floor is free about it."""
-    boxes = [body.box_corners() for body in standing if body.category != "Rug"]
-    things = shapely.union_all([shapely.Polygon(corners) for corners in boxes])
+    things = shapely.union_all([footprint(whole_box(thing)) for thing in standing if thing.category != "Rug"])
     for room in house.document.rooms:
-        floor = shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
-        if not floor.is_valid:
-            continue
+        floor = floor_of(room)
         taken = shapely.union(things, floor.exterior)
         x0, z0, x1, z1 = floor.bounds
         xs, zs = (part.ravel() for part in np.meshgrid(np.arange(x0, x1, 0.1), np.arange(z0, z1, 0.1)))
@@ -137,10 +136,11 @@ def beside(plan: Image.Image, view: np.ndarray) -> Image.Image:
     return both
 
 
-def _draw_thing(sheet: _Sheet, body: Body) -> None:
-    fill = RUG_RGB if body.category == "Rug" else FURNITURE_RGB
-    corners = body.box_corners()
-    if body.bottom > HUNG_M:
+def _draw_thing(sheet: _Sheet, thing: Thing) -> None:
+    fill = RUG_RGB if thing.category == "Rug" else FURNITURE_RGB
+    box = whole_box(thing)
+    corners = floor_corners(box)
+    if box.bottom > HUNG_M:
         sheet.draw.polygon([sheet.at(x, z) for x, z in corners.tolist()], outline=(150, 150, 150))
         return
     sheet.polygon(corners, fill, (110, 98, 80))
@@ -148,18 +148,17 @@ def _draw_thing(sheet: _Sheet, body: Body) -> None:
     sheet.draw.line([sheet.at(x, z) for x, z in front.tolist()], fill=(90, 70, 50), width=3)
 
 
-def _draw_walls(sheet: _Sheet, house: House) -> None:
-    for wall in house.document.walls:
-        ends = [(point.x, point.z) for point in wall.polygon[:2]]
-        sheet.draw.line([sheet.at(x, z) for x, z in ends], fill=WALL_RGB, width=5)
+def _draw_walls(sheet: _Sheet, scene: Scene) -> None:
+    for panel in scene.panels:
+        sheet.draw.line([sheet.at(*panel.start), sheet.at(*panel.end)], fill=WALL_RGB, width=5)
 
 
-def _draw_opening(sheet: _Sheet, body: Body) -> None:
-    corners = body.box_corners()
-    sheet.polygon(corners, WINDOW_RGB if body.category == "Window" else (255, 255, 255), WALL_RGB)
-    for prism in body.prisms():
-        if prism.joint is not None:
-            sheet.polygon(prism.corners, DOOR_RGB, None)
+def _draw_opening(sheet: _Sheet, thing: Thing) -> None:
+    sheet.polygon(
+        floor_corners(whole_box(thing)), WINDOW_RGB if thing.category == "Window" else (255, 255, 255), WALL_RGB
+    )
+    for leaf in leaves_of(thing):
+        sheet.polygon(leaf.polygon, DOOR_RGB, None)
 
 
 def _draw_start(sheet: _Sheet, house: House) -> None:

@@ -15,8 +15,8 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
 from vigil.house import House, HouseObject
-from vigil.housegen.check import floor_of
-from vigil.pose import rotate_floor
+from vigil.pose import Box
+from vigil.scene.outlines import floor_of, footprint
 
 LIES_FLAT_M = 0.03
 """Lower things (rugs) cover no floor."""
@@ -96,10 +96,7 @@ def _count(
         return
     size = assets.look_up(node.asset_id, node.id).size
     if size.y > LIES_FLAT_M and node.position.y - size.y / 2 < HANGS_M:
-        half_x, half_z = size.x / 2, size.z / 2
-        corners = [(-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z)]
-        turned = [rotate_floor(x, z, node.rotation.y) for x, z in corners]
-        shapes.append(Polygon([(node.position.x + x, node.position.z + z) for x, z in turned]))
+        shapes.append(footprint(Box(center=node.position.vec, size=size, yaw=node.rotation.y)))
     _count_alone(node, category, assets, only, room)
 
 

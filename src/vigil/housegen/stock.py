@@ -8,10 +8,10 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, own_asset_id
-from vigil.housegen.solids import moved_points, solid_corners
 from vigil.pose import Vec3, rotate_floor
+from vigil.scene.geometry import joint_motion, solid_corners
 
-SWEEP = np.arange(1, 21) / 20
+SWEEP = tuple(step / 20 for step in range(1, 21))
 """Openness at which moving parts are looked at."""
 VARIANTS = 24
 """Own asset ids that the generator draws from, per category."""
@@ -137,7 +137,7 @@ def swing_of(model: Model) -> Block | None:
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]
     drawn = [(joints[part.joint], part.mesh.vertices) for part in model.asset.parts if part.joint in joints]
-    places = [moved_points(points, joint, SWEEP).reshape(-1, 3) for joint, points in moving or drawn]
+    places = [joint_motion(joint, openness)(points) for joint, points in moving or drawn for openness in SWEEP]
     if not places:
         return None
     corners = np.concatenate(places)

@@ -123,14 +123,33 @@ def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL
     return [_moved(solid, along.after(part_motion(thing, solid.joint, openness))) for solid in thing.asset.solids]
 
 
+def leaves_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
+    """Returns the solids of the thing's doors, drawers and lids, as `prisms_of` does."""
+    return [prism for prism in prisms_of(thing, openness, along) if prism.joint]
+
+
 def _moved(solid: Solid, motion: Motion) -> Prism:
-    flat = np.array(solid.polygon)
-    ring = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
-    points = motion(np.concatenate(ring))
+    points = motion(solid_corners(solid))
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
-    if motion.turn[1, 1] > 1.0 - UPRIGHT_WITHIN:
-        return Prism(points[: len(flat), [0, 2]], bottom, top, solid.joint)
+    if _keeps_upright(motion.turn):
+        return Prism(points[: len(solid.polygon), [0, 2]], bottom, top, solid.joint)
     return Prism(convex_hull(points[:, [0, 2]]), bottom, top, solid.joint)
+
+
+def solid_corners(solid: Solid) -> np.ndarray:
+    """Returns the corners (2 n, 3) of a solid in the asset frame, those of its bottom first."""
+    flat = np.array(solid.polygon)
+    rings = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
+    return np.concatenate(rings)
+
+
+def is_upright(thing: Thing) -> bool:
+    """Whether the thing stands upright, so that its prisms are exact."""
+    return _keeps_upright(rotation_matrix(thing.rotation))
+
+
+def _keeps_upright(turn: np.ndarray) -> bool:
+    return bool(turn[1, 1] > 1.0 - UPRIGHT_WITHIN)
 
 
 def convex_hull(points: np.ndarray) -> np.ndarray:

@@ -11,6 +11,8 @@ from vigil.scene.things import RoomShape, Thing, WallPanel
 BODY_RADIUS_M = 0.2
 BODY_LOW_M = 0.05
 BODY_HIGH_M = 1.8
+GRID_M = 0.25
+"""Step of the grid on which agents walk."""
 FLOOR_GROWTH_M = 0.005
 """How far the floor reaches under its walls, so that a body passes where two rooms meet."""
 
@@ -28,7 +30,12 @@ def whole_floor(rooms: list[RoomShape]) -> shapely.Geometry:
 
 def footprint(box: Box) -> shapely.Polygon:
     """Returns the floor shape of an upright box."""
-    return shapely.Polygon([(corner.x, corner.z) for corner in box.corners()[:4]])
+    return shapely.Polygon(floor_corners(box))
+
+
+def floor_corners(box: Box) -> np.ndarray:
+    """Returns the corners (4, 2) of an upright box on the floor plane, those of its front last."""
+    return np.array([(corner.x, corner.z) for corner in box.corners()[:4]])
 
 
 def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:

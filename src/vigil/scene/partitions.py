@@ -11,13 +11,17 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from vigil.assets.asset import Asset
-from vigil.scene.geometry import Prism, convex_hull, part_motion, penetrations, place_of
+from vigil.scene.geometry import Prism, box_corners, convex_hull, joint_motion, part_motion, penetrations, place_of
 from vigil.scene.outlines import polygon_of, wall_prisms
 from vigil.scene.things import Scene, Thing
 from vigil.world import CLOSED_BELOW
 
 THROUGH_M = 0.0005
 """How deep a moving part may reach into a partition: half of what the walls are checked to."""
+SWEEP = np.linspace(0.0, 1.0, 65)
+"""Openness at which moving parts are looked at to find all the room that they pass through."""
+BETWEEN_M = 0.005
+"""Half a step on, a part of 10 m is not further out than this."""
 
 
 class Partitions:
@@ -103,24 +107,24 @@ def _leaves(thing: Thing, openness: float) -> list[Prism]:
 
 
 @lru_cache(maxsize=4096)
-def _reach(asset: Asset) -> float:
-    """Returns how far (m) from the asset's middle its moving parts can ever be."""
+def _swept(asset: Asset) -> np.ndarray:
+    """Returns the corners (8, 3), in the asset frame, of a box about all places of an asset's moving parts."""
     joints = {joint.name: joint for joint in asset.joints}
-    reaches = [0.0]
-    for name, corners in leaf_points(asset):
-        joint = joints[name]
-        if joint.kind == "slide":
-            reaches.append(float(np.linalg.norm(corners, axis=1).max()) + abs(joint.travel))
-        else:
-            arms = np.linalg.norm(corners - np.array(joint.origin), axis=1)
-            reaches.append(float(np.linalg.norm(joint.origin) + arms.max()))
-    return max(reaches)
+    places = [
+        joint_motion(joints[name], float(openness))(corners)
+        for name, corners in leaf_points(asset)
+        for openness in SWEEP
+    ]
+    points = np.concatenate([np.zeros((1, 3)), *places])
+    return box_corners(points.min(axis=0) - BETWEEN_M, points.max(axis=0) + BETWEEN_M)
 
 
 def _within(thing: Thing) -> tuple[float, float, float, float]:
-    reach = _reach(thing.asset)
-    x, _, z = thing.position
-    return x - reach, z - reach, x + reach, z + reach
+    """Returns least x and z, greatest x and z of where the thing's moving parts can ever be."""
+    corners = place_of(thing)(_swept(thing.asset))
+    x, _, z = corners.min(axis=0).tolist()
+    right, _, back = corners.max(axis=0).tolist()
+    return x, z, right, back
 
 
 def _meets(within: tuple[float, float, float, float], plane: Prism) -> bool:

@@ -13,12 +13,11 @@ import numpy as np
 import shapely
 
 from vigil.pose import Vec3
-from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene
 
 TOUCH_M = 1e-6
 """Slack of the distance test: exact contact is free."""
-GRID_M = 0.25
 EXTERIOR = "exterior"
 
 
