@@ -1,5 +1,6 @@
 """Fixtures for every test."""
 
+import gc
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,13 @@ def procthor() -> Path:
     if not PROCTHOR.is_dir():
         pytest.skip(f"no real houses at {PROCTHOR}")
     return PROCTHOR
+
+
+@pytest.fixture
+def collected() -> Iterator[None]:
+    """Collects garbage at the end, so that what a test leaves open is told of, or filtered, in that test."""
+    yield
+    gc.collect()
 
 
 @pytest.fixture(scope="module")
