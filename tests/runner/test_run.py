@@ -265,7 +265,7 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
 ) -> None:
     result = run_pack(
         settings(
-            pack, tmp_path / "run", agent=f"{deed}:{tmp_path}", agent_factory=troublesome.make, patience_s=15.0, limit=4
+            pack, tmp_path / "run", agent=f"{deed}:{tmp_path}", agent_factory=troublesome.make, patience_s=5.0, limit=4
         )
     )
     assert result.is_complete
