@@ -95,10 +95,11 @@ class Validator:
             steps = tuple(actions) if actions is not None else solution(episode, self._stage)
         except Unsolvable as error:
             return Verdict((Finding(episode.id, "solvable", str(error)),))
-        judged = tuple(self._judge(episode, steps))
+        record = self._replay(episode, steps)
+        judged = tuple(self._judge(episode, steps, record))
         if judged:
             return Verdict(judged, steps)
-        ways = wrong_ways(Scenes(self._simulator, episode), self._stage, self._replay(episode, steps))
+        ways = wrong_ways(Scenes(self._simulator, episode), self._stage, record)
         won = (way for way in ways if wins(episode, way))
         return Verdict(tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways))
 
@@ -135,14 +136,13 @@ class Validator:
             self._env.fail("agent", "the actions stop before the episode ends")
         return self._env.record()
 
-    def _judge(self, episode: Episode, actions: tuple[Action, ...]) -> Iterator[Finding]:
+    def _judge(self, episode: Episode, actions: tuple[Action, ...], record: EpisodeRecord) -> Iterator[Finding]:
         for action in actions:
             if not _is_expected(action, episode):
                 yield Finding(episode.id, "expected_skills", f"{action.skill_name} is not expected in {episode.family}")
         most = max(2, int(BUDGET_SHARE * episode.max_steps))
         if len(actions) > most:
             yield Finding(episode.id, "within_budget", f"{len(actions)} steps, of {episode.max_steps} at most {most}")
-        record = self._replay(episode, actions)
         if record.end == "error":
             yield Finding(
                 episode.id, "solution_holds", record.error.message if record.error else "it ended as an error"
