@@ -7,14 +7,14 @@ same scoring as any run. Source: `protocol.md` section 4.4.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from vigil.actions import REACH_M, Action, InteractPixel
+from vigil.actions import REACH_M, Action, InteractPixel, Report
 from vigil.authoring import moves
 from vigil.authoring.deeds import Unsolvable
 from vigil.authoring.luck import blind_tries
 from vigil.authoring.rules import MARGIN_M, MARGIN_PX, RULES, Case, broken_by
 from vigil.authoring.solve import solution
 from vigil.authoring.stage import PrivilegedSimulator, Stage
-from vigil.authoring.wrong_rows import Scenes
+from vigil.authoring.wrong_rows import Scenes, record_of
 from vigil.authoring.wrong_ways import Way, wins, wrong_ways
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
@@ -136,6 +136,12 @@ class Validator:
             self._env.fail("agent", "the actions stop before the episode ends")
         return self._env.record()
 
+    def _tried(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
+        """Returns the record of an agent without sight; one that only reports does so in the world of any reset."""
+        if all(isinstance(action, Report) for action in actions):
+            return record_of(record, (), "success")
+        return self._replay(episode, actions)
+
     def _judge(self, episode: Episode, actions: tuple[Action, ...], record: EpisodeRecord) -> Iterator[Finding]:
         for action in actions:
             if not _is_expected(action, episode):
@@ -154,7 +160,7 @@ class Validator:
             yield Finding(episode.id, "solution_holds", told)
             return
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
-        if any(settle(episode, self._replay(episode, tried)).W for tried in blind_tries(episode)):
+        if any(settle(episode, self._tried(episode, record, moves)).W for moves in blind_tries(episode)):
             yield Finding(episode.id, "not_blind_luck", "an agent that does not look completes it")
 
 
