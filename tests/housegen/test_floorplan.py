@@ -73,6 +73,7 @@ def test_same_key_same_plan():
 def test_ten_rooms_of_the_least_area_are_planned_or_refused():
     spec = HouseSpec(name="warren", choices=(("Kitchen",) * 10,), area_m2=110.0)
     found = [planned_or_refused(spec, seed) for seed in range(8)]
+    assert set(found) <= {"planned", "refused"}
     assert "refused" in found
 
 
@@ -80,7 +81,5 @@ def planned_or_refused(spec: HouseSpec, seed: int) -> str:
     try:
         plan = plan_rooms(spec, generator("tight", seed))
     except SettingError as error:
-        assert "ask for more area" in str(error)
-        return "refused"
-    assert len(plan.rooms) == 10
-    return "planned"
+        return "refused" if "ask for more area" in str(error) else str(error)
+    return "planned" if len(plan.rooms) == 10 else f"{len(plan.rooms)} rooms"
