@@ -1,8 +1,8 @@
 """Pieces: numbered parts of a sweep, done by processes, written to a log, and never done twice.
 
 The log is a JSON-lines file: a first line with what the sweep was asked for, then one line for each finished piece. A
-torn last line, left by a kill, is put aside, and that piece is done again. A sweep is a function from a piece's number to
-a `Finding`; it must not depend on other pieces.
+torn last line, left by a kill, is put aside, and that piece is done again. A sweep is a function from a piece's number
+to a `Finding`; it must not depend on other pieces.
 """
 
 import argparse

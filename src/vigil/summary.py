@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError
-from vigil.record import Boundary, EpisodeRecord, standing
+from vigil.pack import count_families
+from vigil.record import Boundary, EpisodeRecord, Key, standing
 from vigil.scoring import REPORT_POLICIES, Outcome, credit, settle
 
 Z_95 = 1.959963984540054
@@ -96,31 +97,42 @@ def is_repeated_often(attempts: Sequence[int]) -> bool:
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
+def verdict_on(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
+    """Returns the verdict on a record that stands. Raises RecordError when it is another episode's."""
+    if record.end != "error":
+        return settle(episode, record)
+    boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
+    return Unscored(record.episode_id, record.epoch, episode.family, boundary, message, record.attempt)
+
+
+def settlement_of(
+    verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1
+) -> Settlement:
+    """Returns the verdicts of a run, sorted by episode and epoch; `episodes` are those that it is meant to play."""
+    found = [verdict for _, verdict in sorted(verdicts.items())]
+    planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
+    return Settlement(
+        tuple(verdict for verdict in found if isinstance(verdict, Outcome)),
+        tuple(verdict for verdict in found if isinstance(verdict, Unscored)),
+        planned,
+    )
+
+
 def settle_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> Settlement:
     """Returns the verdicts on the records that stand, sorted by episode and epoch.
 
     `episodes` are those that the run is meant to play. Raises RecordError on a record of any other episode.
     """
     by_id = {episode.id: episode for episode in episodes}
-    outcomes: list[Outcome] = []
-    errors: list[Unscored] = []
-    for (episode_id, epoch), record in standing(records).items():
-        if episode_id not in by_id:
+    verdicts: dict[Key, Outcome | Unscored] = {}
+    for key, record in standing(records).items():
+        if record.episode_id not in by_id:
             raise RecordError(
-                f"Record of episode {episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it recorded "
-                "with another pack?"
+                f"Record of episode {record.episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it "
+                "recorded with another pack?"
             )
-        episode = by_id[episode_id]
-        if record.end != "error":
-            outcomes.append(settle(episode, record))
-            continue
-        error = record.error
-        boundary, message = (error.boundary, error.message) if error else ("runner", "")
-        errors.append(Unscored(episode_id, epoch, episode.family, boundary, message, record.attempt))
-    planned = dict.fromkeys(FAMILIES, 0)
-    for episode in by_id.values():
-        planned[episode.family] += epochs
-    return Settlement(tuple(outcomes), tuple(errors), {family: n for family, n in planned.items() if n})
+        verdicts[key] = verdict_on(by_id[record.episode_id], record)
+    return settlement_of(verdicts, by_id.values(), epochs)
 
 
 def summarise(settlement: Settlement) -> dict:

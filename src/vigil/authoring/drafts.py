@@ -5,8 +5,8 @@
     {"line": "rejected", ...}    what was proposed in vain, and why
     {"line": "done", ...}        a family in a house is finished, with counts
 
-Houses lie beside the file, in the folder `<stem>.houses`. The file is only appended to; what follows the last `done`
-line was interrupted and is cut off when the file is continued.
+Houses lie beside the file, in the folder `<stem>.houses`. The file is only appended to, by one process at a time;
+what follows the last `done` line was interrupted and is cut off when the file is continued.
 """
 
 import hashlib
