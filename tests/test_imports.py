@@ -20,7 +20,19 @@ BASE = [
     *("reasoning", "actions", "replies", "kept_reply", "profile"),
 ]
 """Lowest layer: each may import those before it."""
-PURE = ["record", "goals", "episode", "pack", "freezing", "row_check", "record_file", "scoring", "summary", "saved_run"]
+PURE = [
+    "record",
+    "goals",
+    "episode",
+    "pack",
+    "freezing",
+    "row_check",
+    "record_file",
+    "scoring",
+    "rates",
+    "summary",
+    "saved_run",
+]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
 PHYSICS = {"errors", "pose", "house", "world", "actions"}
 """What a simulator or a generator of houses may know: where to stand and what to do, never what is wanted."""
@@ -47,6 +59,7 @@ HIDDEN = {
     "goals",
     "episode",
     "scoring",
+    "rates",
     "summary",
     "saved_run",
     "record",
