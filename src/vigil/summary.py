@@ -59,8 +59,7 @@ class Settlement:
     @property
     def has_many_errors(self) -> bool:
         """Whether more than 1 % of what was attempted ended as an error."""
-        attempted = len(self.outcomes) + len(self.errors)
-        return len(self.errors) > MAX_ERROR_SHARE * attempted
+        return has_many_errors(len(self.errors), len(self.outcomes))
 
     @property
     def attempts(self) -> tuple[int, ...]:
@@ -76,6 +75,11 @@ class Settlement:
     def has_many_repeats(self) -> bool:
         """Whether more than 1 % of the episodes were begun more than once."""
         return is_repeated_often(self.attempts)
+
+
+def has_many_errors(errors: int, scored: int) -> bool:
+    """Whether more than 1 % of what was attempted ended as an error."""
+    return errors > MAX_ERROR_SHARE * (errors + scored)
 
 
 def repeats(attempts: Sequence[int]) -> str:

@@ -44,7 +44,7 @@ from vigil.record import EPISODES_FILE, RunHeader, read_header
 from vigil.record_file import read_file
 from vigil.saved_run import RecordTable, open_run
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
-from vigil.summary import LIBRARY_REPLIES, MAX_ERROR_SHARE, repeats
+from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
 ROWS_FILE = "rows.parquet"
 ROWS_VERSION = 3
@@ -103,9 +103,8 @@ class Run:
         absent = [family for family in FAMILIES if family not in self.planned]
         if absent:
             found.append(f"without episodes of {', '.join(absent)}; overall rates are not those of a balanced pack")
-        attempted = self.n + len(self.errors)
-        if len(self.errors) > MAX_ERROR_SHARE * attempted:
-            found.append(f"{len(self.errors)} of {attempted} episodes ended as errors (more than 1 %)")
+        if has_many_errors(len(self.errors), self.n):
+            found.append(f"{len(self.errors)} of {self.n + len(self.errors)} episodes ended as errors (more than 1 %)")
         if again := repeats(self.attempts):
             found.append(again)
         return tuple(f"{self.name}: {fault}." for fault in (*found, *self.remarks))
