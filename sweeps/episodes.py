@@ -31,8 +31,9 @@ from vigil.episode import Episode
 from vigil.errors import EpisodeError
 from vigil.goals import check
 from vigil.house import House
+from vigil.jsonl import dump_line
 from vigil.profile import PROFILE_NAMES, Profile
-from vigil.record import EpisodeRecord, StepRecord, dump_line
+from vigil.record import EpisodeRecord, StepRecord
 from vigil.scoring import settle
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.summary import assert_identities

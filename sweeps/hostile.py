@@ -31,10 +31,11 @@ from vigil.episode import Episode
 from vigil.errors import VigilError
 from vigil.house import House
 from vigil.housegen import check_house
+from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, dump_line
+from vigil.record import EpisodeRecord
 from vigil.scoring import settle
 from vigil.sim import make_simulator
 from vigil.world import Setup

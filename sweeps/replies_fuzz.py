@@ -20,9 +20,10 @@ from sweeps import pieces
 from sweeps.pieces import Fall, Finding, Sweep
 from sweeps.reply_forms import Form, any_form
 from vigil.actions import Coordinates, InteractPixel, InvalidAction, Look, Navigate, ParsedReply, Reply, ReplyPolicy
+from vigil.jsonl import dump_line
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
-from vigil.record import StepRecord, dump_line
+from vigil.record import StepRecord
 from vigil.replies import parse, parse_reply
 from vigil.world import WorldState
 

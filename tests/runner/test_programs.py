@@ -142,6 +142,6 @@ def test_attempts_are_counted_by_run_and_survive_a_torn_line(pack: Path, tmp_pat
     assert AttemptLog(path, spec.model_copy(update={"base_url": "http://elsewhere"})).count(key) == 2
     assert AttemptLog(path, spec.model_copy(update={"seed": 5})).count(key) == 0
     path.write_text("{}\n")
-    with pytest.raises(RecordError, match=r"attempts\.jsonl' line 1 is not readable"):
+    with pytest.raises(RecordError, match=r"attempts\.jsonl' line 1: episode_id: Field required\. Restore"):
         AttemptLog(path, spec)
     assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 1

@@ -17,9 +17,10 @@ from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 
 from vigil.errors import InputError, RecordError, SettingError
+from vigil.jsonl import AppendFile
 from vigil.pack import Pack
 from vigil.record import EPISODES_FILE
-from vigil.record_file import RecordLog, read_records
+from vigil.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner import run_folder
 from vigil.runner.dry_run import estimate
@@ -235,11 +236,15 @@ def test_a_folder_that_cannot_be_made_or_written_is_named(pack: Path, tmp_path: 
 
 
 def test_a_full_disk_stops_the_run(pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
-        raise OSError(28, "No space left on device")
+    really = AppendFile._write
 
-    monkeypatch.setattr(RecordLog, "append", fail)
-    with pytest.raises(RecordError, match=r"No space left on device.*same command again"):
+    def fail(file: AppendFile, data: bytes) -> None:
+        if file.path.name == EPISODES_FILE:
+            raise OSError(28, "No space left on device")
+        really(file, data)
+
+    monkeypatch.setattr(AppendFile, "_write", fail)
+    with pytest.raises(RecordError, match=r"episodes\.jsonl': No space left on device.*same command again"):
         run_pack(settings(pack, tmp_path / "run", limit=1))
 
 

@@ -25,7 +25,7 @@ from vigil.profile import Profile
 from vigil.record import EpisodeRecord
 from vigil.runner.frames import FrameStore, redraw
 from vigil.runner.run_folder import FRAMES_FOLDER
-from vigil.runner.verify_run import pack_of
+from vigil.saved_run import load_pack, pack_folder
 from vigil.sim import make_simulator
 
 Runs = Annotated[list[Path], typer.Argument(help="Folders of runs.")]
@@ -108,7 +108,7 @@ def _further(
         best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
         drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
     if diagram:
-        place = str(pack_of(found.runs[0].header, pack).folder)
+        place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (_protocol(place, assets), "The eight families in two tiers, each with a first frame.")
     return drawn
 
@@ -190,7 +190,7 @@ def _trajectory(
 def _tracks(
     runs: list[Run], pack: str | None, episode_id: str, epoch: int, assets: Path | None
 ) -> tuple[Episode, list[Track]]:
-    loaded = [(run, pack_of(run.header, pack)) for run in runs]
+    loaded = [(run, load_pack(run.header, pack)) for run in runs]
     episode = loaded[0][1].episode(episode_id)
     if any(other.episode(episode_id) != episode for _, other in loaded):
         raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")

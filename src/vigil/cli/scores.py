@@ -12,10 +12,9 @@ from rich.table import Table
 
 from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
 from vigil.episode import FAMILIES
-from vigil.pack import Selection
 from vigil.record import RunHeader
-from vigil.runner.verify_run import read_run
-from vigil.summary import LIBRARY_REPLIES, Settlement, settle_run, summarise
+from vigil.saved_run import read_run
+from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
 
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
@@ -60,10 +59,7 @@ class _Settled:
 
 def _settled(path: Path, pack: str | None) -> _Settled:
     run = read_run(path, pack)
-    header = run.header
-    episodes = run.pack.select(Selection(ids=header.spec.episode_ids))
-    settlement = settle_run(episodes, run.rows.standing.values(), header.spec.epochs)
-    return _Settled(path, label_of(header), settlement, (*header.version_notes, *run.rows.notes))
+    return _Settled(path, label_of(run.header), run.table.settlement(), run.notes)
 
 
 def label_of(header: RunHeader) -> str:
