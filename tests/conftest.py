@@ -1,5 +1,6 @@
 """Fixtures for every test."""
 
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,20 +8,32 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from thor_files import write_thor_files
+
+pytest_plugins = ["skips"]
 
 settings.register_profile("vigil", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("vigil")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-PROCTHOR = Path(__file__).parents[2] / "shared" / "procthor"
+REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
+"""A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests take made-up ones."""
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leaves out what is true of the real houses alone, unless they are there."""
+    if REAL_HOUSES is None:
+        real = [item for item in items if item.get_closest_marker("real_houses")]
+        config.hook.pytest_deselected(items=real)
+        items[:] = [item for item in items if item not in real]
 
 
 @pytest.fixture(scope="session")
-def procthor() -> Path:
-    """The folder of real ProcTHOR houses and databases; skips where it is not there."""
-    if not PROCTHOR.is_dir():
-        pytest.skip(f"no real houses at {PROCTHOR}")
-    return PROCTHOR
+def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of houses and databases in ProcTHOR's form: the real ones where VIGIL_PROCTHOR names their folder."""
+    if REAL_HOUSES is not None:
+        return Path(REAL_HOUSES)
+    return write_thor_files(tmp_path_factory.mktemp("thor_files"))
 
 
 @pytest.fixture(scope="module")

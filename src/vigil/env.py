@@ -51,6 +51,16 @@ class Env:
         self._episode: Episode | None = None
         self._end: End | None = None
 
+    def __enter__(self) -> "Env":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the simulator."""
+        self._simulator.close()
+
     @property
     def end(self) -> End | None:
         """How the episode ended; None while it goes on."""

@@ -78,8 +78,9 @@ def test_textures_tile(name: str) -> None:
         assert border <= inside.max() * 1.2 + 2
 
 
-def test_every_thor_material_resolves(procthor: Path) -> None:
-    database = json.loads((procthor / "material-database.json").read_text())
+@pytest.mark.real_houses
+def test_every_thor_material_resolves(thor_files: Path) -> None:
+    database = json.loads((thor_files / "material-database.json").read_text())
     kinds = {category: {material(name).texture_name for name in names} for category, names in database.items()}
     assert None not in kinds["Wood"]
     assert kinds["Wood"] <= {"planks", "parquet", "wood", "wicker"}
@@ -88,7 +89,8 @@ def test_every_thor_material_resolves(procthor: Path) -> None:
     assert kinds["Fabric"] <= {"carpet", "weave", "leather"}
 
 
-def test_solid_wall_colours_tint(procthor: Path) -> None:
-    for colour in json.loads((procthor / "solid-wall-colors.json").read_text()):
+@pytest.mark.real_houses
+def test_solid_wall_colours_tint(thor_files: Path) -> None:
+    for colour in json.loads((thor_files / "solid-wall-colors.json").read_text()):
         tint = (colour["r"], colour["g"], colour["b"])
         assert material("PureWhite", tint).rgba[:3] == tint

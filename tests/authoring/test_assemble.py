@@ -150,7 +150,7 @@ def test_a_pack_is_frozen_with_its_card_and_the_truth_about_reviews(drafts_file:
     episodes = [each.episode for each in drafts_file.read().drafts]
     given = [
         review(episodes[0], "approve"),
-        review(episodes[1], "approve", reviewer_kind="model", reviewer="checker"),
+        review(episodes[1], "approve", reviewer_kind="model", reviewer="model: checker"),
         review(episodes[0], "edit", instruction=f"Please: {episodes[0].instruction}"),
     ]
     wish = Wish("mine", 5, aliases=("ours",), description="A few searches.", families=("VS",))

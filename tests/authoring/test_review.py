@@ -78,6 +78,8 @@ def test_a_broken_line_is_named(tmp_path: Path) -> None:
         {"verdict": "difficulty"},
         {"verdict": "note", "text": "  "},
         {"verdict": "approve", "reviewer": "../ada"},
+        {"verdict": "approve", "reviewer": "gpt", "reviewer_kind": "model"},
+        {"verdict": "approve", "reviewer": "model: gpt"},
     ],
 )
 def test_a_verdict_carries_what_it_says(fields: dict[str, Any]) -> None:

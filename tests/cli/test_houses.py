@@ -136,9 +136,9 @@ def test_a_folder_is_no_house_file(tmp_path):
     assert "is no file" in said
 
 
-def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, procthor):
+def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, thor_files):
     bedroom.save(tmp_path / "house.json")
-    database = procthor / "asset-database.json"
+    database = thor_files / "asset-database.json"
     arguments = ["export", tmp_path / "house.json", tmp_path / "thor.json", "--asset-database", database]
     assert isinstance(houses(*arguments).exception, SettingError)
     done = houses(*arguments, "--thor")

@@ -16,13 +16,13 @@ SAID_TO_BE_MISSING = {"Cabinet", "Drawer", "Shelf", "Stove", "Curtains", "Bathtu
 
 
 @pytest.fixture(scope="module")
-def thor(procthor):
-    return AssetDatabase.load(procthor / "asset-database.json")
+def thor(thor_files):
+    return AssetDatabase.load(thor_files / "asset-database.json")
 
 
 @pytest.fixture(scope="module")
-def materials(procthor):
-    return load_materials(procthor / "material-database.json")
+def materials(thor_files):
+    return load_materials(thor_files / "material-database.json")
 
 
 @pytest.fixture(scope="module", params=["kitchen", "bathroom", "2"])
@@ -138,15 +138,15 @@ def test_a_database_without_any_of_the_types_is_refused():
 
 
 @pytest.mark.parametrize("name", ["house_0", "house_1", "house_2"])
-def test_a_house_of_thors_assets_stays_as_it_is(procthor, thor, materials, name):
-    house = House.load(procthor / f"{name}.json")
+def test_a_house_of_thors_assets_stays_as_it_is(thor_files, thor, materials, name):
+    house = House.load(thor_files / f"{name}.json")
     result = export_thor(house, thor, materials)
     assert result.left_out == result.crowded_out == []
     assert result.data == house.data
 
 
-def test_things_of_thor_on_changed_furniture_stay_themselves(procthor, thor):
-    house = House.load(procthor / "house_1.json")
+def test_things_of_thor_on_changed_furniture_stay_themselves(thor_files, thor):
+    house = House.load(thor_files / "house_1.json")
     data = copy.deepcopy(house.data)
     carrier = next(node for node in data["objects"] if node.get("children") and "Table" in node["id"])
     held = {node["id"]: node["assetId"] for node in carrier["children"]}

@@ -17,7 +17,7 @@ from vigil.sim.build import build_scene
 from vigil.sim.geometry import prisms_of, whole_box
 from vigil.sim.supports import surface_frame, surface_named
 from vigil.sim.trial_house import DOOR, PANE, trial_house
-from vigil.world import Setup
+from vigil.world import ObjectSetup, Setup
 
 SIZES = AssetDatabase.default()
 
@@ -118,30 +118,32 @@ def test_an_opening_with_an_objects_id_is_refused(data):
         build_scene(House("h", data), SIZES)
 
 
-def test_real_houses_build_with_every_object(procthor):
-    assets = AssetDatabase.load(procthor / "asset-database.json")
-    with gzip.open(procthor / "one_room_train.jsonl.gz", "rt") as lines:
+def test_houses_of_thors_assets_build_with_every_object(thor_files):
+    assets = AssetDatabase.load(thor_files / "asset-database.json")
+    with gzip.open(thor_files / "one_room_train.jsonl.gz", "rt") as lines:
         sample = list(itertools.islice(lines, 0, None, 25))
     houses = [House(f"train_{25 * number}", json.loads(line)) for number, line in enumerate(sample)]
-    houses += [House.load(procthor / f"house_{number}.json") for number in range(3)]
+    houses += [House.load(thor_files / f"house_{number}.json") for number in range(3)]
     for house in houses:
         scene = build_scene(house, assets)
         document = house.document
         assert len(scene.things) == len(house.objects()) + len(document.doors) + len(document.windows), house.name
-        settled = [thing.surface is not None for thing in scene.things.values() if thing.parent is not None]
-        assert sum(settled) >= 0.97 * len(settled), house.name
+        carried = [thing for thing in scene.things.values() if thing.parent and not thing.category.endswith("Towel")]
+        assert sum(thing.surface is not None for thing in carried) >= 0.97 * len(carried), house.name
 
 
-def test_the_rooms_of_a_real_house_are_joined_by_its_doors(procthor):
-    simulator = make_simulator("fake", assets=AssetDatabase.load(procthor / "asset-database.json"))
-    house = House.load(procthor / "house_2.json")
+def test_the_rooms_of_such_a_house_are_joined_by_its_doors(thor_files):
+    simulator = make_simulator("fake", assets=AssetDatabase.load(thor_files / "asset-database.json"))
+    house = House.load(thor_files / "house_2.json")
     simulator.load(house)
     assert house.start is not None
-    simulator.reset(house.start, Setup())
+    doors = {door.id: ObjectSetup(openness=1.0) for door in house.document.doors if door.openable}
+    simulator.reset(house.start, Setup(objects=doors))
     places = simulator.reachable(house.start.position)
-    assert len(places) > 1000
+    assert len(places) > 500
     rooms = {simulator.room_at(Vec3(float(x), 0.0, float(z))) for x, z in places}
-    assert len(rooms) == 4  # through the doors
+    assert rooms == {room.id for room in house.document.rooms}
+    assert len(rooms) == 4
 
 
 def test_an_unknown_asset_is_shown_and_noted(data):

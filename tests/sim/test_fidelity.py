@@ -76,11 +76,11 @@ def test_own_houses_have_no_flaws_and_few_triangles(rooms: str, seed: int) -> No
     assert too_many_triangles(house.name, build(scene).triangles, len(scene.rooms)) == []
 
 
-def test_real_houses_have_no_flaws_and_few_triangles(procthor) -> None:
-    assets = AssetDatabase.load(procthor / "asset-database.json")
-    with gzip.open(procthor / "one_room_train.jsonl.gz", "rt") as lines:
+def test_houses_of_thors_assets_have_no_flaws_and_few_triangles(thor_files) -> None:
+    assets = AssetDatabase.load(thor_files / "asset-database.json")
+    with gzip.open(thor_files / "one_room_train.jsonl.gz", "rt") as lines:
         houses = [House(f"train_{n}", json.loads(line)) for n, line in enumerate(itertools.islice(lines, 0, None, 60))]
-    for house in [House.load(procthor / "house_1.json"), *houses]:
+    for house in [House.load(thor_files / "house_1.json"), *houses]:
         scene = build_scene(house, assets)
         assert flaws_of(scene, house, assets) == []
         assert scene.notes == []

@@ -90,9 +90,9 @@ def test_the_page_is_told_for_each_step(bare: Path, view: Site, pack: Pack, draw
 
 
 @pytest.fixture(scope="module")
-def thor_run(procthor: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """A run in a real house of ProcTHOR's, sized by its asset database, drawn by the default backend; and its pack."""
-    with gzip.open(procthor / "one_room_train.jsonl.gz", "rt") as lines:
+    with gzip.open(thor_files / "one_room_train.jsonl.gz", "rt") as lines:
         house = House("real", json.loads(next(lines)))
     start = house.start
     assert start is not None
@@ -103,7 +103,7 @@ def thor_run(procthor: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[
     episode = episode.model_copy(update={"goal": episode.goal.model_copy(update={"object_id": target})})
     pack = loose_pack(folder / "pack", [episode], [house])
     profile = Profile()
-    database = procthor / "asset-database.json"
+    database = thor_files / "asset-database.json"
     spec = RunSpec(
         agent="sweep",
         agent_kind="scripted",
@@ -135,27 +135,27 @@ def thor_run(procthor: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[
 
 
 def test_frames_of_thors_assets_are_drawn_again_with_their_database(
-    thor_run: tuple[Path, Path], procthor: Path, drawer: Drawer
+    thor_run: tuple[Path, Path], thor_files: Path, drawer: Drawer
 ) -> None:
     run, pack = thor_run
-    frame = first_frame(run, pack, drawer, procthor / "asset-database.json")
+    frame = first_frame(run, pack, drawer, thor_files / "asset-database.json")
     assert (frame.origin, frame.is_recorded) == ("redrawn", True)
 
 
 def test_without_their_database_the_error_says_what_to_give(
-    thor_run: tuple[Path, Path], procthor: Path, drawer: Drawer, tmp_path: Path
+    thor_run: tuple[Path, Path], thor_files: Path, drawer: Drawer, tmp_path: Path
 ) -> None:
     run, pack = thor_run
-    other = Path(shutil.copy(procthor / "asset-database.json", tmp_path / "other.json"))
+    other = Path(shutil.copy(thor_files / "asset-database.json", tmp_path / "other.json"))
     other.write_bytes(other.read_bytes() + b"\n")
     for assets in (None, other):
         with pytest.raises(SettingError, match=r"asset database of SHA-256 .* --assets"):
             first_frame(run, pack, drawer, assets)
 
 
-def test_the_pages_of_such_a_house_work(thor_run: tuple[Path, Path], procthor: Path, drawer: Drawer) -> None:
+def test_the_pages_of_such_a_house_work(thor_run: tuple[Path, Path], thor_files: Path, drawer: Drawer) -> None:
     run, pack = thor_run
-    database = procthor / "asset-database.json"
+    database = thor_files / "asset-database.json"
     library = Library([run], [pack], database)
     with served(make_view(library, drawer, look=Look("mujoco", "fast", database))) as site:
         assert "<svg" in site.get("/houses/pack/real").text

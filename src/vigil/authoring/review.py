@@ -33,7 +33,8 @@ class Review(BaseModel):
 
     schema_version: Literal[1] = REVIEW_SCHEMA
     at: datetime
-    reviewer: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
+    reviewer: str = Field(pattern=r"^(model: )?[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
+    """A name; a model's begins with `model: `, so that it tells what it is wherever it is shown."""
     reviewer_kind: Literal["person", "model"] = "person"
     episode_id: str = Field(min_length=1, max_length=200)
     episode_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
@@ -47,6 +48,8 @@ class Review(BaseModel):
 
     @model_validator(mode="after")
     def _carries_what_it_says(self) -> "Review":
+        if (self.reviewer_kind == "model") != self.reviewer.startswith("model: "):
+            raise ValueError("the name of a model, and of no person, begins with `model: `")
         if (self.verdict == "edit") != (self.instruction is not None):
             raise ValueError("`instruction` belongs to `edit`, and `edit` needs it")
         if (self.verdict == "difficulty") != (self.difficulty is not None):

@@ -1,4 +1,7 @@
-"""Simulators: the protocol, the engine-neutral embedded simulator and its engines."""
+"""Simulators: the protocol, the engine-neutral embedded simulator and its engines.
+
+An engine is imported when a simulator of it is made, so that nothing else needs its libraries.
+"""
 
 from collections.abc import Callable
 from typing import Literal
@@ -7,7 +10,6 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.sim.fake import FakeEngine
-from vigil.sim.mujoco.engine import MujocoEngine
 
 Quality = Literal["default", "fast"]
 
@@ -18,6 +20,8 @@ def _fake(assets: AssetDatabase, quality: Quality) -> EmbeddedSimulator:
 
 
 def _mujoco(assets: AssetDatabase, quality: Quality) -> EmbeddedSimulator:
+    from vigil.sim.mujoco.engine import MujocoEngine  # noqa: PLC0415 - loads MuJoCo
+
     return EmbeddedSimulator(MujocoEngine(quality), assets)
 
 

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from vigil.assets.catalog import CATALOG, WALL
-from vigil.sim.geometry import Prism, joint_of, part_motion, penetration, prisms_of
+from vigil.sim.geometry import Prism, joint_of, part_motion, penetrations, prisms_of
 from vigil.sim.scene import Thing
 from vigil.sim.state import AGENT, SceneState
 from vigil.sim.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
@@ -48,10 +48,11 @@ def _struck(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[st
     obstacles = _within_reach(obstacles, path)
     if not obstacles:
         return None
-    at_rest = _depths(path[0], obstacles)
+    solids = [solid for _, solid in obstacles]
+    at_rest = penetrations(path[0], solids)
     slack = np.array([_tolerance(state, owner) for owner, _ in obstacles])
     for prisms in path[1:]:
-        excess = _depths(prisms, obstacles) - np.maximum(at_rest, 0.0) - slack
+        excess = penetrations(prisms, solids) - np.maximum(at_rest, 0.0) - slack
         if float(excess.max()) > 0.0:
             return obstacles[int(np.unravel_index(int(excess.argmax()), excess.shape)[1])][0]
     return None
@@ -162,15 +163,3 @@ def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> l
         if not is_beside and prism.bottom < top and prism.top > bottom:
             near.append((owner, prism))
     return near
-
-
-def _depths(prisms: list[Prism], obstacles: list[tuple[str, Prism]]) -> np.ndarray:
-    """Returns (len(prisms), len(obstacles)) penetrations (m)."""
-    bounds = np.array([obstacle.bounds for _, obstacle in obstacles])
-    depths = np.full((len(prisms), len(obstacles)), -1.0)
-    for row, prism in enumerate(prisms):
-        left, front, right, back = prism.bounds
-        near = (bounds[:, 0] < right) & (bounds[:, 2] > left) & (bounds[:, 1] < back) & (bounds[:, 3] > front)
-        for column in np.flatnonzero(near):
-            depths[row, column] = penetration(prism, obstacles[column][1])
-    return depths

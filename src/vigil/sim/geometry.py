@@ -177,8 +177,20 @@ def penetration(a: Prism, b: Prism) -> float:
     return min(depth, float(overlap.min()))
 
 
+def penetrations(prisms: list[Prism], others: list[Prism]) -> np.ndarray:
+    """Returns (len(prisms), len(others)) penetrations (m); -1 where the bounds on the floor tell that there is none."""
+    bounds = np.array([other.bounds for other in others]).reshape(-1, 4)
+    depths = np.full((len(prisms), len(others)), -1.0)
+    for row, prism in enumerate(prisms):
+        left, front, right, back = prism.bounds
+        near = (bounds[:, 0] < right) & (bounds[:, 2] > left) & (bounds[:, 1] < back) & (bounds[:, 3] > front)
+        for column in np.flatnonzero(near):
+            depths[row, column] = penetration(prism, others[column])
+    return depths
+
+
 def _edge_normals(polygon: np.ndarray) -> np.ndarray:
-    edges = np.roll(polygon, -1, axis=0) - polygon
+    edges = np.concatenate([polygon[1:], polygon[:1]]) - polygon
     lengths = np.hypot(edges[:, 0], edges[:, 1])
     edges = edges[lengths > 1e-9] / lengths[lengths > 1e-9, None]
     normals = np.column_stack([edges[:, 1], -edges[:, 0]])

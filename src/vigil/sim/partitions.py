@@ -11,7 +11,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from vigil.assets.asset import Asset
-from vigil.sim.geometry import Prism, convex_hull, part_motion, penetration, place_of
+from vigil.sim.geometry import Prism, convex_hull, part_motion, penetrations, place_of
 from vigil.sim.motion import polygon_of, wall_prisms
 from vigil.sim.scene import Scene, Thing
 from vigil.world import CLOSED_BELOW
@@ -42,9 +42,10 @@ class Partitions:
         if not near:
             return None
         hulls = [_leaves(thing, openness) for openness in path]
-        deepest = np.maximum([_depth(hulls[0], plane) for _, plane in near], 0.0) + THROUGH_M
+        planes = [plane for _, plane in near]
+        deepest = penetrations(hulls[0], planes).max(axis=0, initial=0.0) + THROUGH_M
         for leaves in hulls:
-            excess = np.array([_depth(leaves, plane) for _, plane in near]) - deepest
+            excess = penetrations(leaves, planes).max(axis=0, initial=-1.0) - deepest
             if excess.max() > 0.0:
                 return near[int(excess.argmax())][0]
         return None
@@ -125,7 +126,3 @@ def _within(thing: Thing) -> tuple[float, float, float, float]:
 def _meets(within: tuple[float, float, float, float], plane: Prism) -> bool:
     x0, z0, x1, z1 = plane.bounds
     return x0 <= within[2] and x1 >= within[0] and z0 <= within[3] and z1 >= within[1]
-
-
-def _depth(leaves: list[Prism], plane: Prism) -> float:
-    return max((penetration(leaf, plane) for leaf in leaves), default=-1.0)

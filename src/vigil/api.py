@@ -1,0 +1,111 @@
+"""What `import vigil` offers: load a pack, play its episodes with an agent of your own, and judge the records.
+
+    import vigil
+
+    pack = vigil.load_pack("starter")
+    with vigil.make_env(pack) as env:
+        records = [vigil.play(episode, env, MyAgent()) for episode in pack.episodes]
+    print(vigil.summarise(pack.episodes, records)["overall"])
+
+An agent has a `name`, `start(instruction)` and `act(observation) -> vigil.Reply`. Modules below may move from one
+version to the next; these names stay.
+"""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from vigil import summary
+from vigil.actions import Reply
+from vigil.agents.agent import Agent
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.errors import VigilError
+from vigil.house import House
+from vigil.housegen import generate, spec_for
+from vigil.observation import Feedback, Observation
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord
+from vigil.record_file import read_records
+from vigil.runner import play as playing
+from vigil.scoring import Outcome, settle
+from vigil.sim import Quality, make_simulator
+
+__all__ = [
+    "Agent",
+    "Env",
+    "Episode",
+    "EpisodeRecord",
+    "Feedback",
+    "House",
+    "Observation",
+    "Outcome",
+    "Pack",
+    "Profile",
+    "Reply",
+    "VigilError",
+    "generate_house",
+    "load_pack",
+    "make_env",
+    "play",
+    "read_records",
+    "reply",
+    "settle",
+    "summarise",
+]
+
+
+def load_pack(name: str | Path) -> Pack:
+    """Returns a pack that VIGIL comes with, by its name, or one in a folder. Raises PackMismatch."""
+    return Pack.load(name)
+
+
+def make_env(
+    pack: Pack,
+    profile: Profile | None = None,
+    *,
+    backend: str = "mujoco",
+    quality: Quality = "default",
+    asset_database: Path | None = None,
+) -> Env:
+    """Returns an environment for the episodes of `pack`; leaving its `with` block closes the simulator.
+
+    `profile` says what the agent is shown and how its replies are read (default: the paper's baseline). `quality`
+    `"fast"` draws two to three times as many frames, without shadows. `asset_database` is AI2-THOR's file, for houses
+    of its assets. Raises SettingError on an unknown backend or a broken database.
+    """
+    assets = AssetDatabase.default() if asset_database is None else AssetDatabase.load(asset_database)
+    simulator = make_simulator(backend, assets=assets, quality=quality)
+    return Env(simulator, pack.house_of, profile or Profile())
+
+
+def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: int = 1) -> EpisodeRecord:
+    """Returns the record of one episode, played to its end.
+
+    The agent sees the instruction and observations, nothing else. What fails in the agent's program or the simulator
+    ends the episode as `error`, with the reason in the record: it is counted, never scored.
+    """
+    playing.play(episode, env, agent)
+    return env.record(run_id=run_id, epoch=epoch)
+
+
+def reply(skill_name: str, **arguments: Any) -> Reply:
+    """Returns an agent's reply: one skill with its arguments, as `reply("look", direction="up", magnitude=15)`."""
+    return Reply(text=json.dumps({"skill_name": skill_name, "arguments": arguments}))
+
+
+def summarise(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], *, epochs: int = 1) -> dict[str, Any]:
+    """Returns the rates of the records, `{"overall": rates, "families": {family: rates}}`, with 95 % intervals.
+
+    `episodes` are those that were meant to be played, `epochs` times each; what is missing is counted as such. Raises
+    RecordError on a record of any other episode.
+    """
+    return summary.summarise(summary.settle_run(episodes, records, epochs))
+
+
+def generate_house(seed: int, spec: str = "4") -> House:
+    """Returns the furnished house of a seed; `spec` is a number of rooms (1 to 10) or a name such as `kitchen`."""
+    return generate(seed, spec_for(spec))

@@ -1,0 +1,21 @@
+"""No test is skipped but for want of what a machine need not have: any other skip is a failure."""
+
+from collections.abc import Generator
+
+import pytest
+
+MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'")
+"""What the reason of an accepted skip names."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Turns a skip for any other reason into a failure that says so."""
+    report = yield
+    if report.skipped and not hasattr(report, "wasxfail"):
+        assert isinstance(report.longrepr, tuple)
+        reason = report.longrepr[2]
+        if not any(name in reason for name in MAY_BE_MISSING):
+            report.outcome = "failed"
+            report.longrepr = f"{item.nodeid} was skipped for a reason that is not accepted. {reason}"
+    return report

@@ -1,0 +1,57 @@
+"""Made-up files of AI2-THOR's and ProcTHOR's forms: what the real ones look like, with things and numbers of our own.
+
+asset-database.json       THOR's list of assets with their bounding boxes
+material-database.json    THOR's names of materials by kind
+house_0.json ... 2        houses of one, two and four rooms made of those assets
+one_room_train.jsonl.gz   more houses, one a line
+"""
+
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.housegen import generate, spec_for
+from vigil.housegen.thor_export import export_thor
+
+UNKNOWN_TO_THOR = {"Cabinet", "Drawer", "Shelf", "Stove", "Curtains", "Bathtub", "Mirror", "CeilingLamp", "Rug"}
+"""Of what stands in our houses, the categories that THOR's database has no asset for."""
+SCALES = (0.85, 1.0, 1.2)
+MATERIALS = {
+    "Wood": ["LightWoodFloor", "DarkWoodPlanks", "WoodGrain_Oak"],
+    "Wall": ["BrickSmall", "PlasterDrywall", "CeramicTiles"],
+    "Fabric": ["CarpetBeige", "FabricWeave"],
+}
+HOUSES = {"house_0": ("bedroom", 3), "house_1": ("bedroom-living", 0), "house_2": ("4", 6)}
+MORE_HOUSES = (("bathroom", 4), ("kitchen", 4), ("living-room", 2))
+
+
+def write_thor_files(folder: Path) -> Path:
+    """Writes the files and returns their folder."""
+    assets = folder / "asset-database.json"
+    assets.write_text(json.dumps(_assets()))
+    (folder / "material-database.json").write_text(json.dumps(MATERIALS))
+    thor = AssetDatabase.load(assets)
+    for name, (spec, seed) in HOUSES.items():
+        _house(name, spec, seed, thor).save(folder / f"{name}.json")
+    with gzip.open(folder / "one_room_train.jsonl.gz", "wt") as lines:
+        for spec, seed in MORE_HOUSES:
+            lines.write(json.dumps(_house(spec, spec, seed, thor).data) + "\n")
+    return folder
+
+
+def _assets() -> dict[str, list[dict[str, Any]]]:
+    return {name: _rows(name) for name in CATALOG if name not in UNKNOWN_TO_THOR}
+
+
+def _rows(category: str) -> list[dict[str, Any]]:
+    size = CATALOG[category].typical_size
+    boxes = [{axis: scale * side for axis, side in zip("xyz", size, strict=True)} for scale in SCALES]
+    return [{"assetId": f"{category}_{number}", "boundingBox": box} for number, box in enumerate(boxes, start=1)]
+
+
+def _house(name: str, spec: str, seed: int, thor: AssetDatabase) -> House:
+    return House(name, export_thor(generate(seed, spec_for(spec)), thor, MATERIALS).data)
