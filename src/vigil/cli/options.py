@@ -18,7 +18,8 @@ def with_options(verb: Function) -> Function:
     """Returns a verb's function as Typer takes it.
 
     A parameter whose type is a dataclass of settings becomes an option for each setting of it; one that declares a
-    `Setting` becomes an option; Typer's own options and arguments stay as they are.
+    `Setting` becomes an option; Typer's own options and arguments stay as they are. What is on by default gets the
+    option `--no-NAME`.
     """
     parameters = inspect.signature(verb, eval_str=True).parameters
     groups = {
@@ -64,9 +65,8 @@ def _parameters(parameter: inspect.Parameter, group: list[Declared] | None) -> I
 def _option(one: Declared) -> Any:
     setting = one.setting
     name = setting.name or one.name.replace("_", "-")
-    flag = f"--{name}/--no-{name}" if one.default is True else f"--{name}"
     return typer.Option(
-        flag,
+        f"--no-{name}" if one.default is True else f"--{name}",
         help=setting.help,
         min=setting.least,
         max=setting.most,
@@ -89,6 +89,8 @@ def _text_type(one: Declared) -> Any:
 
 def _shown(one: Declared) -> Any:
     """Returns the default that the help shows and Typer fills in."""
+    if one.default is True:
+        return False
     is_collection = one.setting.read is not None or get_origin(one.kind) is tuple
     return None if is_collection else one.default
 
@@ -97,6 +99,8 @@ def _value(one: Declared, given: Any) -> Any:
     """Returns the setting that Typer's value is."""
     if given is None or given == []:
         return one.default
+    if one.default is True:
+        return not given
     if one.setting.read is not None:
         return one.setting.read(given)
     return tuple(given) if get_origin(one.kind) is tuple else given

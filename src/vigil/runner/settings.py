@@ -78,7 +78,7 @@ class RunSettings:
     families: Families = ()
     episode_ids: EpisodeIds = ()
     workers: SimulatorWorkers = None
-    max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1)] = 16
+    max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1, metavar="N")] = 16
     profile: Annotated[str, Setting("baseline or action_feedback, or a profile's full name.", metavar="NAME")] = (
         "baseline"
     )
@@ -86,10 +86,10 @@ class RunSettings:
     coordinates: Annotated[Coordinates | None, Setting("How it points.", unset="by model")] = None
     """None takes the published table's entry for the model."""
     reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
-    epochs: Annotated[int, Setting("Play each episode so often.", least=1)] = 1
+    epochs: Annotated[int, Setting("Play each episode so often.", least=1, metavar="N")] = 1
     temperature: Annotated[float | None, _NOT_SENT] = None
     top_p: Annotated[float | None, _NOT_SENT] = None
-    max_tokens: Annotated[int | None, replace(_NOT_SENT, least=1)] = None
+    max_tokens: Annotated[int | None, replace(_NOT_SENT, least=1, metavar="N")] = None
     reasoning_effort: Annotated[Reasoning | None, Setting(_EFFORTS, metavar="LEVEL")] = None
     model_args: Annotated[
         Mapping[str, Any],
@@ -107,10 +107,10 @@ class RunSettings:
     simulator_factory: SimulatorFactory | None = None
     """Makes a simulator of one's own, which `backend` then only names in the header. Must be picklable."""
     asset_database: AssetFile = None
-    reply_seconds: Annotated[int, Setting("How long one reply may take.", least=1)] = REPLY_SECONDS
+    reply_seconds: Annotated[int, Setting("How long one reply may take.", least=1, metavar="SECONDS")] = REPLY_SECONDS
     """Of a model or a program."""
     seed: Annotated[int, Setting("For scheduling and scripted agents.")] = 0
-    preflight: Annotated[bool, Setting("First prove that the model sees pictures.")] = True
+    preflight: Annotated[bool, Setting("Do not first prove that the model sees pictures.")] = True
     retries: Annotated[int, Setting("Tries of a request after the first.", least=0, is_option=False)] = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0
