@@ -1,7 +1,6 @@
 """Reports, figures and the two verbs: every table in every format, over whole, partial and empty runs."""
 
 import csv
-import html
 import io
 import json
 import re
@@ -10,18 +9,20 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from markupsafe import escape
 from matplotlib.text import Annotation
 from published import Plot, Write, small_records, thousand, write_anchor, write_pack
 from typer.testing import CliRunner
 
 from vigil.analysis.figures import FIGURES
+from vigil.analysis.page import html_table
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
 from vigil.analysis.rows import read_runs
 from vigil.analysis.study import Study, study
 from vigil.analysis.style import saved
 from vigil.analysis.table import Column, Row, Table, printed
 from vigil.analysis.tables import PAPER_TABLES, TABLES, tables
-from vigil.analysis.text import html_table, latex, markdown
+from vigil.analysis.text import latex, markdown
 from vigil.cli import app, reports
 from vigil.profile import ACTION_FEEDBACK, Profile
 
@@ -103,7 +104,7 @@ def test_own_rows_alone_without_the_paper(mixed: Study):
 
 def test_faults_and_limits_stand_before_any_number(mixed: Study):
     page = html_report(make_report(mixed))
-    for text in ("empty: no episode is scored", "INCOMPLETE: 1 of 16", html.escape(LIMITS[0][:40])):
+    for text in ("empty: no episode is scored", "INCOMPLETE: 1 of 16", str(escape(LIMITS[0][:40]))):
         assert page.index(text) < page.index("<table")
 
 

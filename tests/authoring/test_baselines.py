@@ -147,7 +147,9 @@ def test_a_sheet_has_room_for_every_frame_and_its_words():
 
 def test_the_commands_measure_and_show_a_pack(pack, tmp_path):
     runner = CliRunner()
-    done = runner.invoke(app, ["pack", "baselines", str(pack.folder), "--log-dir", str(tmp_path / "runs"), "--card"])
+    done = runner.invoke(
+        app, ["pack", "baselines", str(pack.folder), "--log-dir", str(tmp_path / "runs"), "--workers", "1", "--card"]
+    )
     assert done.exit_code == 2  # in a room so small, walking ahead ends near the table
     assert "broken: forward: W is 100.0% in DA" in done.output
     kept = Baselines.model_validate_json((pack.folder / BASELINES).read_bytes())

@@ -10,6 +10,7 @@ from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.starter import HOUSES, SLOTS
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.goals import is_observable
+from vigil.housegen.document import generators_of
 from vigil.pack import Pack
 
 
@@ -35,6 +36,12 @@ def test_houses_are_many_and_varied(starter: Pack) -> None:
     uses = Counter((episode.family, episode.house.name) for episode in starter.episodes)
     assert max(uses.values()) <= 2
     assert len(HOUSES) == len(names)
+
+
+def test_houses_are_frozen_as_the_generator_made_them_that_the_manifest_names(starter: Pack) -> None:
+    """Today's generator, a later version, makes others."""
+    houses = [starter.house_of(episode) for episode in starter.episodes]
+    assert generators_of(houses) == starter.manifest.meta["house_generator"] == "2"
 
 
 def test_targets_are_many(starter: Pack) -> None:

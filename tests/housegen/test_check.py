@@ -2,11 +2,13 @@ import copy
 import gzip
 import json
 
+import numpy as np
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import Fault, check_house
+from vigil.housegen.solids import bodies_of
 
 
 def rules(data: dict) -> list[str]:
@@ -116,6 +118,38 @@ def test_something_before_a_drawer(data):
     }
     data["objects"].append(box)
     assert any(fault.rule == "blocked-opening" and fault.subject == dresser["id"] for fault in faults(data))
+
+
+def book_at(x: float, y: float, z: float) -> dict:
+    """A book, 3 cm thick, on y; its cover opens to -x."""
+    asset = "vigil_Book_1"
+    size = AssetDatabase.default().look_up(asset, "Book|2|999").size
+    place, turn = {"x": x, "y": y + size.y / 2, "z": z}, {"x": 0, "y": 0, "z": 0}
+    return {"id": "Book|2|999", "assetId": asset, "position": place, "rotation": turn, "kinematic": False}
+
+
+def kept_books(data: dict) -> list[tuple[str, str | None]]:
+    return [(each.rule, each.other) for each in faults(data) if each.subject == "Book|2|999" and "open" in each.message]
+
+
+def test_a_cover_that_reaches_through_a_wall(data):
+    corners = [(point["x"], point["z"]) for point in data["rooms"][0]["floorPolygon"]]
+    left, width = min(x for x, _ in corners), AssetDatabase.default().look_up("vigil_Book_1", "Book|2|999").size.x
+    front, back = (end(z for x, z in corners if x == left) for end in (min, max))
+    for away, expected in ((0.05, [("blocked-opening", None)]), (1.5 * width, [])):
+        book = book_at(left + away + width / 2, 2.2, (front + back) / 2)  # over all that stands and hangs there
+        assert kept_books({**data, "objects": [*data["objects"], book]}) == expected
+
+
+def test_a_cover_that_hits_the_drawer_that_its_book_lies_in(data):
+    dresser = find(data, "Dresser")
+    body = next(
+        each for each in bodies_of(House("bedroom", data), AssetDatabase.default())[0] if each.id == dresser["id"]
+    )
+    drawer = next(surface for surface in body.asset.surfaces if surface.joint)
+    x, z = body.over_floor(np.array((drawer.center.x, drawer.center.z))).tolist()
+    dresser["children"] = [book_at(x, body.position.y + drawer.center.y, z)]
+    assert kept_books(data) == [("blocked-opening", dresser["id"])]
 
 
 @pytest.mark.parametrize("name", ["house_0", "house_1", "house_2"])

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from quick_runs import quick
 from tiny_pack import tiny_pack
 from troublesome import REPORT
 
@@ -15,7 +16,6 @@ from vigil.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
-from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.summary import settle_run, summarise
 
@@ -47,16 +47,8 @@ def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def played(pack: Path, tmp_path: Path, body: str, **changes: Any) -> RunResult:
     agent = tmp_path / "agent.py"
     agent.write_text(HEAD + "".join(f"    {line}\n" for line in body.splitlines()))
-    fields: dict[str, Any] = {
-        "pack": pack,
-        "agent": f"exec:{sys.executable} {agent} {tmp_path / 'notes'}",
-        "log_dir": tmp_path / "run",
-        "backend": "fake",
-        "workers": 1,
-        "first_wait_s": 0.0,
-        "episode_ids": ("tiny-AI-003",),
-    }
-    return run_pack(RunSettings(**{**fields, **changes}))
+    fields = {"agent": f"exec:{sys.executable} {agent} {tmp_path / 'notes'}", "episode_ids": ("tiny-AI-003",)}
+    return run_pack(quick(pack, tmp_path / "run", **{**fields, **changes}))
 
 
 def test_a_program_that_looks_round_and_ends_goes_on_where_it_was(pack: Path, tmp_path: Path) -> None:

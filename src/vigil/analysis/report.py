@@ -3,12 +3,9 @@
 One order for all formats: what is wrong with the data, how to read it, the figures, the tables.
 """
 
-import base64
-import html
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -16,13 +13,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from vigil.analysis.figures import CAPTIONS, FIGURES
+from vigil.analysis.page import Page, Picture, Section, html_page
 from vigil.analysis.paper import NOTE
 from vigil.analysis.rows import frame_of
 from vigil.analysis.study import Study
 from vigil.analysis.style import saved
 from vigil.analysis.table import Table
 from vigil.analysis.tables import PAPER_TABLES, tables
-from vigil.analysis.text import LEGEND, html_table, html_text, latex, latex_text, markdown
+from vigil.analysis.text import LEGEND, latex, latex_text, markdown
 from vigil.errors import SettingError
 
 Drawn = tuple[Figure, str]
@@ -119,27 +117,12 @@ def markdown_report(report: Report, figures: bool = True) -> str:
 
 def html_report(report: Report) -> str:
     """Returns the whole report as one page that needs nothing beside it."""
-    template = (files("vigil.analysis") / "report.html").read_text(encoding="utf-8")
-    figures = "".join(_html_figure(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items())
-    body, contents = [], ['<li><a href="#figures">Figures</a></li>']
-    for heading, names in zip(_HEADINGS, _GROUPS, strict=True):
-        anchor = heading.lower().replace(" ", "-").replace("'", "").replace(",", "")
-        links = "".join(f'<li><a href="#{name}">{html.escape(report.tables[name].title)}</a></li>' for name in names)
-        contents.append(f'<li><a href="#{anchor}">{html.escape(heading)}</a><ul>{links}</ul></li>')
-        body.append(f'<h2 id="{anchor}">{html.escape(heading)}</h2>')
-        body += [html_table(report.tables[name]) for name in names]
-    filled = {
-        "WARNINGS": _html_list("warnings", "Read this first", report.study.warnings),
-        "SUMMARY": html.escape(_summary(report.study)),
-        "LIMITS": _html_list("limits", "What these numbers do and do not say", LIMITS),
-        "LEGEND": html.escape(LEGEND),
-        "CONTENTS": "".join(contents),
-        "FIGURES": figures,
-        "BODY": "".join(body),
-    }
-    for name, text in filled.items():
-        template = template.replace(f"<!--{name}-->", text)
-    return template
+    sections = [
+        Section(heading, tuple(report.tables[name] for name in names))
+        for heading, names in zip(_HEADINGS, _GROUPS, strict=True)
+    ]
+    pictures = [Picture(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
+    return html_page(Page(_summary(report.study), LEGEND, report.study.warnings, LIMITS, sections, pictures))
 
 
 def json_report(report: Report) -> str:
@@ -258,20 +241,6 @@ def _latex_list(heading: str, lines: tuple[str, ...]) -> list[str]:
         return []
     items = (rf"\item {latex_text(line)}" for line in lines)
     return [rf"\subsection*{{{latex_text(heading)}}}", r"\begin{itemize}", *items, r"\end{itemize}"]
-
-
-def _html_list(kind: str, heading: str, lines: tuple[str, ...]) -> str:
-    if not lines:
-        return ""
-    items = "".join(f"<li>{html_text(line)}</li>" for line in lines)
-    return f'<aside class="{kind}"><h2>{html.escape(heading)}</h2><ul>{items}</ul></aside>'
-
-
-def _html_figure(name: str, svg: bytes, text: str) -> str:
-    data = base64.b64encode(svg).decode()
-    caption = html.escape(text)
-    picture = f'<img alt="{caption}" src="data:image/svg+xml;base64,{data}">'
-    return f'<figure id="figure-{name}">{picture}<figcaption>{caption}</figcaption></figure>'
 
 
 def _plain(value: Any) -> Any:

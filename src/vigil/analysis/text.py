@@ -1,6 +1,5 @@
-"""Text: tables as Markdown, LaTeX and HTML."""
+"""Text: tables as Markdown and LaTeX."""
 
-import html
 import re
 from collections.abc import Iterator
 from itertools import groupby
@@ -29,7 +28,7 @@ _LATEX = {
 ROWS_OF_A_PAGE = 60
 LONG_TEXT, LONG_TEXT_CM = 80, 11
 """Texts of more letters are folded to that width in LaTeX."""
-_CODE = re.compile(r"`([^`]+)`")
+CODE = re.compile(r"`([^`]+)`")
 NO_ROWS = "No rows: nothing among these runs belongs here."
 
 
@@ -71,31 +70,14 @@ def latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def html_table(table: Table) -> str:
-    """Returns a table as HTML: a section with a heading, the table in a scrolling box, its notes."""
-    heads = "".join(f'<th scope="col" class="{column.kind}">{_html(column.heading)}</th>' for column in table.columns)
-    bodies = []
-    for group, rows in groupby(table.rows, key=lambda row: row.group):
-        name = f'<th scope="rowgroup" colspan="{len(table.columns)}">{_html(group)}</th>'
-        head = f'<tr class="group">{name}</tr>' if group else ""
-        bodies.append(f"<tbody>{head}{''.join(_html_row(table, row) for row in rows)}</tbody>")
-    if not table.rows:
-        bodies.append(f'<tbody><tr><td class="none" colspan="{len(table.columns)}">{NO_ROWS}</td></tr></tbody>')
-    notes = "".join(f"<p class='note'>{html_text(note)}</p>" for note in table.notes)
-    link = f'<a class="name" href="#{table.name}">{table.name}</a>'
-    return (
-        f'<section id="{table.name}"><h3>{_html(table.title)} {link}</h3>'
-        f'<div class="box"><table><thead><tr>{heads}</tr></thead>{"".join(bodies)}</table></div>{notes}</section>'
-    )
-
-
 def mark(row: Row) -> str:
     """Returns the mark that a row's name carries."""
     marks = [MARKS["published"]] if row.is_published else []
     return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
 
 
-def _named(table: Table, row: Row, column: Column) -> str:
+def named(table: Table, row: Row, column: Column) -> str:
+    """Returns what a cell shows; the first of a row carries the row's mark."""
     text = table.cell(row, column)
     return text + mark(row) if column is table.columns[0] else text
 
@@ -105,7 +87,7 @@ def _md(text: str) -> str:
 
 
 def _md_cell(table: Table, row: Row, column: Column) -> str:
-    text = _md(_named(table, row, column))
+    text = _md(named(table, row, column))
     if column.key in row.bold:
         text = f"**{text}**"
     return f"{text} ({row.tints[column.key]})" if column.key in row.tints else text
@@ -122,12 +104,7 @@ def escaped(text: str) -> str:
 
 def latex_text(text: str) -> str:
     """Returns a sentence as LaTeX; what stands between back-ticks is set as code."""
-    return _CODE.sub(r"\\texttt{\1}", escaped(text))
-
-
-def html_text(text: str) -> str:
-    """Returns a sentence as HTML; what stands between back-ticks is set as code."""
-    return _CODE.sub(r"<code>\1</code>", _html(text))
+    return CODE.sub(r"\\texttt{\1}", escaped(text))
 
 
 def _tex_kind(table: Table, column: Column) -> str:
@@ -148,31 +125,9 @@ def _tex_rows(table: Table) -> Iterator[str]:
 
 
 def _tex_cell(table: Table, row: Row, column: Column) -> str:
-    text = escaped(_named(table, row, column))
+    text = escaped(named(table, row, column))
     if column.key in row.bold:
         text = rf"\textbf{{{text}}}"
     if column.key in row.tints:
         text = rf"\cellcolor{{{row.tints[column.key]}tint}}{text}"
     return rf"\textcolor{{gray}}{{{text}}}" if row.is_published else text
-
-
-def _html(text: str) -> str:
-    return html.escape(text)
-
-
-def _html_row(table: Table, row: Row) -> str:
-    classes = " ".join(
-        name for name, has in (("published", row.is_published), ("privileged", row.is_privileged)) if has
-    )
-    cells = []
-    for column in table.columns:
-        text = _html(_named(table, row, column))
-        if column.kind == "text" and column is not table.columns[0]:
-            text = text.replace("_", "_<wbr>")
-        if column.kind == "rate":
-            text = re.sub(r" (\[.*\])$", r' <span class="ci">\1</span>', text)
-        if column.key in row.bold:
-            text = f"<b>{text}</b>"
-        tint = f" tint-{row.tints[column.key]}" if column.key in row.tints else ""
-        cells.append(f'<td class="{column.kind}{tint}">{text}</td>')
-    return f'<tr class="{classes}">{"".join(cells)}</tr>'

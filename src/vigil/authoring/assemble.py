@@ -22,7 +22,7 @@ from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError
 from vigil.freezing import check_free, freeze
 from vigil.house import House, canonical_json
-from vigil.housegen.generate import GENERATOR_VERSION
+from vigil.housegen.document import generators_of
 from vigil.pack import Pack
 
 HOUSE_USES = 3
@@ -216,8 +216,8 @@ def assemble(
     """
     check_free(out, wish.name)
     chosen, bad = select_holding(candidates(files, reviews, kept), wish, check)
-    meta = _meta(chosen, files, wish)
     houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
+    meta = _meta(chosen, files, wish) | {"house_generator": generators_of(houses)}
     facts = [{"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json")} for c in chosen]
     pack = freeze(
         out,
@@ -249,7 +249,6 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], wish: Wish) 
         "aliases": list(wish.aliases),
         "authors": sorted({header.author for header in headers}),
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
-        "house_generator": GENERATOR_VERSION,
         "reviews": review_counts(chosen),
         "seed": wish.seed,
         "simulator": sorted({header.simulator for header in headers}),

@@ -5,25 +5,23 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from shapely import MultiPoint, Polygon, STRtree
+from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
 from vigil.house import House, Room
-from vigil.housegen.solids import Body, Prism, bodies_of
+from vigil.housegen.leaves import leaves_room
+from vigil.housegen.pairs import Pairs
+from vigil.housegen.solids import Body, bodies_of
 from vigil.housegen.walkable import LEAST_SHARE, Walkable, walkable_of
 
 SCHEMA = "1.0.0"
-OVERLAP_M = 0.005
 HOVER_M = 0.02
 WALL_M = 0.1
 """Things whose box comes this near a wall count as hanging on it."""
 OUTSIDE_M = 0.02
-SWEEP = tuple(step / 16 for step in range(1, 17))
-"""Openness at which leaves and drawers are looked at."""
 REACH_M = 1.5
-POLYGON = shapely.GeometryType.POLYGON.value
 BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
 SHAPELESS = frozenset({"room-shape", "extent", "wall-shape"})
@@ -54,8 +52,8 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     bodies, unknown = bodies_of(house, assets)
     faults += [Fault("asset", house.name, message) for message in unknown]
     faults += [*_hovering(house, bodies), *_outside(house, bodies), *_belonging(house, bodies)]
-    pairs = _Pairs(bodies)
-    faults += pairs.overlaps()
+    pairs = Pairs(bodies)
+    faults += _overlaps(pairs)
     ground = walkable_of(house, bodies)
     return [*faults, *_walking(house, ground), *_start(house, ground), *_access(house, bodies, ground, pairs)]
 
@@ -219,70 +217,11 @@ def _holds(floor: Polygon, body: Body) -> bool:
     return bool(shapely.contains_xy(floor, body.position.x, body.position.z))
 
 
-class _Pairs:
-    """Finds solids that share room."""
-
-    def __init__(self, bodies: list[Body]) -> None:
-        self.bodies = bodies
-        self.prisms: list[Prism] = []
-        self.owners: list[Body] = []
-        for body in bodies:
-            if body.is_tilted:
-                continue
-            for prism in body.prisms():
-                self.prisms.append(prism)
-                self.owners.append(body)
-        self.shapes = _shrunk(self.prisms)
-        self.tree = STRtree(self.shapes)
-
-    def overlaps(self) -> list[Fault]:
-        """Returns a fault for each pair of things that share more than 5 mm of room."""
-        faults: list[Fault] = []
-        seen: set[tuple[str, str]] = set()
-        first, second = self.tree.query(self.shapes, predicate="intersects")
-        for a, b in zip(first.tolist(), second.tolist(), strict=True):
-            one, two = self.owners[a], self.owners[b]
-            key = (one.id, two.id)
-            depth = _depth(self.prisms[a], self.prisms[b])
-            if a >= b or one is two or key in seen or depth <= OVERLAP_M or _may_share(one, two):
-                continue
-            seen.add(key)
-            faults.append(Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id))
-        return faults
-
-    def struck_by(self, moving: list[Prism], body: Body) -> Body | None:
-        """Returns the first other thing that solids of the body hit on their way."""
-        if not moving:
-            return None
-        near = self.tree.query(MultiPoint(np.concatenate([prism.corners for prism in moving])).envelope)
-        others = [index for index in near.tolist() if not _may_share(body, self.owners[index])]
-        shapes = _shrunk(moving) if others else ()
-        for prism, shape in zip(moving if others else (), shapes, strict=True):
-            for index in others:
-                if _depth(prism, self.prisms[index]) > OVERLAP_M and shape.intersects(self.shapes[index]):
-                    return self.owners[index]
-        return None
-
-
-def _may_share(one: Body, two: Body) -> bool:
-    """Whether two things may share room: contents and their holder, legs and a rug, a spout over its basin."""
-    if one is two or one in two.ancestors() or two in one.ancestors() or (one.is_opening and two.is_opening):
-        return True
-    pair = {one.category, two.category}
-    return "Rug" in pair or pair == {"Sink", "Faucet"}
-
-
-def _shrunk(prisms: list[Prism]) -> np.ndarray:
-    """Returns the prisms' footprints, smaller all round by half of what may overlap."""
-    polygons = np.array([prism.polygon for prism in prisms], dtype=object)
-    inner = shapely.buffer(polygons, -OVERLAP_M / 2, join_style="mitre")
-    for index in np.flatnonzero(shapely.is_empty(inner) | (shapely.get_type_id(inner) != POLYGON)):
-        inner[index] = Polygon([polygons[index].centroid.coords[0]] * 4)
-    return inner
-
-
-def _depth(one: Prism, two: Prism) -> float:
-    return min(one.top, two.top) - max(one.bottom, two.bottom)
+def _overlaps(pairs: Pairs) -> list[Fault]:
+    return [
+        Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id)
+        for one, two, depth in pairs.overlaps()
+    ]
 
 
 def _walking(house: House, ground: Walkable) -> list[Fault]:
@@ -312,27 +251,20 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
     ]
 
 
-def _leave_room(prisms: list[Prism], floors: list[Polygon]) -> bool:
-    """Whether any of the prisms is in no room, or not wholly."""
-    shapes = np.array([prism.polygon for prism in prisms], dtype=object)
-    return not np.logical_or.reduce([shapely.contains(floor, shapes) for floor in floors]).all()
-
-
-def _access(house: House, bodies: list[Body], ground: Walkable, pairs: _Pairs) -> list[Fault]:
-    """Returns a fault for each openable thing whose leaf is blocked, or before which nobody can stand."""
+def _access(house: House, bodies: list[Body], ground: Walkable, pairs: Pairs) -> list[Fault]:
+    """Returns a fault for each openable thing whose leaf is blocked, or furniture before which nobody can stand."""
     faults: list[Fault] = []
-    floors = [floor_of(room).buffer(OUTSIDE_M, join_style="mitre") for room in house.document.rooms]
+    floors = [floor_of(room) for room in house.document.rooms]
     shapely.prepare(floors)
     for body in bodies:
         kind = CATALOG[body.category]
-        if not body.can_open or body.is_tilted or not kind.is_openable or kind.is_pickupable:
+        if not body.can_open or body.is_tilted or not kind.is_openable:
             continue
-        moving = [prism for openness in SWEEP for prism in body.leaves(openness)]
-        struck = pairs.struck_by(moving, body)
-        if not body.is_opening and _leave_room(moving, floors):
+        struck = pairs.struck_by(body)
+        if not body.is_opening and leaves_room(body, floors):
             faults.append(Fault("blocked-opening", body.id, "cannot open: a wall is in the way"))
         elif struck is not None:
             faults.append(Fault("blocked-opening", body.id, f"cannot open: {struck.id!r} is in the way", struck.id))
-        elif not ground.can_serve(body, REACH_M):
+        elif not kind.is_pickupable and not ground.can_serve(body, REACH_M):
             faults.append(Fault("no-access", body.id, "nobody can stand within reach of it clear of its leaf"))
     return faults

@@ -1,9 +1,11 @@
 """The house document: plan, openings and pieces written as ProcTHOR JSON (schema 1.0.0)."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from vigil.assets.catalog import CATALOG
+from vigil.house import House
 from vigil.housegen.draw import GENERATOR_VERSION
 from vigil.housegen.floorplan import Plan, RoomPlan
 from vigil.housegen.lights import layer_of
@@ -64,6 +66,13 @@ def write(parts: Parts) -> dict[str, Any]:
             },
         },
     }
+
+
+def generators_of(houses: Iterable[House]) -> str:
+    """Returns the versions of this generator that the houses were made by, in order; empty when it made none."""
+    makers = (house.document.metadata.get("generator") for house in houses)
+    found = {str(maker.get("version")) for maker in makers if isinstance(maker, dict) and maker.get("name") == "vigil"}
+    return ", ".join(sorted(found))
 
 
 def _point(x: float, y: float, z: float) -> dict[str, float]:

@@ -8,7 +8,7 @@ from shapely import Polygon, contains_xy
 
 from vigil.housegen.floorplan import Corner, RoomPlan
 from vigil.housegen.openings import Opening
-from vigil.housegen.stock import Rect
+from vigil.housegen.stock import Block, Rect
 from vigil.housegen.walls import room_edges
 
 GRID_M = 0.25
@@ -22,10 +22,6 @@ WALL_GAP = 0.02
 """Distance of furniture from the wall behind it."""
 
 
-Block = tuple[Rect, float, float]
-"""A rectangle with the heights of its bottom and top: room that something takes."""
-
-
 class Floor:
     """The floor of a room. Rectangles are upright; the room is rectilinear, so nothing is lost."""
 
@@ -33,7 +29,7 @@ class Floor:
         self.room = room
         self.edges = room_edges(room)
         self.openings = [opening for opening in openings if opening.span_in(room.number)]
-        self._outside = _outside_rects(room.polygon)
+        self.outside = _outside_rects(room.polygon)
         self.taken: list[Rect] = []
         self.clear: list[Rect] = [rect for opening in self.openings if (rect := _before(opening, room.number))]
         self.access: list[Rect] = []
@@ -71,18 +67,18 @@ class Floor:
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
         """Returns which of the rectangles (n, 4) lie in the room on floor that nothing needs."""
-        blocks = [*self._outside, *self.taken, *self.clear, *self.access, *self.sweeps]
+        blocks = [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps]
         if is_tall:
             blocks = [*blocks, *self.windows]
         return ~_overlaps(rects, blocks)
 
     def is_open(self, rects: np.ndarray) -> np.ndarray:
         """Returns which of the rectangles (n, 4) lie in the room with nothing standing in them."""
-        return ~_overlaps(rects, [*self._outside, *self.taken])
+        return ~_overlaps(rects, [*self.outside, *self.taken])
 
     def is_clear(self, rects: np.ndarray) -> np.ndarray:
         """Returns which of the rectangles (n, 4) also keep out of the way of doors."""
-        return ~_overlaps(rects, [*self._outside, *self.taken, *self.clear])
+        return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
         """Whether one can still walk about, to each door and before each access, with `more` standing there too."""

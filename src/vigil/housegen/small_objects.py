@@ -7,8 +7,9 @@ import numpy as np
 from vigil.assets.asset import Surface
 from vigil.assets.catalog import CATALOG
 from vigil.housegen.draw import chance, pick, pick_weighted, shuffled
-from vigil.housegen.floor import Block, Floor
+from vigil.housegen.floor import Floor
 from vigil.housegen.household import Household
+from vigil.housegen.space import Space, apart
 from vigil.housegen.stock import Model, Piece, Rect, draw_model, swept, turned_rect
 from vigil.pose import Vec3, rotate_floor
 
@@ -147,7 +148,7 @@ class Tidier:
 
     def __init__(self, floor: Floor, furniture: list[Piece], household: Household, rng: np.random.Generator) -> None:
         self.kind = floor.room.kind
-        self.keep_out = [*floor.window_frames(), *(_block(piece) for piece in furniture if piece.is_on_wall)]
+        self.space = Space(floor, furniture)
         self.furniture = furniture
         self.household = household
         self.rng = rng
@@ -222,30 +223,16 @@ class Tidier:
         surfaces = [surface for surface in piece.model.asset.surfaces if surface.needs_opening == inside]
         model = draw_model(category, self.rng)
         for surface in shuffled(self.rng, surfaces):
-            child = _place(piece, surface, model, self.rng, self.keep_out)
+            child = _place(piece, surface, model, self.rng, self.space)
             if child is not None:
                 piece.children.append(child)
+                self.space.add(child)
                 self.household.add(category)
                 return True
         return False
 
 
-def _block(piece: Piece) -> Block:
-    pieces = piece.all()
-    rects = np.asarray([found.footprint() for found in pieces])
-    (x0, z0), (x1, z1) = rects[:, :2].min(axis=0), rects[:, 2:].max(axis=0)
-    rect = (float(x0), float(z0), float(x1), float(z1))
-    return rect, min(found.bottom for found in pieces), max(found.top for found in pieces)
-
-
-def _is_in(block: Block, piece: Piece) -> bool:
-    rect, bottom, top = block
-    return piece.bottom < top and piece.top > bottom and not _apart(rect, piece.footprint(), 0.0)
-
-
-def _place(
-    piece: Piece, surface: Surface, model: Model, rng: np.random.Generator, keep_out: list[Block]
-) -> Piece | None:
+def _place(piece: Piece, surface: Surface, model: Model, rng: np.random.Generator, space: Space) -> Piece | None:
     """Returns the model on a free spot of the surface; None when there is none."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
@@ -267,12 +254,12 @@ def _place(
         z = -free_z if _is_back(model, piece) else float(rng.uniform(-free_z, free_z))
         rect = (x + x0, z + z0, x + x1, z + z1)
         reach = turned_rect(_with_leaf(model), x, z, turn)
-        if all(_apart(rect, other) for other in taken) and all(_apart(reach, other) for other in taken):
+        if all(apart(rect, other, GAP) and apart(reach, other, GAP) for other in taken):
             dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
             place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
             yaw = round((piece.yaw + turn) % 360.0, 2)
             child = Piece(model, place, yaw, piece.room, surface=surface)
-            if piece.is_on_wall or not any(_is_in(block, child) for block in keep_out):
+            if space.admits(child, piece):
                 return child
     return None
 
@@ -300,10 +287,6 @@ def _taken(piece: Piece, surface: Surface) -> list[Rect]:
         x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
         half = _with_leaf(child.model)
         rect = turned_rect(half, x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw)
-        if not _apart(rect, (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)):
+        if not apart(rect, (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2), GAP):
             rects.append(rect)
     return rects
-
-
-def _apart(a: Rect, b: Rect, gap: float = GAP) -> bool:
-    return a[2] + gap <= b[0] or a[0] >= b[2] + gap or a[3] + gap <= b[1] or a[1] >= b[3] + gap

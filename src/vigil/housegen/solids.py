@@ -57,6 +57,8 @@ class Body:
     is_opening: bool = False
     is_tilted: bool = False
     can_open: bool = False
+    surface: Surface | None = None
+    """The parent's surface that it rests on."""
     gap: float | None = None
     """Height of its bottom over what it rests on, as the document says; None when nothing is under it."""
 
@@ -79,10 +81,13 @@ class Body:
 
     def _prism(self, solid: Solid, joint: Joint | None, openness: float) -> Prism:
         corners, bottom, top = moved_solid(solid, joint, openness)
-        (x, z), (sin, cos) = corners.T, heading(self.yaw)
-        turned = np.stack((x * cos + z * sin, z * cos - x * sin), axis=1)
         y = self.position.y
-        return Prism(turned + self._middle(), y + bottom, y + top, solid.joint)
+        return Prism(self.over_floor(corners), y + bottom, y + top, solid.joint)
+
+    def over_floor(self, points: np.ndarray) -> np.ndarray:
+        """Returns where points (..., 2: x, z) of the asset's frame are on the house's floor."""
+        x, z, (sin, cos) = points[..., 0], points[..., 1], heading(self.yaw)
+        return np.stack((x * cos + z * sin, z * cos - x * sin), axis=-1) + self._middle()
 
     def _middle(self) -> np.ndarray:
         return np.array((self.position.x, self.position.z))
@@ -204,13 +209,13 @@ def _let_down(body: Body) -> None:
             body.position = Vec3(body.position.x, body.position.y - body.bottom, body.position.z)
         return
     gaps = [
-        body.bottom - (body.parent.position.y + surface.center.y)
+        (body.bottom - (body.parent.position.y + surface.center.y), surface)
         for surface in body.parent.asset.surfaces
         if _is_over(body, body.parent, surface)
     ]
-    near = [gap for gap in gaps if -HOVER_M < gap < HOVER_M]
+    near = [(gap, surface) for gap, surface in gaps if -HOVER_M < gap < HOVER_M]
     if near:
-        body.gap = min(near, key=abs)
+        body.gap, body.surface = min(near, key=lambda pair: abs(pair[0]))
         body.position = Vec3(body.position.x, body.position.y - body.gap, body.position.z)
 
 

@@ -23,7 +23,7 @@ OPEN_CHANCE = {
     "Fridge": 0.06,
     "Cabinet": 0.08,
 }
-"""How likely a thing stands open; 0 where nothing is said (drawers stay shut over what is in them)."""
+"""How likely a thing stands open; 0 where nothing is said (drawers stay shut over what is in them, as that does)."""
 
 ON_CHANCE = {
     "FloorLamp": 0.4,
@@ -70,7 +70,7 @@ def _set_state(piece: Piece, rng: np.random.Generator) -> None:
 
 
 def _openness(piece: Piece, rng: np.random.Generator) -> float:
-    carries = any(child.surface is not None and child.surface.joint is not None for child in piece.children)
-    if carries or not chance(rng, OPEN_CHANCE.get(piece.category, 0.0)):
+    moves_along = any(each.surface is not None and each.surface.joint is not None for each in [piece, *piece.children])
+    if moves_along or not chance(rng, OPEN_CHANCE.get(piece.category, 0.0)):
         return 0.0
     return 1.0 if chance(rng, 0.5) else round(float(rng.uniform(0.85, 1.0)), 3)

@@ -18,6 +18,8 @@ VARIANTS = 24
 
 Rect = tuple[float, float, float, float]
 """x0, z0, x1, z1 on the floor (m)."""
+Block = tuple[Rect, float, float]
+"""A rectangle with the heights of its bottom and top: room that something takes or passes through."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,19 @@ class Piece:
             self.yaw,
         )
 
+    def block(self) -> Block:
+        """Returns the upright block about its box."""
+        return self.footprint(), self.bottom, self.top
+
+    def swing(self) -> Block | None:
+        """Returns the block that its doors, drawers and lids pass through; None when nothing opens."""
+        block = swing_of(self.model)
+        if block is None:
+            return None
+        rect, bottom, top = block
+        x, y, z = self.position
+        return turned_rect(rect, x, z, self.yaw), y + bottom, y + top
+
     def all(self) -> list["Piece"]:
         """Returns it and everything on and in it."""
         return [self, *(piece for child in self.children for piece in child.all())]
@@ -114,20 +129,26 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 
 
 @lru_cache(maxsize=4096)
-def swept(model: Model) -> Rect | None:
-    """Returns the rectangle (in the asset's frame) that its doors and drawers pass over; None when nothing opens.
+def swing_of(model: Model) -> Block | None:
+    """Returns the block (in the asset's frame) that its moving parts pass through; None when nothing opens.
 
     Flaps and lids that are drawn only, and stop nobody, count where there are no others.
     """
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]
     drawn = [(joints[part.joint], part.mesh.vertices) for part in model.asset.parts if part.joint in joints]
-    places = [moved_points(points, joint, SWEEP).reshape(-1, 3)[:, [0, 2]] for joint, points in moving or drawn]
+    places = [moved_points(points, joint, SWEEP).reshape(-1, 3) for joint, points in moving or drawn]
     if not places:
         return None
     corners = np.concatenate(places)
-    (x0, z0), (x1, z1) = corners.min(axis=0), corners.max(axis=0)
-    return float(x0), float(z0), float(x1), float(z1)
+    (x0, y0, z0), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    return (x0, z0, x1, z1), y0, y1
+
+
+def swept(model: Model) -> Rect | None:
+    """Returns the rectangle (in the asset's frame) that its moving parts pass over; None when nothing opens."""
+    block = swing_of(model)
+    return None if block is None else block[0]
 
 
 @lru_cache(maxsize=4096)

@@ -6,6 +6,7 @@ from shapely import box
 from vigil.housegen.draw import chance, pick, shuffled
 from vigil.housegen.floor import Floor, rect_of
 from vigil.housegen.household import Household
+from vigil.housegen.space import Space
 from vigil.housegen.stock import Model, Piece, draw_model, most_alike
 from vigil.housegen.walls import WallPiece
 from vigil.pose import Vec3
@@ -38,6 +39,7 @@ class Hanger:
         self.household = household
         self.rng = rng
         self.hung: list[Piece] = []
+        self.space = Space(floor, furniture)
         self._spans: list[list[Span]] = [self._covered(edge) for edge in floor.edges]
 
     def hang(self) -> list[Piece]:
@@ -110,14 +112,18 @@ class Hanger:
             return None
         depth = size.z + (under.size.z if under else 0.0)
         bump = rect_of(edge.at(span[0]), edge.at(span[1], depth))
-        if not self._leaves_room(bump, depth, span[2]):
-            return None
-        self._spans[index].append(span)
         x, z = edge.at(along, size.z / 2 + 0.002)
         piece = Piece(model, Vec3(x, middle, z), edge.yaw, self.floor.room.number, is_on_wall=True)
-        self.household.add(model.category)
-        self.hung.append(piece)
+        if not self.space.admits(piece) or not self._leaves_room(bump, depth, span[2]):
+            return None
+        self._spans[index].append(span)
+        self._add(piece)
         return piece
+
+    def _add(self, piece: Piece) -> None:
+        self.household.add(piece.category)
+        self.hung.append(piece)
+        self.space.add(piece)
 
     def _leaves_room(self, bump: tuple[float, float, float, float], depth: float, bottom: float) -> bool:
         """Whether a thing that comes out of the wall leaves room to walk; takes the floor under it when it does."""
@@ -267,7 +273,7 @@ class Hanger:
         )
         fits = self.floor.room.polygon.contains(shape)
         doors = any(shape.intersects(box(*rect)) for rect in self.floor.clear)
-        if in_way or not fits or doors or piece.top > self.height_m - 0.05:
+        if in_way or not fits or doors or piece.top > self.height_m - 0.05 or not self.space.admits(piece):
             return
         if not self.floor.can_walk([piece.footprint()], []):
             return
@@ -275,8 +281,7 @@ class Hanger:
         self._spans = [
             [*spans, *self._shadow(edge, piece)] for edge, spans in zip(self.floor.edges, self._spans, strict=True)
         ]
-        self.household.add(model.category)
-        self.hung.append(piece)
+        self._add(piece)
 
     def _ceiling_lamp(self) -> None:
         polygon = self.floor.room.polygon
@@ -286,5 +291,4 @@ class Hanger:
         if bottom < 1.95:
             return
         place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
-        self.hung.append(Piece(model, place, 0.0, self.floor.room.number, is_on_wall=True))
-        self.household.add("CeilingLamp")
+        self._add(Piece(model, place, 0.0, self.floor.room.number, is_on_wall=True))

@@ -123,7 +123,8 @@ class _Verifying:
         self, records: Sequence[EpisodeRecord], workers: int, on_progress: Callable[[int, int], None]
     ) -> list[Difference]:
         found: dict[int, list[Difference]] = {}
-        waiting = iter(enumerate(records))
+        by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
+        waiting = iter(by_house)
 
         async def work() -> None:
             for number, record in waiting:

@@ -215,13 +215,15 @@ def _seed_of(seed: int, epoch: int) -> int:
 
 def serve(connection: Connection) -> None:
     """Answers requests until the other end closes the connection."""
-    plan = connection.recv()
+    plan, line = connection.recv(), Line(connection)
     theatre: Theatre | None = None
     try:
         while True:
             request = connection.recv()
             try:
-                theatre = theatre or Theatre(plan, Line(connection))
+                if theatre is None:
+                    theatre = Theatre(plan, line)
+                    line.beat()
                 answer: Done | Failed = Done(theatre.answer(request))
             except VigilError as error:
                 answer = Failed(error)
