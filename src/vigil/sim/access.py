@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from vigil.assets.catalog import CATALOG, WALL
-from vigil.sim.geometry import Prism, joint_of, part_motion, penetrations, prisms_of
+from vigil.sim.geometry import Prism, joint_of, moving_prisms_of, part_motion, penetrations, prisms_of
 from vigil.sim.scene import Thing
 from vigil.sim.state import AGENT, SceneState
 from vigil.sim.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
@@ -35,9 +35,8 @@ def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     partition = state.partitions.blocker(thing, samples)
     if partition is not None:
         return partition
-    moving = {solid.joint for solid in thing.asset.solids if solid.joint}
     obstacles = _obstacles(state, thing)
-    struck = _struck(state, [_moving_prisms(thing, openness, moving) for openness in samples], obstacles)
+    struck = _struck(state, [moving_prisms_of(thing, openness) for openness in samples], obstacles)
     return struck or _struck_by_carried(state, thing, samples, obstacles)
 
 
@@ -69,7 +68,7 @@ def _struck_by_carried(
         for carried in carried_by(state.scene, thing, joint.name):
             if carried.openness == 0.0:
                 continue
-            path = [[prism for prism in prisms_of(carried, along=motion) if prism.joint] for motion in motions]
+            path = [moving_prisms_of(carried, along=motion) for motion in motions]
             struck = _struck(state, path, [*obstacles, *((carried.id, prism) for prism in body)])
             if struck is not None:
                 return struck
@@ -80,7 +79,7 @@ def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
     """Returns the id of what a thing lies inside of whose own body its open leaf sticks in, deeper than shut."""
     if thing.openness == 0.0:
         return None
-    shut, now = ([prism for prism in prisms_of(thing, openness) if prism.joint] for openness in (0.0, thing.openness))
+    shut, now = (moving_prisms_of(thing, openness) for openness in (0.0, thing.openness))
     for carrier in around(state.scene, thing):
         body = [(carrier.id, prism) for prism in prisms_of(carrier) if prism.joint is None]
         struck = _struck(state, [shut, now], body)
@@ -107,10 +106,6 @@ def _rider(state: SceneState, thing: Thing) -> str | None:
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
     return next((rider for rider in riders if state.scene.things[rider].surface is None), None)
-
-
-def _moving_prisms(thing: Thing, openness: float, joints: set[str]) -> list[Prism]:
-    return [prism for prism in prisms_of(thing, openness) if prism.joint in joints]
 
 
 def _samples(thing: Thing, target: float) -> list[float]:

@@ -4,6 +4,7 @@ The one place where an asset's frame meets the house's (`vigil.pose`). No engine
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -120,16 +121,32 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
 
 def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
     """Returns the thing's solids where they are now, or would be at another openness, moved `along` with a carrier."""
-    return [_moved(solid, along.after(part_motion(thing, solid.joint, openness))) for solid in thing.asset.solids]
+    return _prisms(thing, thing.asset.solids, openness, along)
+
+
+def moving_prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
+    """Returns those of the thing's solids that its joints carry, as `prisms_of` does."""
+    return _prisms(thing, [solid for solid in thing.asset.solids if solid.joint], openness, along)
+
+
+def _prisms(thing: Thing, solids: Sequence[Solid], openness: float | None, along: Motion) -> list[Prism]:
+    motions = {joint: along.after(part_motion(thing, joint, openness)) for joint in {solid.joint for solid in solids}}
+    return [_moved(solid, motions[solid.joint]) for solid in solids]
+
+
+@lru_cache(maxsize=16384)
+def _corners(solid: Solid) -> np.ndarray:
+    """Returns the (2 n, 3) corners of a solid in the asset frame, the lower n first."""
+    flat = np.array(solid.polygon)
+    ring = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
+    return np.concatenate(ring)
 
 
 def _moved(solid: Solid, motion: Motion) -> Prism:
-    flat = np.array(solid.polygon)
-    ring = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
-    points = motion(np.concatenate(ring))
+    points = motion(_corners(solid))
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
     if motion.turn[1, 1] > 1.0 - UPRIGHT_WITHIN:
-        return Prism(points[: len(flat), [0, 2]], bottom, top, solid.joint)
+        return Prism(points[: len(solid.polygon), [0, 2]], bottom, top, solid.joint)
     return Prism(convex_hull(points[:, [0, 2]]), bottom, top, solid.joint)
 
 
