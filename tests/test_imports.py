@@ -16,7 +16,8 @@ import vigil
 ROOT = Path(vigil.__file__).parent
 
 BASE = [
-    *("errors", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world", "observation", "json_text"),
+    *("errors", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world", "observation"),
+    *("json_text",),
     *("reasoning", "actions", "replies", "kept_reply", "profile"),
 ]
 """Lowest layer: each may import those before it."""

@@ -326,8 +326,10 @@ def test_inspect_names_a_model_that_does_not_answer(pack: Path, tmp_path: Path) 
     ("arguments", "named"),
     [
         ({"pack": "startr"}, "ERROR: .*'startr'.* Did you mean 'starter'"),
-        ({"profile": "pure_depth"}, "ERROR: Profile: name is 'pure_depth'"),
+        ({"profile": "pure_depth"}, "ERROR: Profile 'pure_depth' does not exist"),
         ({"backend": "unity"}, "ERROR: Simulator 'unity' does not exist"),
+        ({"coordinates": "pixels"}, "ERROR: Setting coordinates is 'pixels'. Did you mean 'pixel'"),
+        ({"workers": 0}, "ERROR: Setting workers is 0; it must be 1 or more"),
     ],
 )
 def test_inspect_is_told_of_bad_arguments_in_its_own_way(arguments: dict[str, Any], named: str) -> None:

@@ -229,21 +229,21 @@ def vigil(
     Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
     A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
     """
-    settings = RunSettings(
-        pack=pack,
-        model="inspect/model",
-        families=(family,) if family else (),
-        profile=profile,
-        prompt_variant=prompt_variant,
-        coordinates=coordinates,
-        reply_policy=reply_policy,
-        image_format=image_format,
-        backend=backend,
-        workers=workers,
-        preflight=preflight,
-        api_key_env=api_key_env,
-    )
     try:
+        settings = RunSettings(
+            pack=pack,
+            model="inspect/model",
+            families=(family,) if family else (),
+            profile=profile,
+            prompt_variant=prompt_variant,
+            coordinates=coordinates,
+            reply_policy=reply_policy,
+            image_format=image_format,
+            backend=backend,
+            workers=workers,
+            preflight=preflight,
+            api_key_env=api_key_env,
+        )
         _, episodes, spec = plan_run(settings)
     except InputError as error:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback

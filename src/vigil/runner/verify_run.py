@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from vigil.errors import RecordError, SimulatorError
 from vigil.pack import Pack
@@ -11,26 +12,30 @@ from vigil.record import EpisodeRecord, RunHeader
 from vigil.runner.pool import PATIENCE_S, SimulatorPool, usable_cpus
 from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
+from vigil.runner.shared_settings import AssetFile, PackPlace, SimulatorWorkers
 from vigil.runner.verify import Difference
 from vigil.runner.wire import Plan, Ticket
 from vigil.saved_run import read_run
+from vigil.setting import Setting, check_declared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySettings:
     """How to verify a run. What is None is taken from the run's header."""
 
-    pack: str | Path | None = None
-    asset_database: Path | None = None
+    frames: Annotated[bool, Setting("Compare kept frames too; they are only equal on the same renderer.")] = False
+    limit: Annotated[int | None, Setting("Only the first N records.", least=1, metavar="N")] = None
+    workers: SimulatorWorkers = None
+    pack: PackPlace = None
+    asset_database: AssetFile = None
     backend: str | None = None
-    workers: int | None = None
-    limit: int | None = None
-    """The first so many records."""
-    frames: bool = False
-    """Compare pixels as well; they are only equal on the same renderer."""
     exact: bool | None = None
     """Whether numbers must be equal to the last bit; None means: on the machine type that made the run."""
     patience_s: float = PATIENCE_S
+
+    def __post_init__(self) -> None:
+        """Holds the values against their declarations."""
+        check_declared(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,7 +84,7 @@ class Theatre:
         self._line = line
         self._hide = Secrets.of_command(plan.agent).hide
         self._pack = Pack.load(plan.pack)
-        self._assets = AssetDatabase.load(plan.asset_database) if plan.asset_database else AssetDatabase.default()
+        self._assets = AssetDatabase.of(plan.asset_database)
         self._frames = FrameStore(plan.frames) if plan.frames else None
         self._live: dict[int, Stage] = {}
         self._spare: list[Stage] = []

@@ -112,7 +112,7 @@ class Library:
         """
         self._assets = assets
         self._assets_sha256 = None if assets is None else file_sha256(assets)
-        self._database = AssetDatabase.default() if assets is None else AssetDatabase.load(assets)
+        self._database = AssetDatabase.of(assets)
         self._roots = [root.resolve() for root in roots]
         for root in self._roots:
             if not root.is_dir():

@@ -13,13 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from vigil.actions import Reply
-from vigil.episode import Episode, Family
+from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.jsonl import AppendFile, parse
 from vigil.pack import Pack, Selection
@@ -30,8 +30,10 @@ from vigil.runner.live import boundary_of, lost_record
 from vigil.runner.pool import LiveEpisode, SimulatorPool
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import file_sha256
+from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
 from vigil.runner.wire import Plan, Ticket, View
 from vigil.scoring import settle
+from vigil.setting import Setting, check_declared
 from vigil.versions import Versions
 from vigil.web.words import verdict_words
 
@@ -44,20 +46,21 @@ _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
 class SittingSettings:
     """Who plays what."""
 
-    player: str
-    pack: str | Path = "starter"
-    limit: int | None = None
-    """So many episodes, drawn at random."""
-    families: tuple[Family, ...] = ()
-    practice: bool = False
-    """Shows feedback after each action and the verdict after each episode; a run of its own."""
-    log_dir: Path | None = None
-    backend: str = "mujoco"
-    assets: Path | None = None
-    """THOR's asset database, for houses that use it."""
-    quality: Literal["default", "fast"] = "default"
-    seed: int | None = None
-    """Of the order; None takes one from the player's name."""
+    player: Annotated[str, Setting("Name of who plays; goes into the run's header.")]
+    pack: PackName = "starter"
+    limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", least=1, metavar="N")] = None
+    families: Families = ()
+    practice: Annotated[bool, Setting("Show feedback and verdicts; a run of its own.")] = False
+    """Feedback after each action and the verdict after each episode."""
+    log_dir: LogDir = None
+    quality: RenderQuality = "default"
+    backend: Backend = "mujoco"
+    assets: AssetFile = None
+    seed: Annotated[int | None, Setting("Of the random order.", unset="by the name")] = None
+
+    def __post_init__(self) -> None:
+        """Holds the values against their declarations."""
+        check_declared(self)
 
 
 class _Entry(BaseModel):
