@@ -42,13 +42,16 @@ def main() -> None:
     by_house: dict[str, list[Episode]] = defaultdict(list)
     for episode in pack.episodes:
         by_house[episode.house.name].append(episode)
-    done = {name for name, _ in file.open(_header(pack))}
-    names = [name for name in sorted(by_house) if name not in done]
-    with ProcessPoolExecutor(wanted.workers, get_context("spawn")) as pool:
+    with (
+        file.writing(_header(pack)) as writer,
+        ProcessPoolExecutor(wanted.workers, get_context("spawn")) as pool,
+    ):
+        done = {name for name, _ in writer.done}
+        names = [name for name in sorted(by_house) if name not in done]
         work = [pool.submit(revised, wanted.pack, by_house[name]) for name in names]
         for number, found in enumerate(work, start=1):
             house, lines = found.result()
-            file.add(house, lines)
+            writer.add(house, lines)
             print(f"{number}/{len(names)} houses", flush=True)
     read = file.read()
     print(f"{len(read.drafts)} of {len(pack.episodes)} episodes hold")

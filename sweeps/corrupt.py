@@ -38,7 +38,7 @@ from vigil.runner.run import run_pack
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify import How, resimulate
-from vigil.runner.verify_run import pack_of, read_run
+from vigil.saved_run import load_pack, read_run
 from vigil.sim import make_simulator
 from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_page
@@ -60,7 +60,7 @@ class Readers:
         self._pack = pack
         self._spec = read_header(run).spec
         self._drawer = Drawer()
-        played = pack_of(read_header(run), pack)
+        played = load_pack(read_header(run), pack)
         self._episodes = played.episodes
         self._env = Env(make_simulator("fake", assets=AssetDatabase.default()), played.house_of, Profile())
 
@@ -80,10 +80,10 @@ class Readers:
         self._drawer.close()
 
     def _verify(self, run: Path) -> None:
-        saved = read_run(run, self._pack)
-        for record in list(saved.rows.standing.values())[:3]:
-            if record.end != "error":
-                resimulate(saved.pack.episode(record.episode_id), record, self._env, How(frames=False, exact=True))
+        table = read_run(run, self._pack).table
+        for key, row in sorted(table.rows.items())[:3]:
+            if row.outcome is not None:
+                resimulate(table.episodes[key[0]], table.record(key), self._env, How(frames=False, exact=True))
 
     def _view(self, run: Path) -> None:
         library = Library([run], [self._pack])

@@ -10,7 +10,6 @@ progress lies in 0..1, labels partition; a second simulator, loaded afresh and p
 of episodes, comes to the same record and the same world after every step, to the last bit.
 """
 
-import argparse
 import random
 import sys
 import traceback
@@ -21,21 +20,21 @@ from datetime import UTC, datetime
 from functools import partial
 
 from sweeps import pieces
-from sweeps.pieces import Fall, Finding, Sweep
+from sweeps.pieces import Fall, Finding
 from sweeps.random_agent import RandomAgent
 from sweeps.random_episodes import draw_house
+from sweeps.simulators import loaded, parser, sweep
 from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
 from vigil.actions import InteractPixel, Reply, Report
-from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
 from vigil.goals import check
 from vigil.house import House
+from vigil.jsonl import dump_line
 from vigil.profile import PROFILE_NAMES, Profile
-from vigil.record import EpisodeRecord, StepRecord, dump_line
+from vigil.record import EpisodeRecord, StepRecord
 from vigil.scoring import settle
-from vigil.sim import make_simulator
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.summary import assert_identities
 
@@ -46,15 +45,9 @@ Faults = Iterator[tuple[str, str]]
 
 def main() -> int:
     """Runs the sweep."""
-    parser = pieces.parser(__doc__ or "", 400)
-    parser.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
-    options = parser.parse_args()
+    options = parser(__doc__ or "", 400).parse_args()
     work = partial(fuzz, options.seed, options.backend, options.case, PER_PIECE)
-    return pieces.run(Sweep("episodes", _settings(options), work), options)
-
-
-def _settings(options: argparse.Namespace) -> dict[str, object]:
-    return {"seed": options.seed, "backend": options.backend}
+    return pieces.run(sweep("episodes", work, options), options)
 
 
 @dataclass(slots=True)
@@ -72,7 +65,7 @@ def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> F
     finding = Finding()
     house, drawing = draw_house(random.Random(f"{seed}/{piece}"))
     played: dict[int, Played] = {}
-    first, second = _loaded(backend, house), _loaded(backend, house)
+    first, second = loaded(backend, house), loaded(backend, house)
     for number in range(count) if case is None else (case,):
         rng = random.Random(f"{seed}/{piece}/{number}")
         try:
@@ -90,12 +83,6 @@ def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> F
             finding.falls.append(Fall(kind, detail, f"--piece {piece} --case {number}"))
         finding.counts["replays"] += 1
     return finding
-
-
-def _loaded(backend: str, house: House) -> EmbeddedSimulator:
-    simulator = make_simulator(backend, assets=AssetDatabase.default())
-    simulator.load(house)
-    return simulator
 
 
 def _env(simulator: EmbeddedSimulator, house: House, profile: Profile) -> Env:

@@ -8,7 +8,7 @@ import json
 import socket
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from email.utils import formatdate
 from typing import Any
@@ -38,12 +38,20 @@ class Call:
 
 Mode = Callable[[Call], bool]
 JSON = "application/json"
+GZIP = {"Content-Encoding": "gzip"}
+CHUNKED = {"Transfer-Encoding": "chunked"}
 
 
-def response(body: bytes, status: int = 200, kind: str = JSON, length: int | None = None, **headers: str) -> bytes:
+def response(
+    body: bytes,
+    status: int = 200,
+    kind: str = JSON,
+    length: int | None = None,
+    headers: Mapping[str, str] | None = None,
+) -> bytes:
     """Returns a response with its headers; `length` is what they claim of the body."""
     head = [f"HTTP/1.1 {status} Told", f"Content-Type: {kind}"]
-    head += [f"{name.replace('_', '-')}: {value}" for name, value in headers.items()]
+    head += [f"{name}: {value}" for name, value in (headers or {}).items()]
     head += [] if length == -1 else [f"Content-Length: {len(body) if length is None else length}"]
     return "\r\n".join([*head, "", ""]).encode() + body
 
@@ -53,10 +61,12 @@ def reset(connection: socket.socket) -> None:
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
 
-def _status(status: int, **headers: str) -> Mode:
+def _status(status: int, retry_after: str | None = None) -> Mode:
+    headers = None if retry_after is None else {"Retry-After": retry_after}
+
     def mode(call: Call) -> bool:
         error = {"error": {"message": "out of order", "type": "server_error"}}
-        call.send(response(json.dumps(error).encode(), status, **headers))
+        call.send(response(json.dumps(error).encode(), status, headers=headers))
         return True
 
     return mode
@@ -153,13 +163,13 @@ MODES: dict[str, Mode] = {
     "status_409": _status(409),
     "status_425": _status(425),
     "status_429": _status(429),
-    "retry_after_seconds": _status(429, Retry_After="1"),
-    "retry_after_date": _status(429, Retry_After=formatdate(time.time() + 1, usegmt=True)),
-    "retry_after_past": _status(503, Retry_After="Wed, 21 Oct 2015 07:28:00 GMT"),
-    "retry_after_absurd": _status(429, Retry_After="1e30"),
-    "retry_after_negative": _status(429, Retry_After="-5"),
-    "retry_after_nan": _status(429, Retry_After="nan"),
-    "retry_after_words": _status(503, Retry_After="soon"),
+    "retry_after_seconds": _status(429, retry_after="1"),
+    "retry_after_date": _status(429, retry_after=formatdate(time.time() + 1, usegmt=True)),
+    "retry_after_past": _status(503, retry_after="Wed, 21 Oct 2015 07:28:00 GMT"),
+    "retry_after_absurd": _status(429, retry_after="1e30"),
+    "retry_after_negative": _status(429, retry_after="-5"),
+    "retry_after_nan": _status(429, retry_after="nan"),
+    "retry_after_words": _status(503, retry_after="soon"),
     "status_500": _status(500),
     "status_502": _status(502),
     "status_503": _status(503),
@@ -174,28 +184,28 @@ MODES: dict[str, Mode] = {
     "truncated_json": _raw(lambda call: response(call.body[:-30]), goes_on=True),
     "length_too_small": _raw(lambda call: response(call.body, length=40)),
     "length_too_large": _raw(lambda call: response(call.body, length=len(call.body) + 100)),
-    "length_twice": _raw(lambda call: response(call.body, Content_length="7")),
+    "length_twice": _raw(lambda call: response(call.body, headers={"Content-length": "7"})),
     "wrong_type": _raw(lambda call: response(b"out of order", kind="text/plain"), goes_on=True),
-    "gzip_garbage": _raw(lambda call: response(b"\x1f\x8b garbage", Content_Encoding="gzip"), goes_on=True),
-    "gzip_truncated": _raw(lambda call: response(gzip.compress(call.body)[:-40], Content_Encoding="gzip")),
-    "not_gzip": _raw(lambda call: response(call.body, Content_Encoding="gzip"), goes_on=True),
-    "chunked_garbage": _raw(lambda call: response(b"zz\r\n{}\r\n", length=-1, Transfer_Encoding="chunked")),
-    "chunked_cut": _raw(lambda call: response(b"40\r\n{}\r\n", length=-1, Transfer_Encoding="chunked")),
+    "gzip_garbage": _raw(lambda call: response(b"\x1f\x8b garbage", headers=GZIP), goes_on=True),
+    "gzip_truncated": _raw(lambda call: response(gzip.compress(call.body)[:-40], headers=GZIP)),
+    "not_gzip": _raw(lambda call: response(call.body, headers=GZIP), goes_on=True),
+    "chunked_garbage": _raw(lambda call: response(b"zz\r\n{}\r\n", length=-1, headers=CHUNKED)),
+    "chunked_cut": _raw(lambda call: response(b"40\r\n{}\r\n", length=-1, headers=CHUNKED)),
     "http_09": _raw(lambda call: call.body),
     "no_http": _raw(lambda call: b"\x15\x03\x01\x00\x02\x02\x16"),
     "bad_status": _raw(lambda call: b"HTTP/1.1 abc Fine\r\n\r\n"),
-    "redirect_loop": _raw(lambda call: response(b"", 307, Location="/v1/chat/completions"), goes_on=True),
-    "large_headers": _raw(lambda call: response(call.body, X_Large="x" * 300_000)),
-    "many_headers": _raw(lambda call: response(call.body, **{f"X_{n}": "y" for n in range(80)}), goes_on=True),
+    "redirect_loop": _raw(lambda call: response(b"", 307, headers={"Location": "/v1/chat/completions"}), goes_on=True),
+    "large_headers": _raw(lambda call: response(call.body, headers={"X-Large": "x" * 300_000})),
+    "many_headers": _raw(lambda call: response(call.body, headers={f"X-{n}": "y" for n in range(80)}), goes_on=True),
     "continue_first": _raw(lambda call: b"HTTP/1.1 100 Continue\r\n\r\n" + response(call.body), goes_on=True),
     "chunked_bytes": _raw(
         lambda call: response(
-            b"".join(b"1\r\n%c\r\n" % byte for byte in call.body) + b"0\r\n\r\n", length=-1, Transfer_Encoding="chunked"
+            b"".join(b"1\r\n%c\r\n" % byte for byte in call.body) + b"0\r\n\r\n", length=-1, headers=CHUNKED
         ),
         goes_on=True,
     ),
     "answered_twice": _raw(lambda call: response(b'{"error": "late"}', 500) + response(call.body)),
-    "keepalive_closed": _raw(lambda call: response(call.body, Connection="keep-alive")),
+    "keepalive_closed": _raw(lambda call: response(call.body, headers={"Connection": "keep-alive"})),
     "unknown_fields": _changed(_set("choices", 0, "extra", value={"deep": [None]})),
     "error_200": _changed(lambda answer: {"error": {"message": "overloaded", "type": "server_error", "code": 503}}),
     "error_beside_choices": _changed(_set("error", value={"message": "overloaded", "code": 502})),

@@ -74,10 +74,9 @@ class FlakyServer:
 
     def close(self) -> None:
         """Listens no more."""
-        self._is_over = True
-        with suppress(OSError):
-            self._listener.shutdown(socket.SHUT_RDWR)
-        self._listener.close()
+        with self._lock:
+            self._is_over = True
+            self._shut()
 
     def _listen(self, port: int) -> socket.socket:
         listener = socket.socket()
@@ -86,12 +85,16 @@ class FlakyServer:
         listener.listen(64)
         return listener
 
+    def _shut(self) -> None:
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+
     def _vanish(self, seconds: float) -> None:
         with self._lock:
-            old = self._listener
-            with suppress(OSError):
-                old.shutdown(socket.SHUT_RDWR)
-            old.close()
+            if self._is_over:
+                return
+            self._shut()
             time.sleep(seconds)
             self._listener = self._listen(self.port)
 
@@ -259,7 +262,7 @@ def plain(record: EpisodeRecord) -> dict[str, Any]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the sweep and returns its exit code."""
-    parser = argparse.ArgumentParser(prog="python -m sweeps.flaky_server", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m sweeps.flaky_server", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--share", type=float, default=0.3, help="of the answers that fail (default: 0.3)")
     parser.add_argument("--modes", default="all", help=f"all, or some of: {', '.join(MODES)}")
     parser.add_argument("--rounds", type=int, default=3, help="runs, each with another seed (default: 3)")

@@ -23,19 +23,18 @@ from typing import cast
 import numpy as np
 
 from sweeps import pieces
-from sweeps.pieces import Fall, Finding, Sweep
+from sweeps.pieces import Fall, Finding
 from sweeps.random_episodes import draw_house, random_setup
+from sweeps.simulators import loaded, parser, sweep
 from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
 from sweeps.solids import Solids
 from vigil.actions import Intent, InteractPixel
-from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError
 from vigil.house import House
 from vigil.pose import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
 from vigil.scene.geometry import place_of
 from vigil.scene.supports import ancestors, children, contents, is_shut_in
 from vigil.scene.things import Thing
-from vigil.sim import make_simulator
 from vigil.sim.embedded import EmbeddedSimulator
 from vigil.world import Effect, Setup
 
@@ -47,11 +46,9 @@ RELATIVE_M = 5e-9
 
 def main() -> int:
     """Runs the sweep."""
-    parser = pieces.parser(__doc__ or "", 1000)
-    parser.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
-    options = parser.parse_args()
+    options = parser(__doc__ or "", 1000).parse_args()
     work = partial(fuzz, options.seed, options.backend, DEEDS)
-    return pieces.run(Sweep("handling", {"seed": options.seed, "backend": options.backend}, work), options)
+    return pieces.run(sweep("handling", work, options), options)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,20 +77,14 @@ def fuzz(seed: int, backend: str, count: int, piece: int) -> Finding:
     house, _ = draw_house(rng)
     again = f"--piece {piece}"
     try:
-        hands = Hands(rng, house, _loaded(backend, house), finding.counts)
+        hands = Hands(rng, house, loaded(backend, house), finding.counts)
         for kind, detail in hands.do(count):
             finding.falls.append(Fall(kind, f"{house.name}: {detail}", again))
-        finding.falls += [Fall(kind, detail, again) for kind, detail in replayed(hands.story, _loaded(backend, house))]
+        finding.falls += [Fall(kind, detail, again) for kind, detail in replayed(hands.story, loaded(backend, house))]
     except Exception:  # noqa: BLE001 - any exception at all is what is looked for
         finding.falls.append(Fall("an exception", traceback.format_exc(limit=-4), again))
     finding.counts["houses"] += 1
     return finding
-
-
-def _loaded(backend: str, house: House) -> EmbeddedSimulator:
-    simulator = make_simulator(backend, assets=AssetDatabase.default())
-    simulator.load(house)
-    return simulator
 
 
 class Hands:

@@ -1,12 +1,11 @@
 """Pieces: numbered parts of a sweep, done by processes, written to a log, and never done twice.
 
 The log is a JSON-lines file: a first line with what the sweep was asked for, then one line for each finished piece. A
-torn last line, left by a kill, is cut off, and that piece is done again. A sweep is a function from a piece's number to
-a `Finding`; it must not depend on other pieces.
+torn last line, left by a kill, is put aside, and that piece is done again. A sweep is a function from a piece's number
+to a `Finding`; it must not depend on other pieces.
 """
 
 import argparse
-import fcntl
 import json
 import multiprocessing
 import os
@@ -18,10 +17,11 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
-from io import BufferedRandom
 from pathlib import Path
 from typing import Any
 
+from vigil.errors import RecordError
+from vigil.jsonl import AppendFile
 from vigil.runner.run_folder import source_state
 
 SHOWN_FALLS = 20
@@ -99,24 +99,22 @@ class PieceLog:
         """Opens or begins the log. Exits when it is another sweep's, or being written."""
         path.parent.mkdir(parents=True, exist_ok=True)
         self.done: dict[int, dict[str, Any]] = {}
-        self._file: BufferedRandom = path.open("ab+")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self._refuse(f"{path} is being written by another process. Wait for it, or give another --log.")
+            self._file = AppendFile(path)
+        except RecordError as error:
+            sys.exit(f"{error} Or give another --log.")
         asked = {"sweep": sweep.name, "settings": sweep.settings}
-        lines = self._whole_lines()
+        lines = [json.loads(line.data) for line in self._file.lines.whole]
         if not lines:
             self.append(asked)
         elif lines[0] != asked:
-            self._refuse(f"{path} is the log of {lines[0]}, this is {asked}. Give another --log.")
+            self._file.close()
+            sys.exit(f"{path} is the log of {lines[0]}, this is {asked}. Give another --log.")
         self.done = {line["piece"]: line for line in lines[1:]}
 
     def append(self, line: dict[str, Any]) -> None:
         """Writes a line through to the disk."""
-        self._file.write(json.dumps(line, sort_keys=True).encode() + b"\n")
-        self._file.flush()
-        os.fsync(self._file.fileno())
+        self._file.append(json.dumps(line, sort_keys=True).encode() + b"\n")
         if "piece" in line:
             self.done[line["piece"]] = line
 
@@ -125,19 +123,6 @@ class PieceLog:
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
-
-    def _refuse(self, message: str) -> None:
-        self._file.close()
-        sys.exit(message)
-
-    def _whole_lines(self) -> list[dict[str, Any]]:
-        """Returns the lines, after cutting off a last one without its newline."""
-        self._file.seek(0)
-        data = self._file.read()
-        good = data.rfind(b"\n") + 1
-        if good < len(data):
-            self._file.truncate(good)
-        return [json.loads(line) for line in data[:good].splitlines()]
 
 
 def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple[int, float, Finding]]:

@@ -20,9 +20,10 @@ from sweeps import pieces
 from sweeps.pieces import Fall, Finding, Sweep
 from sweeps.reply_forms import Form, any_form
 from vigil.actions import Coordinates, InteractPixel, InvalidAction, Look, Navigate, ParsedReply, Reply, ReplyPolicy
+from vigil.jsonl import dump_line
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
-from vigil.record import StepRecord, dump_line
+from vigil.record import StepRecord
 from vigil.replies import parse, parse_reply
 from vigil.world import WorldState
 
@@ -137,9 +138,15 @@ def _insane(found: ParsedReply) -> list[tuple[str, str]]:
 
 
 def _timed(text: str | bytes, coordinates: Coordinates, policy: ReplyPolicy) -> tuple[Parsed, float]:
-    began = time.process_time()
-    found = parse(text, coordinates, policy)
-    return found, time.process_time() - began
+    """Returns what is parsed and the processor time that it takes; the least of three when the first is long."""
+    seconds = float("inf")
+    for _ in range(3):
+        began = time.process_time()
+        found = parse(text, coordinates, policy)
+        seconds = min(seconds, time.process_time() - began)
+        if seconds < SECONDS:
+            break
+    return found, seconds
 
 
 def _name(found: Parsed) -> str:

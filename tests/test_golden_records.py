@@ -17,8 +17,9 @@ from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import Episode
+from vigil.jsonl import dump_line
 from vigil.profile import Profile
-from vigil.record import SCHEMA_VERSION, EpisodeRecord, dump_line
+from vigil.record import SCHEMA_VERSION, EpisodeRecord
 from vigil.record_file import read_records
 from vigil.runner.verify import How, resimulate
 from vigil.scoring import Outcome, settle

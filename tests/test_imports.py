@@ -16,11 +16,24 @@ import vigil
 ROOT = Path(vigil.__file__).parent
 
 BASE = [
-    *("errors", "strict_json", "versions", "pack_names", "pose", "house", "world", "observation", "json_text"),
+    *("errors", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world", "observation"),
+    *("json_text",),
     *("reasoning", "actions", "replies", "kept_reply", "profile"),
 ]
 """Lowest layer: each may import those before it."""
-PURE = ["record", "goals", "episode", "pack", "freezing", "row_check", "record_file", "scoring", "summary"]
+PURE = [
+    "record",
+    "goals",
+    "episode",
+    "pack",
+    "freezing",
+    "row_check",
+    "record_file",
+    "scoring",
+    "rates",
+    "summary",
+    "saved_run",
+]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
 PHYSICS = {"errors", "pose", "house", "world", "actions"}
 """What a simulator or a generator of houses may know: where to stand and what to do, never what is wanted."""
@@ -48,7 +61,9 @@ HIDDEN = {
     "goals",
     "episode",
     "scoring",
+    "rates",
     "summary",
+    "saved_run",
     "record",
     "row_check",
     "record_file",

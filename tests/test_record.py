@@ -11,8 +11,9 @@ from pydantic import ValidationError
 from stories import NOON, Story, thing
 
 from vigil.errors import RecordError
+from vigil.jsonl import dump_line
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, RunHeader, RunSpec, dump_line, standing
+from vigil.record import EpisodeRecord, RunHeader, RunSpec, standing
 from vigil.record_file import RecordLog, read_records
 
 
@@ -230,7 +231,7 @@ def test_a_row_that_contradicts_itself_is_refused(path: Path, change: dict, mess
 
 def test_a_file_that_cannot_be_written_is_named(tmp_path: Path):
     (tmp_path / "episodes.jsonl").mkdir()
-    with pytest.raises(RecordError, match=r"jsonl' cannot be written: Is a directory\. Choose another folder"):
+    with pytest.raises(RecordError, match=r"jsonl' cannot be written: Is a directory\. Choose another place"):
         RecordLog(tmp_path / "episodes.jsonl")
 
 

@@ -7,7 +7,7 @@ from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.proportion import proportion_confint, samplesize_proportions_2indep_onetail
 
 from vigil.analysis.intervals import holm, mcnemar, smallest_difference
-from vigil.summary import wilson
+from vigil.rates import wilson
 
 SEEDS = range(20)
 

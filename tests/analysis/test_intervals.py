@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vigil.analysis.intervals import (
-    Rate,
     clustered,
     holm,
     mcnemar,
@@ -16,6 +15,7 @@ from vigil.analysis.intervals import (
     smallest_difference,
     smallest_paired_difference,
 )
+from vigil.rates import Rate
 
 BOOLS = st.lists(st.booleans(), min_size=1, max_size=60)
 

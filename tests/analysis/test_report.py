@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import typer
 from markupsafe import escape
 from matplotlib.text import Annotation
 from published import Plot, Write, small_records, thousand, write_anchor, write_pack
@@ -24,7 +23,7 @@ from vigil.analysis.style import saved
 from vigil.analysis.table import Column, Row, Table, printed
 from vigil.analysis.tables import PAPER_TABLES, TABLES, tables
 from vigil.analysis.text import latex, markdown
-from vigil.cli import reports
+from vigil.cli import app, reports
 from vigil.profile import ACTION_FEEDBACK, Profile
 
 PAPERS_OWN = [
@@ -45,9 +44,6 @@ PAPERS_OWN = [
     "failure_taxonomy",
     "benchmark_comparison",
 ]
-APP = typer.Typer()
-APP.command("report")(reports.report)
-APP.command("figure")(reports.figure)
 
 
 def lost(family: str) -> Plot:
@@ -253,7 +249,7 @@ def test_a_long_table_runs_over_pages_with_its_head_on_each():
 
 
 def command(*arguments: object):
-    return CliRunner().invoke(APP, [str(argument) for argument in arguments])
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def test_report_prints_markdown_or_writes_files(write: Write, tmp_path: Path):

@@ -103,13 +103,13 @@ def test_what_does_not_hold_is_replaced(search: Episode) -> None:
 def drafts_file(starter: Pack, tmp_path: Path) -> DraftsFile:
     """The starter pack's searches as a drafts file."""
     file = DraftsFile(tmp_path / "drafts.jsonl")
-    file.open(Header(author="grammar", seed=0, simulator="mujoco", per_house=1, tried=1))
-    for episode in starter.episodes:
-        if episode.family == "VS":
+    searches = [episode for episode in starter.episodes if episode.family == "VS"]
+    with file.writing(Header(author="grammar", seed=0, simulator="mujoco", per_house=1, tried=1)) as writer:
+        for episode in searches:
             told = draft(episode, 0, "").facts
             line = Draft(kind="", episode=episode, actions=starter.solutions[episode.id].actions, facts=told)
             done = Done(family="VS", house=episode.house.name, kept=1, rejected={}, seconds=0.0)
-            file.add(starter.house_of(episode), [line, done])
+            writer.add(starter.house_of(episode), [line, done])
     return file
 
 
@@ -123,11 +123,11 @@ def test_what_is_kept_of_an_earlier_version_enters_first(drafts_file: DraftsFile
     drafts = drafts_file.read().drafts
     usual = {candidate.episode.id for candidate in select(candidates([drafts_file], []), wish)}
     old = DraftsFile(tmp_path / "kept.jsonl")
-    old.open(drafts_file.read().header)
     unlucky = [line for line in drafts if line.episode.id not in usual][:3]
-    for line in unlucky:
-        done = Done(family="VS", house=line.episode.house.name, kept=1, rejected={}, seconds=0.0)
-        old.add(drafts_file.house(line.episode.house.name), [line, done])
+    with old.writing(drafts_file.read().header) as writer:
+        for line in unlucky:
+            done = Done(family="VS", house=line.episode.house.name, kept=1, rejected={}, seconds=0.0)
+            writer.add(drafts_file.house(line.episode.house.name), [line, done])
     chosen = {candidate.episode.id for candidate in select(candidates([old, drafts_file], [], old), wish)}
     assert {line.episode.id for line in unlucky} < chosen
     assert len(chosen) == 5

@@ -24,7 +24,7 @@ from vigil.authoring.baselines import (
 from vigil.authoring.guess import majority_guess, words_guess
 from vigil.authoring.sheets import COLUMNS, GAP, WIDTH, pick_sample, sheet_of
 from vigil.authoring.solutions import skill_shares, steps_of
-from vigil.cli.packs import app
+from vigil.cli import app
 from vigil.episode import FAMILIES, Episode, HouseRef, Solution
 from vigil.errors import PackMismatch
 from vigil.goals import ReportStatus
@@ -147,15 +147,17 @@ def test_a_sheet_has_room_for_every_frame_and_its_words():
 
 def test_the_commands_measure_and_show_a_pack(pack, tmp_path):
     runner = CliRunner()
-    done = runner.invoke(app, ["baselines", str(pack.folder), "--log-dir", str(tmp_path / "runs"), "--card"])
+    done = runner.invoke(
+        app, ["pack", "baselines", str(pack.folder), "--log-dir", str(tmp_path / "runs"), "--workers", "1", "--card"]
+    )
     assert done.exit_code == 2  # in a room so small, walking ahead ends near the table
     assert "broken: forward: W is 100.0% in DA" in done.output
     kept = Baselines.model_validate_json((pack.folder / BASELINES).read_bytes())
     assert list(kept.agents) == list(AGENTS)
     assert "## Baselines" in (pack.folder / "README.md").read_text()
     assert Pack.load(pack.folder).sha256 == pack.sha256
-    told = json.loads(runner.invoke(app, ["info", str(pack.folder), "--json"]).output)
+    told = json.loads(runner.invoke(app, ["pack", "info", str(pack.folder), "--json"]).output)
     assert told["solutions"]["steps"]["PG"]["budget"] == 5
-    done = runner.invoke(app, ["sheet", str(pack.folder), "--n", "4", "--out", str(tmp_path / "sheets")])
+    done = runner.invoke(app, ["pack", "sheet", str(pack.folder), "--n", "4", "--out", str(tmp_path / "sheets")])
     assert done.exit_code == 0, done.output
     assert sorted(path.name for path in (tmp_path / "sheets").iterdir()) == ["AI.webp", "DA.webp", "PG.webp", "SV.webp"]

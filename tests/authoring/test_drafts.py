@@ -12,7 +12,7 @@ from vigil.authoring.sources import MIXED, SECRET_SEEDS, Filed, Seeded, drawn, f
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Validator
 from vigil.episode import Episode, Family
-from vigil.errors import HouseError, SettingError
+from vigil.errors import HouseError, RecordError, SettingError
 from vigil.housegen import spec_for
 from vigil.pack import Pack
 
@@ -77,8 +77,19 @@ def test_worker_processes_write_the_same_drafts(written: DraftsFile, source: Fil
 
 
 def test_other_settings_are_refused(written: DraftsFile) -> None:
-    with pytest.raises(SettingError, match=r"seed 3, now 4"):
-        written.open(Header(author="grammar", seed=4, simulator="mujoco", per_house=3, tried=6))
+    other = Header(author="grammar", seed=4, simulator="mujoco", per_house=3, tried=6)
+    with pytest.raises(SettingError, match=r"seed 3, now 4"), written.writing(other):
+        pass
+
+
+def test_two_campaigns_cannot_write_one_file(tmp_path: Path) -> None:
+    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header("mujoco", "grammar")
+    with (
+        file.writing(header),
+        pytest.raises(RecordError, match="being written by another process"),
+        DraftsFile(file.path).writing(header),
+    ):
+        pass
 
 
 def test_a_house_that_cannot_be_had_is_a_rejection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,11 +157,12 @@ def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: Filed) -> 
 
 def test_a_header_that_a_kill_has_cut_is_written_again(tmp_path: Path) -> None:
     file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header("mujoco", "grammar")
-    file.open(header)
-    whole = file.path.read_bytes()
+    with file.writing(header):
+        whole = file.path.read_bytes()
     for size in (0, 1, len(whole) - 1, len(whole)):
         file.path.write_bytes(whole[:size])
-        assert file.open(header) == set()
+        with file.writing(header) as writer:
+            assert writer.done == frozenset()
         assert file.path.read_bytes() == whole
 
 
@@ -158,6 +170,7 @@ def test_a_header_that_a_kill_has_cut_is_written_again(tmp_path: Path) -> None:
 def test_a_file_of_something_else_is_left_as_it_is(text: str, tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text(text)
-    with pytest.raises(SettingError, match=r"notes\.txt"):
-        DraftsFile(path).open(TERMS.header("mujoco", "grammar"))
+    header = TERMS.header("mujoco", "grammar")
+    with pytest.raises(SettingError, match=r"notes\.txt"), DraftsFile(path).writing(header):
+        pass
     assert path.read_text() == text

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from chat_server import Answer, Asked, serving
+from inspect_marks import INSPECT
 
 from vigil.authoring.campaign import Bench, Terms
 from vigil.authoring.drafts import Draft, Rejection
@@ -15,11 +16,7 @@ from vigil.authoring.workshop import Workshop
 from vigil.pack import Pack
 from vigil.runner.complete import completing
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
-"""Of libraries under Inspect."""
+pytestmark = INSPECT
 
 TERMS = Terms(("AI",), seed=3)
 

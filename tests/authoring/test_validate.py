@@ -9,14 +9,14 @@ import pytest
 
 from vigil.actions import Action, Look, Navigate, Report
 from vigil.authoring import validate as validation
-from vigil.authoring.luck import TURNING, blind_tries
+from vigil.authoring.luck import TURNING, WALKING, blind_tries
 from vigil.authoring.propose import is_seen
 from vigil.authoring.rules import RULES
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import OTHER_RULES, Finding, Validator, reason_of, validate_pack
 from vigil.authoring.workshop import Workshop
 from vigil.episode import Episode
-from vigil.goals import ObjectHeld
+from vigil.goals import ObjectHeld, check
 from vigil.house import House
 from vigil.pack import Pack
 from vigil.pose import Vec3
@@ -199,6 +199,18 @@ def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None
     assert turned_to == [False, False]
     assert len(blind_tries(first_of(starter, "VS", "walk"))) == 3
     assert blind_tries(first_of(starter, "SV")) == []
+
+
+@pytest.mark.parametrize("family", ["PG", "AI", "SI", "SM", "CR"])
+def test_what_walking_cannot_change_is_tried_by_waiting_alone(
+    family: str, starter: Pack, simulator: PrivilegedSimulator
+) -> None:
+    episode = first_of(starter, family)
+    (waiting,) = blind_tries(episode)
+    tries = [waiting, *((*moves, *waiting) for moves in (TURNING, WALKING))]
+    validator = Validator(simulator)
+    records = [validator.play(episode, starter.house_of(episode), tried) for tried in tries]
+    assert len({row.semantic for record in records for row in check(episode.goal, record).rows}) == 1
 
 
 def test_near_behind_a_wall_is_no_arrival(starter: Pack, simulator: PrivilegedSimulator) -> None:

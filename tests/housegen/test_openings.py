@@ -10,7 +10,7 @@ from vigil.housegen.spec import spec_for
 from vigil.housegen.walls import room_edges, wall_pieces
 from vigil.pose import Vec3
 from vigil.scene.build import build_scene
-from vigil.scene.geometry import leaves_of
+from vigil.scene.geometry import moving_prisms_of
 from vigil.scene.outlines import floor_of, polygon_of
 from vigil.scene.walls import DOOR_DEPTH_M
 
@@ -83,7 +83,12 @@ def test_leaves_swing_into_the_first_room_that_their_door_names(seed):
     house = generate(seed, spec_for("4"))
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     things = build_scene(house, AssetDatabase.default()).things
-    swung = [(door, leaf) for door in house.document.doors if door.openable for leaf in leaves_of(things[door.id], 1.0)]
+    swung = [
+        (door, leaf)
+        for door in house.document.doors
+        if door.openable
+        for leaf in moving_prisms_of(things[door.id], 1.0)
+    ]
     assert swung
     for door, leaf in swung:
         assert floors[door.room0].contains(polygon_of(leaf).centroid)

@@ -4,13 +4,13 @@ The table is in `docs/agents.md`.
 """
 
 import asyncio
-import gc
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import pytest
+from inspect_marks import INSPECT
 from wire_server import ENDPOINTS, STREAM, WIRES, Raw, Said, WireServer, body_of, chat, google, responses
 
 from vigil.actions import Reply
@@ -20,20 +20,10 @@ from vigil.runner.ask import Patience, RequestRejected, persistent
 from vigil.runner.inspect_model import Endpoint, sender
 from vigil.runner.serving import Serving
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
+pytestmark = INSPECT
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
 GOOD = Said((LOOK,))
 TEXTS = {"chat": "content", "responses": "text", "anthropic": "text", "google": "text"}
-
-
-@pytest.fixture(autouse=True)
-def _collect() -> Iterator[None]:
-    """Streams that Inspect leaves open are collected while their warnings are filtered."""
-    yield
-    gc.collect()
 
 
 def ask_each(

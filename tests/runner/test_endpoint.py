@@ -1,14 +1,13 @@
 """One reply at a time from a real HTTP server that misbehaves in every way."""
 
 import asyncio
-import gc
 import time
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from chat_server import REPORT, Answer, Asked, Brain, ChatServer, failure, serving
 from inspect_ai.model import ModelOutput, ModelUsage, get_model
+from inspect_marks import INSPECT
 
 from vigil.actions import ParsedReply, Reply
 from vigil.agents.model import Message
@@ -20,10 +19,7 @@ from vigil.runner.inspect_model import Endpoint, sender
 from vigil.runner.serving import Serving
 from vigil.runner.serving import serving as serving_of
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
+pytestmark = INSPECT
 PICTURE = encode(np.zeros((480, 640, 3), np.uint8))
 MESSAGES = [
     Message("system", "prompt"),
@@ -31,13 +27,6 @@ MESSAGES = [
     Message("user", "s", PICTURE),
 ]
 SHORT_WAITS = Patience(retries=3, first_wait_s=0.01)
-
-
-@pytest.fixture(autouse=True)
-def _collect() -> Iterator[None]:
-    """Streams that Inspect leaves open are collected while their warnings are filtered."""
-    yield
-    gc.collect()
 
 
 def ask(brain: Brain, reply_seconds: int = 30, **sampling: object) -> tuple[Reply, ChatServer]:

@@ -1,14 +1,13 @@
 """Replies of all forms, from the server's bytes to the record: judged and kept as they were sent."""
 
 import asyncio
-import gc
-from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
 import pytest
 from inspect_ai import eval as inspect_eval
 from inspect_ai.model import get_model
+from inspect_marks import INSPECT
 from reply_forms import FORMS, draw, joined, mistakes
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, Storyteller, WireServer
@@ -26,18 +25,8 @@ from vigil.runner.serving import Serving
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
+pytestmark = INSPECT
 STEPS = 8
-
-
-@pytest.fixture(autouse=True)
-def _collect() -> Iterator[None]:
-    """Streams that Inspect leaves open are collected while their warnings are filtered."""
-    yield
-    gc.collect()
 
 
 def pack_of(folder: Path, episodes: int) -> Path:

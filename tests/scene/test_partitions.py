@@ -120,6 +120,22 @@ def test_a_shut_door_parts_and_an_open_one_does_not():
     assert swing_blocker(state, door, 0.0) is None
 
 
+def test_what_sticks_through_is_told_of_the_scene_as_it_is_now():
+    door = Thing("Door", "Doorway", make("Doorway", Vec3(1.0, 2.0, 0.14), 0), Vec3(3.0, 1.0, 1.5), Vec3(0, 90, 0))
+    door.is_structure = door.is_openable = True
+    book = thing("Book", 2.85, 1.5, 180.0, bottom=1.0)
+    state = two_rooms(door, book, holes=(Hole(1.0, 2.0, 0.0, 2.0),))
+    for _ in range(2):
+        set_openness(state, door, 0.0)
+        assert state.partitions.sticks_through(book, 1.0) == "Door"
+        assert state.partitions.sticks_through(book, 0.0) is None
+        set_openness(state, door, 1.0)
+        assert state.partitions.sticks_through(book, 1.0) is None
+    set_openness(state, door, 0.0)
+    state.move(book, Vec3(1.5, book.position.y, 1.5), book.rotation)
+    assert state.partitions.sticks_through(book, 1.0) is None
+
+
 def corners_of(state: SceneState, each: Thing) -> np.ndarray:
     return np.concatenate(
         [part_motion(each, part.joint)(part.mesh.vertices.astype(float)) for part in each.asset.parts]

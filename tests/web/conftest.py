@@ -13,10 +13,11 @@ from web_visitor import DESKTOP, PHONE, Visitor
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
+from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
-from vigil.record import RunHeader, RunSpec, dump_line
+from vigil.record import RunHeader, RunSpec
 from vigil.runner.frames import FrameStore
 from vigil.runner.play import Watcher, play
 from vigil.runner.run_folder import FRAMES_FOLDER, write_header

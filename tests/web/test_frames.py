@@ -17,11 +17,12 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.errors import SettingError
 from vigil.house import House
+from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.pose import Pose
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
-from vigil.record import RunHeader, RunSpec, dump_line
+from vigil.record import RunHeader, RunSpec
 from vigil.record_file import read_records
 from vigil.runner.play import Watcher, play
 from vigil.runner.run_folder import write_header

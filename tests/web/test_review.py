@@ -85,14 +85,14 @@ def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     starter = Pack.load(find("starter"))
     chosen = [episode for episode in starter.episodes if episode.family == "PG"][:4]
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
-    file.open(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1))
     facts = Facts(category="Mug", rooms=1, area_m2=20.0, distance_m=1.0, is_seen_by_turning=True)
-    for episode in chosen:
-        provenance = episode.provenance.model_copy(update={"reviewed": None})
-        fresh = episode.model_copy(update={"provenance": provenance})
-        draft = Draft(kind="", episode=fresh, actions=starter.solutions[episode.id].actions, facts=facts)
-        house = House.load(starter.folder / HOUSES / f"{episode.house.name}.json")
-        file.add(house, [draft, Done(family="PG", house=house.name, kept=1, rejected={}, seconds=0.0)])
+    with file.writing(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1)) as writer:
+        for episode in chosen:
+            provenance = episode.provenance.model_copy(update={"reviewed": None})
+            fresh = episode.model_copy(update={"provenance": provenance})
+            draft = Draft(kind="", episode=fresh, actions=starter.solutions[episode.id].actions, facts=facts)
+            house = House.load(starter.folder / HOUSES / f"{episode.house.name}.json")
+            writer.add(house, [draft, Done(family="PG", house=house.name, kept=1, rejected={}, seconds=0.0)])
     return file
 
 
@@ -122,6 +122,7 @@ def test_drafts_that_are_not_there_are_named(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match=r"no\.jsonl' does not exist"):
         Pile.of_drafts(tmp_path / "no.jsonl")
     file = DraftsFile(tmp_path / "empty.jsonl")
-    file.open(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1))
+    with file.writing(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1)):
+        pass
     with pytest.raises(SettingError, match="no draft yet"):
         Pile.of_drafts(file.path)

@@ -1,8 +1,9 @@
 """Intervals and tests: what an estimate, or a difference between two runs, is worth.
 
-Wilson for single rates; a bootstrap clustered by house where episodes share houses; McNemar (exact) and a paired,
-clustered bootstrap for two runs on the same episodes; the smallest difference that so many episodes can show. Every
-resampling has a fixed seed and sorted clusters: the same rows give the same interval, in whatever order they come.
+Beside Wilson's for single rates (`vigil.rates`): a bootstrap clustered by house where episodes share houses; McNemar
+(exact) and a paired, clustered bootstrap for two runs on the same episodes; the smallest difference that so many
+episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows give the same interval, in
+whatever order they come.
 """
 
 import math
@@ -14,7 +15,7 @@ import pandas as pd
 from scipy.special import ndtr, ndtri, stdtrit
 from scipy.stats import binom
 
-from vigil.summary import wilson
+from vigil.rates import Interval
 
 RESAMPLES = 2000
 SEED = 20260101
@@ -22,27 +23,6 @@ LEVEL = 0.95
 POWER = 0.80
 MIN_CLUSTERS = 5
 """With fewer houses a clustered bootstrap says nothing."""
-Interval = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Rate:
-    """A rate with its counts and its 95 % Wilson interval; the value is None over no trials."""
-
-    hits: int
-    n: int
-    worth: float
-    """How many independent trials the n are worth: fewer where episodes were played repeatedly."""
-
-    @property
-    def value(self) -> float | None:
-        """Returns hits / n."""
-        return self.hits / self.n if self.n else None
-
-    @property
-    def interval(self) -> Interval:
-        """Returns the 95 % Wilson interval; (0, 1) over no trials."""
-        return wilson((self.value or 0.0) * self.worth, self.worth)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,10 +24,11 @@ from vigil.analysis.result_tables import rates
 from vigil.analysis.rows import KINDS, values, where
 from vigil.analysis.study import Entry, Study, by_b
 from vigil.analysis.table import Column, Row, Table, counts, intervals, numbers, percent, points, rate_cell, texts
+from vigil.rates import RATES
 from vigil.record import Resumption, RunHeader
 
 MODEL = Column("model", "Run", "text")
-_RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other", "NoRep", "Stop")
+_RATES = tuple(name for name in RATES if name != "Delta")
 
 
 def overview(study: Study) -> Table:
@@ -201,9 +202,9 @@ def regime_table(study: Study) -> Table:
         rows.append(
             row_of(
                 entry,
-                B_W=rate_cell(m.rate("B", "W")),
-                FR_W0=rate_cell(m.rate("FR_W0", "W0")),
-                NoRep_W1=rate_cell(m.rate("NoRep_W1", "W")),
+                B_W=rate_cell(m.rate("P_B_W1")),
+                FR_W0=rate_cell(m.rate("P_FR_W0")),
+                NoRep_W1=rate_cell(m.rate("P_norep_W1")),
                 IL=rate_cell(m.rate("IL")),
                 regime=shown or None,
             )
@@ -316,7 +317,7 @@ def _composed(entry: Entry) -> dict[str, Any]:
     for family in ("AI", "SI"):
         measures = entry.families.get(family)
         cells[f"{family}_B"] = percent(measures.share("B")) if measures else None
-        cells[f"{family}_conv"] = percent(measures.share("B", "W")) if measures else None
+        cells[f"{family}_conv"] = percent(measures.share("P_B_W1")) if measures else None
     low = [family for family, share in w.items() if share is not None and share < FLOOR_W]
     return {**cells, "floor": ", ".join(low) or "none"}
 

@@ -13,9 +13,10 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.intervals import Interval, McNemar, mcnemar, paired_difference
+from vigil.analysis.intervals import McNemar, mcnemar, paired_difference
 from vigil.analysis.rows import Run
 from vigil.errors import RecordError
+from vigil.rates import Interval
 
 PairKind = Literal["feedback", "prompt", "repeat"]
 VARIED: dict[PairKind, frozenset[str]] = {

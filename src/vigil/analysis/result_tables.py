@@ -27,6 +27,7 @@ from vigil.analysis.table import (
     with_best_bold,
 )
 from vigil.episode import FAMILIES
+from vigil.rates import RATES
 
 PUBLISHED = "Published: the paper's own pack and simulator"
 MODEL = Column("model", "Model", "text")
@@ -164,7 +165,7 @@ def belief_lag(study: Study) -> Table:
         m = entry.overall
         sizes = {name: m.counts[name] for name in ("NoRep_W1", "NR_W1", "IL_W1", "FS")}
         lags = {name: m.means[name] for name in ("lag", "lag_without_sv", "lag_from_reset")}
-        shares = {name: percent(m.share(name, "FS")) for name in ("FS_zero", "FS_high")}
+        shares = {"FS_zero": percent(m.share("P_zero_FS")), "FS_high": percent(m.share("P_high_FS"))}
         rows.append(_row(entry, {"W_plus": m.counts["W"], **sizes, **lags, **shares}))
     renamed = {"NR_W1": "NoRep_W1", "zero_progress_pct": "FS_zero"}
     rows += _published(study, "belief_lag", lambda row: {renamed.get(name, name): row[name] for name in row})
@@ -254,11 +255,7 @@ def open_repeat_robustness(study: Study) -> Table:
 
 def rates(measures: Measures) -> dict[str, float | None]:
     """Returns the plain rates in percent, with mean steps."""
-    found = {
-        name: percent(measures.share(name))
-        for name in ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
-    }
-    return {**found, "mean_steps": measures.means["steps"]}
+    return {**{name: percent(measures.share(name)) for name in RATES}, "mean_steps": measures.means["steps"]}
 
 
 def conditional(measures: Measures) -> dict[str, Any]:
@@ -267,9 +264,9 @@ def conditional(measures: Measures) -> dict[str, Any]:
         "W": percent(measures.share("W")),
         "B": percent(measures.share("B")),
         "Stop": percent(measures.share("Stop")),
-        "P_rep_W0": percent(measures.share("rep_W0", "W0")),
-        "P_norep_W1": percent(measures.share("NoRep_W1", "W")),
-        "P_FR_W0": percent(measures.share("FR_W0", "W0")),
+        "P_rep_W0": percent(measures.share("P_rep_W0")),
+        "P_norep_W1": percent(measures.share("P_norep_W1")),
+        "P_FR_W0": percent(measures.share("P_FR_W0")),
         "n_W0": measures.counts["W0"],
         "n_W1": measures.counts["W"],
     }

@@ -21,16 +21,30 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil import actions, episode, goals, pose, prompt, record, record_file, replies, row_check, scoring, world
+from vigil import (
+    actions,
+    episode,
+    goals,
+    jsonl,
+    pose,
+    prompt,
+    record,
+    record_file,
+    replies,
+    row_check,
+    saved_run,
+    scoring,
+    summary,
+    world,
+)
 from vigil.analysis.models import Model, model_of
-from vigil.episode import FAMILIES, Episode, Family
-from vigil.errors import RecordError
+from vigil.episode import FAMILIES, Family
 from vigil.pack import find, frozen_episodes
-from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header
-from vigil.record_file import checked, read_file, scan_lines
-from vigil.row_check import LeftOut, RowCheck, told
-from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit, settle
-from vigil.summary import LIBRARY_REPLIES, MAX_ERROR_SHARE, repeats
+from vigil.record import EPISODES_FILE, RunHeader, read_header
+from vigil.record_file import read_file
+from vigil.saved_run import RecordTable, open_run
+from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
+from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
 ROWS_FILE = "rows.parquet"
 ROWS_VERSION = 3
@@ -89,9 +103,8 @@ class Run:
         absent = [family for family in FAMILIES if family not in self.planned]
         if absent:
             found.append(f"without episodes of {', '.join(absent)}; overall rates are not those of a balanced pack")
-        attempted = self.n + len(self.errors)
-        if len(self.errors) > MAX_ERROR_SHARE * attempted:
-            found.append(f"{len(self.errors)} of {attempted} episodes ended as errors (more than 1 %)")
+        if has_many_errors(len(self.errors), self.n):
+            found.append(f"{len(self.errors)} of {self.n + len(self.errors)} episodes ended as errors (more than 1 %)")
         if again := repeats(self.attempts):
             found.append(again)
         return tuple(f"{self.name}: {fault}." for fault in (*found, *self.remarks))
@@ -118,22 +131,18 @@ def read_runs(folders: Sequence[Path], pack: str | None = None, *, use_cache: bo
 
 def _kept_run(folder: Path) -> Run | None:
     """Returns the run from the rows beside it; None when there are none, or they are of other records or code."""
-    header, data = _read(folder)
+    header, data = read_header(folder), read_file(folder / EPISODES_FILE)
     kept = _load(folder / ROWS_FILE, _key(header, data))
     return None if kept is None else _run(folder, header, *kept)
 
 
 def _settled_run(folder: Path, pack: str | None, keep: bool) -> Run:
     """Returns the run from its records, and keeps its rows beside it."""
-    header, data = _read(folder)
-    table, facts = _settle(header, data, pack)
+    run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
+    table, facts = _settle(run.table, data)
     if keep:
-        facts = _keep(folder / ROWS_FILE, _key(header, data), table, facts)
-    return _run(folder, header, table, facts)
-
-
-def _read(folder: Path) -> tuple[RunHeader, bytes]:
-    return read_header(folder), read_file(folder / EPISODES_FILE)
+        facts = _keep(folder / ROWS_FILE, _key(run.header, data), table, facts)
+    return _run(folder, run.header, table, facts)
 
 
 def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> Run:
@@ -144,7 +153,7 @@ def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> R
         model=model,
         rows=table,
         errors=pd.DataFrame(facts["errors"], columns=_ERROR_COLUMNS),
-        planned={family: facts["planned"][family] for family in FAMILIES if family in facts["planned"]},
+        planned=facts["planned"],
         remarks=(*_unended(header.version_notes), *facts["remarks"]),
         name=model.name,
     )
@@ -220,58 +229,18 @@ def _schema() -> dict[str, str]:
 _SCHEMA = _schema()
 
 
-def _settle(header: RunHeader, data: bytes, pack: str | None) -> tuple[pd.DataFrame, dict]:
-    episodes = _episodes_of(header, pack)
-    outcomes: dict[record.Key, Outcome] = {}
-    errors: dict[record.Key, EpisodeRecord] = {}
-    left_out: list[LeftOut] = []
-    check = RowCheck(header, episodes.values())
-    read = 0
-    for line in checked(scan_lines(data), check):
-        read, row = line.end, line.row
-        if isinstance(row, LeftOut):
-            left_out.append(row)
-        elif row.end == "error":
-            errors[row.key] = row
-        else:
-            outcomes[row.key] = settle(episodes[row.episode_id], row)
-            errors.pop(row.key, None)
-    planned: dict[str, int] = {}
-    for one in episodes.values():
-        planned[one.family] = planned.get(one.family, 0) + header.spec.epochs
-    remarks = _unended([*check.notes, *told(left_out)])
-    if data[read:].strip():
-        remarks.append("the last line of its records is torn and was passed over; the same command plays it again")
-    library = sum(outcome.library_replies for outcome in outcomes.values())
-    if library:
-        remarks.append(f"{library} {LIBRARY_REPLIES}")
-    facts = {
-        "planned": planned,
-        "errors": [_error(episodes, errors[key]) for key in sorted(errors)],
-        "remarks": remarks,
-    }
-    return table_of(outcomes.values()), facts
+def _settle(table: RecordTable, data: bytes) -> tuple[pd.DataFrame, dict]:
+    table.take(data)
+    settlement = table.settlement()
+    remarks = _unended(table.notes)
+    if settlement.library_replies:
+        remarks.append(f"{settlement.library_replies} {LIBRARY_REPLIES}")
+    errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in settlement.errors]
+    return table_of(settlement.outcomes), {"planned": settlement.planned, "errors": errors, "remarks": remarks}
 
 
-def _error(episodes: Mapping[str, Episode], row: EpisodeRecord) -> _Row:
-    said = {"boundary": row.error.boundary, "message": row.error.message} if row.error else {}
-    place = {"episode_id": row.episode_id, "epoch": row.epoch, "attempt": row.attempt}
-    return {**place, "family": episodes[row.episode_id].family, **said}
-
-
-def _episodes_of(header: RunHeader, pack: str | None) -> dict[str, Episode]:
-    noted = header.pack_folder
-    place = pack or (noted if noted and Path(noted).is_dir() else header.spec.pack)
-    frozen = {one.id: one for one in _frozen(str(find(place)), header.spec.pack_sha256)}
-    unknown = [episode_id for episode_id in header.spec.episode_ids if episode_id not in frozen]
-    if unknown:
-        raise RecordError(f"Run {header.run_id!r} names episode {unknown[0]!r}, absent from its pack. Was it altered?")
-    return {episode_id: frozen[episode_id] for episode_id in header.spec.episode_ids}
-
-
-@cache
-def _frozen(place: str, sha256: str) -> list[Episode]:
-    return frozen_episodes(place, sha256)
+_frozen = cache(frozen_episodes)
+"""Many runs of a report are of one pack."""
 
 
 def _key(header: RunHeader, data: bytes) -> str:
@@ -283,7 +252,10 @@ def _key(header: RunHeader, data: bytes) -> str:
 @cache
 def _scoring_sha256() -> str:
     """Returns a hash of the code that makes verdicts: rows of another version are settled anew."""
-    modules = (actions, episode, goals, pose, prompt, record, record_file, replies, row_check, scoring, world)
+    modules = (
+        *(actions, episode, goals, jsonl, pose, prompt, record, record_file, replies, row_check, saved_run, scoring),
+        *(summary, world),
+    )
     return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vigil.analysis.intervals import Interval, Rate
+from vigil.rates import Interval, Rate
 
 Kind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "spread", "p"]
 NONE = "–"

@@ -20,9 +20,8 @@ from vigil.analysis.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
 from vigil.goals import check
-from vigil.record import EPISODES_FILE, EpisodeRecord, StepRecord
-from vigil.record_file import read_rows
-from vigil.row_check import RowCheck
+from vigil.record import EpisodeRecord, StepRecord
+from vigil.saved_run import RecordTable
 from vigil.scoring import Label, Outcome, settle
 
 HELD = LABEL_COLOURS["B"]
@@ -56,11 +55,12 @@ class Track:
 
 def find_record(run: Run, episode: Episode, epoch: int = 1) -> EpisodeRecord:
     """Returns the record that stands for an episode of a run. Raises RecordError."""
-    rows = read_rows(run.folder / EPISODES_FILE, RowCheck(run.header, [episode]))
-    found = rows.standing.get((episode.id, epoch))
-    if found is None or found.end == "error":
+    table = RecordTable(run.folder, run.header, [episode])
+    table.refresh()
+    row = table.rows.get((episode.id, epoch))
+    if row is None or row.outcome is None:
         raise RecordError(f"Run {run.name!r} has no scored record of episode {episode.id!r} (epoch {epoch}).")
-    return found
+    return table.record((episode.id, epoch))
 
 
 def track(name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]) -> Track:

@@ -26,6 +26,7 @@ from vigil.housegen.document import generators_of
 from vigil.pack import Pack
 
 HOUSE_USES = 3
+PER_FAMILY = 125
 """Episodes of one family in one house, at most."""
 FOUND_BY_TURNING = 0.4
 """Share of searches (VS, SI) that turning and looking may show the target of, at most."""
@@ -63,7 +64,7 @@ class Wish:
     """Which pack to assemble."""
 
     name: str
-    per_family: int = 125
+    per_family: int = PER_FAMILY
     seed: int = 0
     """Breaks ties."""
     house_uses: int = HOUSE_USES

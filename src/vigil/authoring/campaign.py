@@ -93,21 +93,21 @@ def run_campaign(
     """Proposes in all houses that are not done yet, and appends what comes of it to `file`.
 
     `proposer` is an author's name with its function, which then works in this process alone; the grammar by default.
-    Raises SettingError.
+    Raises SettingError, or RecordError when the file cannot be written.
     """
     wanted = list(sources)
     author = proposer[0] if proposer else AUTHOR
-    done = file.open(terms.header(terms.backend, author))
-    units: list[Unit] = []
-    for source in wanted:
-        missing: tuple[Family, ...] = tuple(family for family in terms.families if (source.name, family) not in done)
-        units += [(source, missing)] if missing else []
-    begun, kept, rejected = time.monotonic(), 0, 0
-    for number, (house, lines) in enumerate(_worked(units, terms, workers, proposer), start=1):
-        file.add(house, lines)
-        kept += sum(isinstance(line, Draft) for line in lines)
-        rejected += sum(isinstance(line, Rejection) for line in lines)
-        on_progress(Standing(number, len(units), kept, rejected, time.monotonic() - begun))
+    with file.writing(terms.header(terms.backend, author)) as writer:
+        units: list[Unit] = []
+        for source in wanted:
+            missing = tuple(family for family in terms.families if (source.name, family) not in writer.done)
+            units += [(source, missing)] if missing else []
+        begun, kept, rejected = time.monotonic(), 0, 0
+        for number, (house, lines) in enumerate(_worked(units, terms, workers, proposer), start=1):
+            writer.add(house, lines)
+            kept += sum(isinstance(line, Draft) for line in lines)
+            rejected += sum(isinstance(line, Rejection) for line in lines)
+            on_progress(Standing(number, len(units), kept, rejected, time.monotonic() - begun))
 
 
 def _worked(

@@ -5,24 +5,26 @@
     {"line": "rejected", ...}    what was proposed in vain, and why
     {"line": "done", ...}        a family in a house is finished, with counts
 
-Houses lie beside the file, in the folder `<stem>.houses`. The file is only appended to; what follows the last `done`
-line was interrupted and is cut off when the file is continued.
+Houses lie beside the file, in the folder `<stem>.houses`. The file is only appended to, by one process at a time;
+what follows the last `done` line was interrupted and is cut off when the file is continued.
 """
 
 import hashlib
-import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from vigil.actions import Action
 from vigil.episode import Episode, Family
-from vigil.errors import HouseError, SettingError, first_fault
+from vigil.errors import HouseError, SettingError
 from vigil.house import House, canonical_json
+from vigil.jsonl import AppendFile, parse, read_lines
+from vigil.jsonl import Line as JsonLine
 
 DRAFTS_SCHEMA = 1
 DIGITS = 6
@@ -124,46 +126,24 @@ class DraftsFile:
         self.path = path
         self.houses = path.with_name(f"{path.stem}.houses")
 
-    def open(self, header: Header) -> set[tuple[str, Family]]:
-        """Begins or continues the file. Returns which families are done in which houses.
+    @contextmanager
+    def writing(self, header: Header) -> Iterator["DraftsWriter"]:
+        """Begins or continues the file, which nobody else can write to meanwhile.
 
-        Raises SettingError when it was begun with other settings.
+        Raises SettingError when it was begun with other settings, RecordError when it cannot be written.
         """
         if not self.path.parent.is_dir():
             raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Make it first.")
-        self.houses.mkdir(exist_ok=True)
-        raw = self.path.read_bytes() if self.path.exists() else b""
-        if _bytes_of(header).startswith(raw):  # nothing, or what a kill left of the first line
-            self.path.write_bytes(_bytes_of(header))
-            return set()
-        found = self.read()
-        if found.header != header:
-            raise SettingError(
-                f"Drafts file {str(self.path)!r} was begun with other settings ({_differences(found.header, header)}). "
-                "Use the same ones, or another file."
-            )
-        os.truncate(self.path, _whole_bytes(raw))
-        return {(done.house, done.family) for done in found.done}
-
-    def add(self, house: House | None, lines: Iterable[Line]) -> None:
-        """Appends what was proposed in a house; None where there is no house."""
-        if house is not None:
-            house.save(self.houses / f"{house.name}.json")
-        self._append(lines)
+        with AppendFile(self.path) as file:
+            done = self._continue(file, header)
+            self.houses.mkdir(exist_ok=True)
+            yield DraftsWriter(file, self.houses, frozenset((each.house, each.family) for each in done))
 
     def read(self) -> Proposed:
         """Returns what the file says. Raises SettingError naming the line that is wrong."""
         if not self.path.is_file():
             raise SettingError(f"Drafts file {str(self.path)!r} does not exist. `vigil pack propose` writes one.")
-        lines = list(self._lines())
-        if not lines or not isinstance(lines[0], Header):
-            raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose anew.")
-        return Proposed(
-            lines[0],
-            tuple(line for line in lines if isinstance(line, Draft)),
-            tuple(line for line in lines if isinstance(line, Rejection)),
-            tuple(line for line in lines if isinstance(line, Done)),
-        )
+        return self._proposed(_finished(read_lines(self.path)))
 
     def house(self, name: str) -> House:
         """Returns a house that lies beside the file. Raises HouseError."""
@@ -172,17 +152,51 @@ class DraftsFile:
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
         return House.load(path)
 
-    def _lines(self) -> Iterator[Header | Line]:
-        raw = self.path.read_bytes()
-        for number, line in enumerate(raw[: _whole_bytes(raw)].splitlines(), start=1):
-            try:
-                yield _LINE.validate_json(line)
-            except ValidationError as error:
-                raise SettingError(f"{self.path} line {number}: {first_fault(error, 'the line')}.") from None
+    def _continue(self, file: AppendFile, header: Header) -> tuple[Done, ...]:
+        """Returns what is done in the file, which then ends with it."""
+        first = _bytes_of(header)
+        if first.startswith(b"".join(line.data for line in file.lines.whole) + file.lines.torn):
+            file.cut(0)  # nothing, or what a kill left of the first line
+            file.append(first)
+            return ()
+        finished = _finished(file.lines.whole)
+        found = self._proposed(finished)
+        if found.header != header:
+            raise SettingError(
+                f"Drafts file {str(self.path)!r} was begun with other settings ({_differences(found.header, header)}). "
+                "Use the same ones, or another file."
+            )
+        file.cut(finished[-1].end)
+        return found.done
 
-    def _append(self, lines: Iterable[Header | Line]) -> None:
-        with self.path.open("ab") as file:
-            file.write(b"".join(map(_bytes_of, lines)))
+    def _proposed(self, lines: Sequence[JsonLine]) -> Proposed:
+        rows = [
+            parse(line, _LINE, str(self.path), "Restore the file, or propose anew.", SettingError) for line in lines
+        ]
+        if not rows or not isinstance(rows[0], Header):
+            raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose anew.")
+        return Proposed(
+            rows[0],
+            tuple(row for row in rows if isinstance(row, Draft)),
+            tuple(row for row in rows if isinstance(row, Rejection)),
+            tuple(row for row in rows if isinstance(row, Done)),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class DraftsWriter:
+    """A drafts file that is open for writing."""
+
+    file: AppendFile
+    houses: Path
+    done: frozenset[tuple[str, Family]]
+    """Which families were done in which houses when the file was opened."""
+
+    def add(self, house: House | None, lines: Iterable[Line]) -> None:
+        """Appends what was proposed in a house; None where there is no house. Raises RecordError."""
+        if house is not None:
+            house.save(self.houses / f"{house.name}.json")
+        self.file.append(*map(_bytes_of, lines))
 
 
 def draft_id(episode: Episode, category: str) -> str:
@@ -197,14 +211,10 @@ def _bytes_of(line: Header | Line) -> bytes:
     return canonical_json(line.model_dump(mode="json")) + b"\n"
 
 
-def _whole_bytes(raw: bytes) -> int:
-    """Returns how many bytes of a file belong to finished work: all lines up to the last `done`, and the header."""
-    whole = at = 0
-    for line in raw.splitlines(keepends=True):
-        at += len(line)
-        if line.endswith(b"\n") and (whole == 0 or b'"line":"done"' in line):
-            whole = at
-    return whole
+def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:
+    """Returns the lines of finished work: all up to the last `done`, and the header."""
+    last = max((index for index, line in enumerate(lines) if b'"line":"done"' in line.data), default=0)
+    return lines[: last + 1]
 
 
 def _differences(old: Header, new: Header) -> str:

@@ -11,7 +11,7 @@ from math import log
 from vigil.actions import Report, Status
 from vigil.episode import Episode, Solution
 from vigil.goals import ReportStatus
-from vigil.summary import wilson
+from vigil.rates import wilson
 
 PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("off", "on"), "is_open": ("closed", "open")}
 

@@ -4,9 +4,7 @@ One line a verdict; nothing is ever changed or taken away, a later line by the s
 Each line names the very episode by hash: verdicts on another version of it do not count.
 """
 
-import fcntl
 import hashlib
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -14,12 +12,11 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Size
-from vigil.errors import RecordError, first_fault
 from vigil.house import canonical_json
-from vigil.record_file import free_name
+from vigil.jsonl import append_line, dump_line, parse, read_lines
 
 REVIEW_SCHEMA = 1
 Verdict = Literal["approve", "reject", "edit", "difficulty", "note"]
@@ -89,39 +86,16 @@ def episode_sha256(episode: Episode) -> str:
 
 
 def append_review(path: Path, review: Review) -> None:
-    """Writes one line, on disk when this returns; safe with several writers.
-
-    What a crash left of a last line is put aside first.
-    """
-    with path.open("ab+") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        file.seek(0)
-        data = file.read()
-        whole = data.rfind(b"\n") + 1
-        if whole < len(data):
-            free_name(path).write_bytes(data[whole:])
-            file.truncate(whole)
-        file.write(review.model_dump_json(exclude_defaults=True).encode() + b"\n")
-        file.flush()
-        os.fsync(file.fileno())
+    """Writes one line, on disk when this returns; safe with several writers. Raises RecordError."""
+    append_line(path, dump_line(review, exclude_defaults=True))
 
 
 def read_reviews(path: Path) -> list[Review]:
     """Returns all reviews in the order in which they were given; none when there is no file.
 
-    An unfinished last line is passed over. Raises RecordError on any other unreadable one.
+    A torn last line is passed over. Raises RecordError on any other unreadable one.
     """
-    if not path.exists():
-        return []
-    data = path.read_bytes()
-    reviews: list[Review] = []
-    for number, line in enumerate(data[: data.rfind(b"\n") + 1].splitlines(), start=1):
-        try:
-            reviews.append(Review.model_validate_json(line))
-        except ValidationError as error:
-            wrong = first_fault(error, "the line")
-            raise RecordError(f"{str(path)!r} line {number}: {wrong}. Restore the file.") from None
-    return reviews
+    return [parse(line, Review, repr(str(path)), "Restore the file.") for line in read_lines(path)]
 
 
 def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision]:

@@ -7,14 +7,14 @@ same scoring as any run. Source: `protocol.md` section 4.4.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from vigil.actions import REACH_M, Action, InteractPixel
+from vigil.actions import REACH_M, Action, InteractPixel, Report
 from vigil.authoring import moves
 from vigil.authoring.deeds import Unsolvable
 from vigil.authoring.luck import blind_tries
 from vigil.authoring.rules import MARGIN_M, MARGIN_PX, RULES, Case, broken_by
 from vigil.authoring.solve import solution
 from vigil.authoring.stage import PrivilegedSimulator, Stage
-from vigil.authoring.wrong_rows import Scenes
+from vigil.authoring.wrong_rows import Scenes, record_of
 from vigil.authoring.wrong_ways import Way, wins, wrong_ways
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
@@ -95,10 +95,11 @@ class Validator:
             steps = tuple(actions) if actions is not None else solution(episode, self._stage)
         except Unsolvable as error:
             return Verdict((Finding(episode.id, "solvable", str(error)),))
-        judged = tuple(self._judge(episode, steps))
+        record = self._replay(episode, steps)
+        judged = tuple(self._judge(episode, steps, record))
         if judged:
             return Verdict(judged, steps)
-        ways = wrong_ways(Scenes(self._simulator, episode), self._stage, self._replay(episode, steps))
+        ways = wrong_ways(Scenes(self._simulator, episode), self._stage, record)
         won = (way for way in ways if wins(episode, way))
         return Verdict(tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways))
 
@@ -135,14 +136,19 @@ class Validator:
             self._env.fail("agent", "the actions stop before the episode ends")
         return self._env.record()
 
-    def _judge(self, episode: Episode, actions: tuple[Action, ...]) -> Iterator[Finding]:
+    def _tried(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
+        """Returns the record of an agent without sight; one that only reports does so in the world of any reset."""
+        if all(isinstance(action, Report) for action in actions):
+            return record_of(record, (), "success")
+        return self._replay(episode, actions)
+
+    def _judge(self, episode: Episode, actions: tuple[Action, ...], record: EpisodeRecord) -> Iterator[Finding]:
         for action in actions:
             if not _is_expected(action, episode):
                 yield Finding(episode.id, "expected_skills", f"{action.skill_name} is not expected in {episode.family}")
         most = max(2, int(BUDGET_SHARE * episode.max_steps))
         if len(actions) > most:
             yield Finding(episode.id, "within_budget", f"{len(actions)} steps, of {episode.max_steps} at most {most}")
-        record = self._replay(episode, actions)
         if record.end == "error":
             yield Finding(
                 episode.id, "solution_holds", record.error.message if record.error else "it ended as an error"
@@ -154,7 +160,7 @@ class Validator:
             yield Finding(episode.id, "solution_holds", told)
             return
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
-        if any(settle(episode, self._replay(episode, tried)).W for tried in blind_tries(episode)):
+        if any(settle(episode, self._tried(episode, record, moves)).W for moves in blind_tries(episode)):
             yield Finding(episode.id, "not_blind_luck", "an agent that does not look completes it")
 
 

@@ -7,21 +7,22 @@ import hashlib
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
 from itertools import groupby
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.stage import PrivilegedSimulator
 from vigil.authoring.validate import Finding, Validator
 from vigil.episode import Episode, Solution
-from vigil.errors import RecordError, first_fault
 from vigil.house import House, canonical_json
+from vigil.jsonl import AppendFile, dump_line, parse
 from vigil.pack import Pack
 from vigil.sim import make_simulator
 
@@ -80,21 +81,29 @@ def verify_pack(
 ) -> list[Finding]:
     """Returns what is wrong with a pack's episodes, sorted by episode; `log` is continued where it is there.
 
-    Raises RecordError on a log that cannot be read.
+    Raises RecordError on a log that cannot be read or written.
     """
-    solved = {name: solution.actions for name, solution in pack.solutions.items()}
-    known = _read(log)
-    missing = [e for e in pack.episodes if key_of(e, solved.get(e.id), means.backend) not in known]
-    results = [known[key] for e in pack.episodes if (key := key_of(e, solved.get(e.id), means.backend)) in known]
-    begun = time.monotonic()
-    for found in verified(bundles(missing, solved, pack.house_of), means):
-        results += found
-        _append(log, found)
-        faulty = sum(bool(result.findings) for result in results)
-        on_progress(Standing(len(results), len(pack.episodes), faulty, time.monotonic() - begun))
+    with nullcontext() if log is None else AppendFile(log) as file:
+        results = _results(pack, means, file, on_progress)
     return sorted(
         (finding for result in results for finding in result.faults), key=lambda each: (each.episode_id, each.rule)
     )
+
+
+def _results(pack: Pack, means: Means, log: AppendFile | None, on_progress: OnProgress) -> list[Verified]:
+    solved = {name: solution.actions for name, solution in pack.solutions.items()}
+    known = _known(log)
+    keys = {episode.id: key_of(episode, solved.get(episode.id), means.backend) for episode in pack.episodes}
+    missing = [episode for episode in pack.episodes if keys[episode.id] not in known]
+    results = [known[key] for key in keys.values() if key in known]
+    begun = time.monotonic()
+    for found in verified(bundles(missing, solved, pack.house_of), means):
+        results += found
+        if log is not None:
+            log.append(*map(dump_line, found))
+        faulty = sum(bool(result.findings) for result in results)
+        on_progress(Standing(len(results), len(pack.episodes), faulty, time.monotonic() - begun))
+    return results
 
 
 def bundles(
@@ -161,22 +170,9 @@ def _verify(validator: Validator, bundle: Bundle, backend: str) -> list[Verified
     return found
 
 
-def _read(log: Path | None) -> dict[str, Verified]:
-    """Returns what a log holds, by key; a torn last line is cut off."""
-    if log is None or not log.exists():
+def _known(log: AppendFile | None) -> dict[str, Verified]:
+    """Returns what a log holds, by key."""
+    if log is None:
         return {}
-    raw = log.read_bytes()
-    whole = raw.rfind(b"\n") + 1
-    try:
-        rows = [Verified.model_validate_json(line) for line in raw[:whole].splitlines()]
-    except ValidationError as error:
-        raise RecordError(f"Log {str(log)!r}: {first_fault(error, 'a line')}. Remove it.") from None
-    with log.open("r+b") as file:
-        file.truncate(whole)
+    rows = [parse(line, Verified, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.whole]
     return {row.key: row for row in rows}
-
-
-def _append(log: Path | None, found: list[Verified]) -> None:
-    if log is not None:
-        with log.open("ab") as file:
-            file.write(b"".join(row.model_dump_json().encode() + b"\n" for row in found))

@@ -35,13 +35,17 @@ class Scenes:
         self.simulator = simulator
         self.episode = episode
 
-    def world(self, setup: Setup, pose: Pose | None = None) -> WorldState | None:
-        """Returns the world with a setup, seen from the start or another pose; None where it cannot be set up."""
+    def set_up(self, setup: Setup, pose: Pose | None = None) -> bool:
+        """Sets the simulator up, with the agent at the start or another pose. Returns whether that can be."""
         try:
             self.simulator.reset(pose or self.episode.start, setup)
         except EpisodeError:  # a leaf would stand in the body, or a thing cannot be there
-            return None
-        return self.simulator.world(self.episode.bound_ids())
+            return False
+        return True
+
+    def world(self, setup: Setup, pose: Pose | None = None) -> WorldState | None:
+        """Returns the world with a setup, seen from the start or another pose; None where it cannot be set up."""
+        return self.simulator.world(self.episode.bound_ids()) if self.set_up(setup, pose) else None
 
     def row(self, setup: Setup, pose: Pose | None = None) -> list[Row] | None:
         """Returns the world with a setup as the only row; None where it cannot be set up."""

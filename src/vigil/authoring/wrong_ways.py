@@ -74,7 +74,7 @@ class _Maker:
     def __init__(self, scenes: Scenes, stage: Stage, record: EpisodeRecord) -> None:
         self.scenes, self.stage, self.record = scenes, stage, record
         self.episode: Episode = scenes.episode
-        scenes.world(self.episode.setup)
+        scenes.set_up(self.episode.setup)
         self.target = stage.scene.things[self.episode.goal.object_id]
         self.alike = self._alike()
 
@@ -145,8 +145,8 @@ class _Maker:
 
     def _click_on(self, things: list[Thing]) -> list[Row] | None:
         """Returns the row of a click on the first of some things that is in view and clear of the target."""
+        self.scenes.set_up(self.episode.setup)
         for thing in things:
-            self.scenes.world(self.episode.setup)
             pixel = self.stage.clickable(thing.id) if thing.is_present else None
             if pixel is not None:
                 ground: InteractPixel = click("ground", pixel)
@@ -245,7 +245,7 @@ class _Maker:
 
     def _misplaced(self, goal: ObjectAtReceptacle) -> list[tuple[str, list[Setup]]]:
         """Returns the setups in which something was put somewhere, but not the right thing into the right one."""
-        self.scenes.world(self.episode.setup)
+        self.scenes.set_up(self.episode.setup)
         things, target, alike = self.stage.scene.things, self.target, self.alike
         receptacle = things[goal.receptacle_id]
         kind = CATALOG[target.category]

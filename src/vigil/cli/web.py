@@ -10,19 +10,18 @@ import threading
 import webbrowser
 from contextlib import closing
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 import uvicorn
 from fastapi import FastAPI
 
-from vigil.cli.options import Assets, PackName
+from vigil.cli.arguments import Epoch, OpenBrowser, RunArgument
 from vigil.cli.text import say
-from vigil.episode import Family
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack, manifest_of
 from vigil.record import Key
-from vigil.sim import Quality
+from vigil.runner.shared_settings import AssetFile, PackName
 from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
@@ -35,7 +34,6 @@ from vigil.web.view import make_view
 Host = Annotated[str, typer.Option(help="Address to serve on; another than loopback needs --token.")]
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Port to serve on.")]
 Token = Annotated[str, typer.Option(envvar="VIGIL_TOKEN", help="Ask visitors for this token.", show_default=False)]
-Open = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
@@ -45,16 +43,13 @@ SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
 def view(
     runs: Annotated[list[Path] | None, typer.Argument(help="Runs, or folders with runs.", show_default="runs")] = None,
     pack: Annotated[list[str] | None, typer.Option(help="A pack's folder or name; may be repeated.")] = None,
-    assets: Assets = None,
+    assets: AssetFile = None,
     port: Port = 8377,
     host: Host = "127.0.0.1",
     token: Token = "",
-    open_browser: Open = True,
+    open_browser: OpenBrowser = True,
 ) -> None:
-    """Shows runs, episodes step by step, and houses in the browser.
-
-    Example: vigil view runs
-    """
+    """Example: vigil view runs"""
     roots = runs or ([RUNS] if RUNS.is_dir() else [])
     address = Address(host, port, token)
     drawer = Drawer()
@@ -65,39 +60,15 @@ def view(
 
 
 def play(
-    player: Annotated[str, typer.Option(help="Name of who plays; goes into the run's header.")],
-    pack: PackName = "starter",
-    limit: Annotated[int | None, typer.Option(min=1, help="Only N episodes, drawn at random.")] = None,
-    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
-    practice: Annotated[bool, typer.Option("--practice", help="Show feedback and verdicts; a run of its own.")] = False,
-    log_dir: Annotated[Path | None, typer.Option(help="The run's folder; the same command continues it.")] = None,
-    render_quality: Annotated[Quality, typer.Option(help="Quality of the picture.")] = "default",
-    backend: Annotated[str, typer.Option(help="Simulator.")] = "mujoco",
-    assets: Assets = None,
-    seed: Annotated[int | None, typer.Option(help="Of the random order.", show_default="by the name")] = None,
+    settings: SittingSettings,
     port: Port = 8378,
     host: Host = "127.0.0.1",
     token: Token = "",
-    open_browser: Open = True,
+    open_browser: OpenBrowser = True,
 ) -> None:
-    """Lets a person play episodes in the browser as an agent does; the record is a run like any other.
-
-    Example: vigil play --pack starter --player ada --limit 10
-    """
+    """Example: vigil play --pack starter --player ada --limit 10"""
     address = Address(host, port, token)
-    settings = SittingSettings(
-        player=player,
-        pack=pack,
-        limit=limit,
-        families=tuple(cast(Family, name.strip().upper()) for name in family or ()),
-        practice=practice,
-        log_dir=log_dir,
-        backend=backend,
-        assets=assets,
-        quality=render_quality,
-        seed=seed,
-    )
-    say(manifest_of(pack).version_notes)
+    say(manifest_of(settings.pack).version_notes)
     with closing(listen(address)) as listener, closing(open_sitting(settings)) as sitting:
         print(f"Records: {sitting.place} (the same command continues)")
         serve(make_play(sitting, address), address, listener, open_browser)
@@ -109,15 +80,13 @@ def review(
     drafts: Annotated[Path | None, typer.Option(help="Drafts file to review instead of a pack.")] = None,
     file: Annotated[Path, typer.Option(help="Review file; verdicts are added to it.")] = Path("reviews.jsonl"),
     seed: Annotated[int, typer.Option(help="Of the queue's order.")] = 0,
-    assets: Assets = None,
+    assets: AssetFile = None,
     port: Port = 8379,
     host: Host = "127.0.0.1",
     token: Token = "",
-    open_browser: Open = True,
+    open_browser: OpenBrowser = True,
 ) -> None:
-    """Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.
-
-    Examples:
+    """Examples:
     vigil review --pack starter --reviewer ada --file reviews.jsonl
     vigil review --drafts drafts.jsonl --reviewer ada
     """
@@ -132,16 +101,14 @@ def review(
 
 
 def export(
-    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    run: RunArgument,
     out: Annotated[Path, typer.Option(help="New folder for a whole run; for one episode a .html, .gif or .mp4 file.")],
     episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
-    epoch: Annotated[int, typer.Option(min=1, help="Of the episode.")] = 1,
+    epoch: Epoch = 1,
     pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
-    assets: Assets = None,
+    assets: AssetFile = None,
 ) -> None:
-    """Writes a run as a static site, or one episode as a self-contained page, GIF or MP4.
-
-    Examples:
+    """Examples:
     vigil export runs/solver --out site
     vigil export runs/solver --episode procthor_fridge_seed116 --out fridge.gif
     """

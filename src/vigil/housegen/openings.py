@@ -10,7 +10,7 @@ from vigil.housegen.floorplan import Plan
 from vigil.housegen.stock import Rect
 from vigil.housegen.walls import WallPiece, facing_piece, wall_pieces
 from vigil.pose import Vec3
-from vigil.scene.geometry import leaves_of
+from vigil.scene.geometry import moving_prisms_of
 from vigil.scene.things import Thing
 from vigil.scene.walls import DOOR_DEPTH_M
 
@@ -76,7 +76,7 @@ class Opening:
         asset = make(self.category, size, int(self.asset_id.rpartition("_")[2]))
         x, z = self.wall.at(self.middle)
         thing = Thing(self.id, self.category, asset, Vec3(x, 0.0, z), Vec3(0.0, self.wall.yaw, 0.0))
-        return [leaf.bounds for leaf in leaves_of(thing, 1.0)]
+        return [leaf.bounds for leaf in moving_prisms_of(thing, 1.0)]
 
     def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
         """Returns the room's wall piece with the hole's ends along it; None when it is not the room's."""

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from shapely import MultiPoint, Polygon, STRtree
 
-from vigil.scene.geometry import Prism, is_upright, leaves_of, prisms_of
+from vigil.scene.geometry import Prism, is_upright, moving_prisms_of, prisms_of
 from vigil.scene.outlines import polygon_of
 from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
 from vigil.scene.things import Scene, Thing
@@ -46,7 +46,7 @@ class Pairs:
 
     def struck_by(self, thing: Thing) -> Thing | None:
         """Returns the first other thing that the thing's leaves hit between shut and open; None when they hit none."""
-        moving = [prism for openness in SWEEP for prism in leaves_of(thing, openness)]
+        moving = [prism for openness in SWEEP for prism in moving_prisms_of(thing, openness)]
         others = self._near(moving, thing)
         if not others:
             return None
@@ -64,7 +64,7 @@ class Pairs:
         others = [index for index in near.tolist() if not self._may_meet_leaf(thing, self.owners[index])]
         around = [index for index in others if self.owners[index] in self._carriers[thing.id]]
         if around:
-            at_rest = leaves_of(thing)
+            at_rest = moving_prisms_of(thing)
             shapes = _shrunk(at_rest)
             held = {
                 index

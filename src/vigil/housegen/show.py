@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 from vigil.assets.catalog import CATALOG
 from vigil.house import House
 from vigil.pose import heading
-from vigil.scene.geometry import leaves_of, whole_box
+from vigil.scene.geometry import moving_prisms_of, whole_box
 from vigil.scene.outlines import floor_corners, floor_of, footprint
 from vigil.scene.things import Scene, Thing
 
@@ -157,7 +157,7 @@ def _draw_opening(sheet: _Sheet, thing: Thing) -> None:
     sheet.polygon(
         floor_corners(whole_box(thing)), WINDOW_RGB if thing.category == "Window" else (255, 255, 255), WALL_RGB
     )
-    for leaf in leaves_of(thing):
+    for leaf in moving_prisms_of(thing):
         sheet.polygon(leaf.polygon, DOOR_RGB, None)
 
 

@@ -9,7 +9,7 @@ from shapely import MultiPoint, Polygon
 
 from vigil.house import House
 from vigil.pose import Box, Vec3
-from vigil.scene.geometry import Prism, leaves_of, prisms_of, whole_box
+from vigil.scene.geometry import Prism, moving_prisms_of, prisms_of, whole_box
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of, footprint, meets_body, polygon_of
 from vigil.scene.things import Scene, Thing
 
@@ -59,7 +59,7 @@ class Walkable:
         points = shapely.points(self.xs[near], self.zs[near])
         ok = shapely.distance(points, outline) <= reach_m
         for openness in (0.5, 1.0):
-            for prism in leaves_of(thing, openness):
+            for prism in moving_prisms_of(thing, openness):
                 if meets_body(prism):
                     ok &= shapely.distance(points, polygon_of(prism)) > BODY_RADIUS_M
         return bool(ok.any())
@@ -88,7 +88,7 @@ def _standing(scene: Scene) -> list[Prism]:
         if not thing.is_structure or thing.category == "Window":
             found.extend(prisms_of(thing))
         elif thing.is_openable:
-            found.extend(leaves_of(thing, 1.0))
+            found.extend(moving_prisms_of(thing, 1.0))
     return [prism for prism in found if meets_body(prism)]
 
 

@@ -2,16 +2,22 @@
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
 from vigil.agents.picture import decode, encode
+from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
-from vigil.episode import Episode
+from vigil.episode import Episode, Family
 from vigil.errors import RecordError
-from vigil.record import EpisodeRecord
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord, RunSpec
+from vigil.runner.run_folder import FRAMES_FOLDER
+from vigil.sim import make_simulator
 
 
 def frame_sha256(rgb: np.ndarray) -> str:
@@ -58,3 +64,22 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
             )
         yield observation.rgb
         observation = env.step(step.reply)
+
+
+def frames_of(folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None) -> list[np.ndarray]:
+    """Returns the frame that each reply answered: as the run in `folder` kept it, else drawn again."""
+    store = FrameStore(folder / FRAMES_FOLDER)
+    hashes = [step.frame_sha256 for step in record.steps]
+    if all(sha256 and store.path(sha256).is_file() for sha256 in hashes):
+        return [store.load(sha256) for sha256 in hashes if sha256]
+    database = AssetDatabase.of(assets)
+    with closing(make_simulator(spec.simulator, assets=database, quality=spec.render_quality)) as simulator:
+        return list(redraw(pack.episode(record.episode_id), record, Env(simulator, pack.house_of, spec.profile)))
+
+
+def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:
+    """Returns the frame that each of some episodes of a pack starts with."""
+    with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets))) as simulator:
+        env = Env(simulator, pack.house_of, Profile())
+        drawn = {family: env.reset(episode) for family, episode in episodes.items()}
+        return {family: observation.rgb for family, observation in drawn.items() if observation is not None}

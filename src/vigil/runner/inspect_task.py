@@ -229,21 +229,21 @@ def vigil(
     Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
     A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
     """
-    settings = RunSettings(
-        pack=pack,
-        model="inspect/model",
-        families=(family,) if family else (),
-        profile=profile,
-        prompt_variant=prompt_variant,
-        coordinates=coordinates,
-        reply_policy=reply_policy,
-        image_format=image_format,
-        backend=backend,
-        workers=workers,
-        preflight=preflight,
-        api_key_env=api_key_env,
-    )
     try:
+        settings = RunSettings(
+            pack=pack,
+            model="inspect/model",
+            families=(family,) if family else (),
+            profile=profile,
+            prompt_variant=prompt_variant,
+            coordinates=coordinates,
+            reply_policy=reply_policy,
+            image_format=image_format,
+            backend=backend,
+            workers=workers,
+            preflight=preflight,
+            api_key_env=api_key_env,
+        )
         _, episodes, spec = plan_run(settings)
     except InputError as error:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
@@ -256,7 +256,8 @@ def vigil(
 class _Guest:
     """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed.
 
-    Before a model's first episode a call proves that pictures reach it, as `vigil run` does.
+    Before a model's first episode a call proves that pictures reach it, as `vigil run` does. Clients that are made here
+    are closed, while the event loop still runs, whenever no episode is being played.
     """
 
     def __init__(self, settings: RunSettings) -> None:
@@ -264,9 +265,21 @@ class _Guest:
         self._pools: dict[Profile, SimulatorPool] = {}
         self._seeing: set[str] = set()
         self._models: dict[str, Model] = {}
+        self._made: set[str] = set()
+        """Names of the models that are not Inspect's own."""
+        self._alive = 0
         self._one_at_a_time = asyncio.Lock()
 
     async def play_one(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
+        self._alive += 1
+        try:
+            return await self._play(ticket, ask)
+        finally:
+            self._alive -= 1
+            if self._alive == 0:
+                await self._close_models()
+
+    async def _play(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
         settings = replace(self._settings, model=str(get_model()))
         profile = profile_of(settings)
         await self._prove_sight(self.model())
@@ -281,9 +294,19 @@ class _Guest:
     def model(self) -> Model:
         """Returns the model that Inspect was started with, with the key that it may have. Raises SettingError."""
         active = get_model()
-        if str(active) not in self._models:
-            self._models[str(active)] = _keyed(active, self._settings.api_key_env)
-        return self._models[str(active)]
+        name = str(active)
+        if name not in self._models:
+            self._models[name] = _keyed(active, self._settings.api_key_env)
+            if self._models[name] is not active:
+                self._made.add(name)
+        return self._models[name]
+
+    async def _close_models(self) -> None:
+        """Closes the clients made here; Inspect's own, which it may use again, are not ours to close."""
+        made = [self._models.pop(name) for name in sorted(self._made)]
+        self._made.clear()
+        for model in made:
+            await model.api.aclose()
 
     def ask(self) -> Ask:
         """Returns what asks it for a reply."""

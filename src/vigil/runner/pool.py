@@ -48,6 +48,8 @@ from vigil.runner.wire import (
 
 PATIENCE_S = 120.0
 """How long a worker may be silent over one request, or over one step of a whole episode."""
+START_S = 120.0
+"""How long a process may take to start and to load its pack, however short the patience."""
 CLOSING_S = 5.0
 MAX_RESTORES = 2
 """How often one episode is carried over to another worker before it counts as lost."""
@@ -92,6 +94,7 @@ class Worker:
         self._threads = how.threads
         self._log = how.logs / f"{name}.log" if how.logs else None
         self._generation = 0
+        self._is_up = False
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
         self._replies: list[Reply] | None = None
@@ -158,11 +161,13 @@ class Worker:
 
     def _answer(self, connection: Connection, job: "_Job") -> Any:
         while True:
-            if not connection.poll(self._patience_s):
+            patience_s = self._patience_s if self._is_up else max(self._patience_s, START_S)
+            if not connection.poll(patience_s):
                 self._end(0.0)
-                what = f"{type(job.request).__name__} within {self._patience_s:g} s"
+                what = f"{type(job.request).__name__} within {patience_s:g} s"
                 raise WorkerLost(f"Simulator {self.name} did not answer {what}; it was ended and will be restarted.")
             message = connection.recv()
+            self._is_up = True
             if isinstance(message, Failed):
                 raise message.error
             if isinstance(message, Shows):
@@ -191,6 +196,7 @@ class Worker:
                 self._process = self._launch(theirs.fileno())
             self._connection = Connection(ours.detach())
             self._generation += 1
+            self._is_up = False
             self._connection.send(self._plan)
         return self._connection
 

@@ -74,11 +74,12 @@ class _Run:
     secrets: Secrets
 
     def pending(self) -> list[Ticket]:
-        """Returns what is still to be played, epoch by epoch, by episode id."""
+        """Returns what is still to be played, epoch by epoch, house by house, so that a house is loaded once."""
+        by_house = sorted(self.episodes, key=lambda episode: (episode.house.name, episode.id))
         return [
             Ticket(episode, epoch)
             for epoch in range(1, self.spec.epochs + 1)
-            for episode in self.episodes
+            for episode in by_house
             if not self.folder.is_done(episode.id, epoch)
         ]
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from vigil.episode import Episode
 from vigil.errors import RecordError
+from vigil.jsonl import unwritten
 from vigil.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Resumption, RunHeader, RunSpec, read_header
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck, told
@@ -100,10 +101,7 @@ class RunFolder:
 
     def append(self, record: EpisodeRecord) -> None:
         """Writes one row, on disk when this returns. Raises RecordError when it cannot be written."""
-        try:
-            self._log.append(record)
-        except OSError as error:
-            raise _unwritten(self.path / EPISODES_FILE, error) from error
+        self._log.append(record)
 
     def note_facts(self, facts: Facts) -> None:
         """Completes the header with what the backend says about itself; from now on the run goes on.
@@ -175,7 +173,7 @@ def write_header(path: Path, header: RunHeader) -> None:
             os.fsync(file.fileno())
         partial.replace(path / HEADER_FILE)
     except OSError as error:
-        raise _unwritten(path / HEADER_FILE, error) from error
+        raise unwritten(path / HEADER_FILE, error) from error
 
 
 def package_version() -> str:
@@ -210,13 +208,6 @@ def _git(root: Path, *arguments: str) -> str | None:
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() if done.returncode == 0 else None
-
-
-def _unwritten(file: Path, error: OSError) -> RecordError:
-    return RecordError(
-        f"Cannot write to {str(file)!r}: {error.strerror}. What was written before is kept; mend this and give the "
-        "same command again."
-    )
 
 
 def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:

@@ -84,7 +84,7 @@ class Theatre:
         self._line = line
         self._hide = Secrets.of_command(plan.agent).hide
         self._pack = Pack.load(plan.pack)
-        self._assets = AssetDatabase.load(plan.asset_database) if plan.asset_database else AssetDatabase.default()
+        self._assets = AssetDatabase.of(plan.asset_database)
         self._frames = FrameStore(plan.frames) if plan.frames else None
         self._live: dict[int, Stage] = {}
         self._spare: list[Stage] = []
@@ -215,13 +215,15 @@ def _seed_of(seed: int, epoch: int) -> int:
 
 def serve(connection: Connection) -> None:
     """Answers requests until the other end closes the connection."""
-    plan = connection.recv()
+    plan, line = connection.recv(), Line(connection)
     theatre: Theatre | None = None
     try:
         while True:
             request = connection.recv()
             try:
-                theatre = theatre or Theatre(plan, Line(connection))
+                if theatre is None:
+                    theatre = Theatre(plan, line)
+                    line.beat()
                 answer: Done | Failed = Done(theatre.answer(request))
             except VigilError as error:
                 answer = Failed(error)

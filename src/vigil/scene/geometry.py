@@ -4,6 +4,7 @@ The one place where an asset's frame meets the house's (`vigil.pose`). No engine
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -120,12 +121,25 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
 
 def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
     """Returns the thing's solids where they are now, or would be at another openness, moved `along` with a carrier."""
-    return [_moved(solid, along.after(part_motion(thing, solid.joint, openness))) for solid in thing.asset.solids]
+    return _prisms(thing, thing.asset.solids, openness, along)
 
 
-def leaves_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Returns the solids of the thing's doors, drawers and lids, as `prisms_of` does."""
-    return [prism for prism in prisms_of(thing, openness, along) if prism.joint]
+def moving_prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
+    """Returns those of the thing's solids that its joints carry, as `prisms_of` does."""
+    return _prisms(thing, [solid for solid in thing.asset.solids if solid.joint], openness, along)
+
+
+def _prisms(thing: Thing, solids: Sequence[Solid], openness: float | None, along: Motion) -> list[Prism]:
+    motions = {joint: along.after(part_motion(thing, joint, openness)) for joint in {solid.joint for solid in solids}}
+    return [_moved(solid, motions[solid.joint]) for solid in solids]
+
+
+@lru_cache(maxsize=16384)
+def solid_corners(solid: Solid) -> np.ndarray:
+    """Returns the (2 n, 3) corners of a solid in the asset frame, the lower n first."""
+    flat = np.array(solid.polygon)
+    ring = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
+    return np.concatenate(ring)
 
 
 def _moved(solid: Solid, motion: Motion) -> Prism:
@@ -134,13 +148,6 @@ def _moved(solid: Solid, motion: Motion) -> Prism:
     if _keeps_upright(motion.turn):
         return Prism(points[: len(solid.polygon), [0, 2]], bottom, top, solid.joint)
     return Prism(convex_hull(points[:, [0, 2]]), bottom, top, solid.joint)
-
-
-def solid_corners(solid: Solid) -> np.ndarray:
-    """Returns the corners (2 n, 3) of a solid in the asset frame, those of its bottom first."""
-    flat = np.array(solid.polygon)
-    rings = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
-    return np.concatenate(rings)
 
 
 def is_upright(thing: Thing) -> bool:

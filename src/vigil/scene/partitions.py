@@ -31,6 +31,8 @@ SWEEP = np.linspace(0.0, 1.0, 65)
 """Openness at which moving parts are looked at to find whether, and how far, they can open."""
 BETWEEN_M = 0.005
 """A part 4 m long is nowhere further out than this between two steps of half as many."""
+KEPT_ANSWERS = 4096
+"""How many answers about what sticks through are remembered in a scene."""
 
 
 class Partitions:
@@ -39,6 +41,7 @@ class Partitions:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._walls = [(panel.id, prism) for panel in scene.panels for prism in wall_prisms(panel)]
+        self._answers: dict[tuple, str | None] = {}
 
     def now(self) -> list[tuple[str, Prism]]:
         """Returns (id, plane) of every wall, window and shut door."""
@@ -64,8 +67,17 @@ class Partitions:
         return None
 
     def sticks_through(self, thing: Thing, openness: float) -> str | None:
-        """Returns the id of what the thing's parts reach through at an openness, deeper than shut; None if nothing."""
-        return self.blocker(thing, [0.0, openness])
+        """Returns the id of what the thing's parts reach through at an openness, deeper than shut; None if nothing.
+
+        Every reset asks the same of the same things, so the answers are kept.
+        """
+        shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
+        key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut
+        if key not in self._answers:
+            if len(self._answers) >= KEPT_ANSWERS:
+                self._answers.clear()
+            self._answers[key] = self.blocker(thing, [0.0, openness])
+        return self._answers[key]
 
     def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
         """Returns which of n floor shapes, over `bottoms` (n,) and so high, touch a partition."""

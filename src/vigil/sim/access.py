@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from vigil.assets.catalog import CATALOG, WALL
-from vigil.scene.geometry import Prism, joint_of, leaves_of, part_motion, penetrations, prisms_of
+from vigil.scene.geometry import Prism, joint_of, moving_prisms_of, part_motion, penetrations, prisms_of
 from vigil.scene.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
 from vigil.scene.things import Thing
 from vigil.sim.state import AGENT, SceneState
@@ -36,7 +36,7 @@ def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     if partition is not None:
         return partition
     obstacles = _obstacles(state, thing)
-    struck = _struck(state, [leaves_of(thing, openness) for openness in samples], obstacles)
+    struck = _struck(state, [moving_prisms_of(thing, openness) for openness in samples], obstacles)
     return struck or _struck_by_carried(state, thing, samples, obstacles)
 
 
@@ -68,7 +68,7 @@ def _struck_by_carried(
         for carried in carried_by(state.scene, thing, joint.name):
             if carried.openness == 0.0:
                 continue
-            path = [leaves_of(carried, along=motion) for motion in motions]
+            path = [moving_prisms_of(carried, along=motion) for motion in motions]
             struck = _struck(state, path, [*obstacles, *((carried.id, prism) for prism in body)])
             if struck is not None:
                 return struck
@@ -79,7 +79,7 @@ def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
     """Returns the id of what a thing lies inside of whose own body its open leaf sticks in, deeper than shut."""
     if thing.openness == 0.0:
         return None
-    shut, now = (leaves_of(thing, openness) for openness in (0.0, thing.openness))
+    shut, now = (moving_prisms_of(thing, openness) for openness in (0.0, thing.openness))
     for carrier in around(state.scene, thing):
         body = [(carrier.id, prism) for prism in prisms_of(carrier) if prism.joint is None]
         struck = _struck(state, [shut, now], body)

@@ -151,7 +151,7 @@ class _Easel:
     """One simulator, with the scene that it stands in."""
 
     def __init__(self, look: Look) -> None:
-        assets = AssetDatabase.load(look.asset_database) if look.asset_database else AssetDatabase.default()
+        assets = AssetDatabase.of(look.asset_database)
         self.simulator: EmbeddedSimulator = make_simulator(look.backend, assets=assets, quality=look.quality)
         self._loaded: tuple[Path, int] | None = None
         self._stands: Scene | None = None

@@ -88,7 +88,7 @@ class Desk:
         self.reviewer = reviewer
         self.look = look or Look()
         database = self.look.asset_database
-        self.assets = AssetDatabase.load(database) if database else AssetDatabase.default()
+        self.assets = AssetDatabase.of(database)
         self.queue = queue(pile.episodes, seed)
         self.by_id = {episode.id: episode for episode in self.queue}
         if not path.parent.is_dir():

@@ -6,7 +6,6 @@ episode as they were given, so that a sitting goes on where it was left, also in
 
 import asyncio
 import json
-import os
 import re
 import time
 import zlib
@@ -14,13 +13,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from vigil.actions import Reply
-from vigil.episode import Episode, Family
+from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, SimulatorError
+from vigil.jsonl import AppendFile, parse
 from vigil.pack import Pack, Selection
 from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.prompt import policy_sha256, policy_version, system_prompt
@@ -29,9 +30,10 @@ from vigil.runner.live import boundary_of, lost_record
 from vigil.runner.pool import LiveEpisode, SimulatorPool
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import file_sha256
+from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
 from vigil.runner.wire import Plan, Ticket, View
 from vigil.scoring import settle
-from vigil.strict_json import read_json
+from vigil.setting import Setting, check_declared
 from vigil.versions import Versions
 from vigil.web.words import verdict_words
 
@@ -44,20 +46,37 @@ _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
 class SittingSettings:
     """Who plays what."""
 
-    player: str
-    pack: str | Path = "starter"
-    limit: int | None = None
-    """So many episodes, drawn at random."""
-    families: tuple[Family, ...] = ()
-    practice: bool = False
-    """Shows feedback after each action and the verdict after each episode; a run of its own."""
-    log_dir: Path | None = None
-    backend: str = "mujoco"
-    assets: Path | None = None
-    """THOR's asset database, for houses that use it."""
-    quality: Literal["default", "fast"] = "default"
-    seed: int | None = None
-    """Of the order; None takes one from the player's name."""
+    player: Annotated[str, Setting("Name of who plays; goes into the run's header.")]
+    pack: PackName = "starter"
+    limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", least=1, metavar="N")] = None
+    families: Families = ()
+    practice: Annotated[bool, Setting("Show feedback and verdicts; a run of its own.")] = False
+    """Feedback after each action and the verdict after each episode."""
+    log_dir: LogDir = None
+    quality: RenderQuality = "default"
+    backend: Backend = "mujoco"
+    assets: AssetFile = None
+    seed: Annotated[int | None, Setting("Of the random order.", unset="by the name")] = None
+
+    def __post_init__(self) -> None:
+        """Holds the values against their declarations."""
+        check_declared(self)
+
+
+class _Entry(BaseModel):
+    """One line of the journal: exactly one of the three."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    order: list[str] | None = None
+    begin: str | None = None
+    reply: Reply | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> "_Entry":
+        if len(self.model_fields_set) != 1:
+            raise ValueError("a line has one of `order`, `begin` and `reply`")
+        return self
 
 
 class Journal:
@@ -69,16 +88,26 @@ class Journal:
         self.begun = ""
         """The episode that was begun last."""
         self.replies: list[Reply] = []
-        lines = _whole_lines(path)
-        if lines and lines[0].get("order") != self.order:
+        self._file = AppendFile(path)
+        try:
+            self._read(path)
+        except RecordError:
+            self._file.close()
+            raise
+
+    def _read(self, path: Path) -> None:
+        of, advice = f"Journal of a sitting {str(path)!r}", "Choose another --log-dir."
+        entries = [parse(line, _Entry, of, advice) for line in self._file.lines.whole]
+        if entries and entries[0].order != self.order:
             raise RecordError(f"{str(path)!r} was begun with another order. Give the same pack, limit and seed.")
-        for line in lines[1:]:
-            if "begin" in line:
-                self.begun, self.replies = str(line["begin"]), []
+        for entry in entries[1:]:
+            if entry.reply is not None:
+                self.replies.append(entry.reply)
             else:
-                self.replies.append(Reply.model_validate(line["reply"]))
-        self._file = path.open("ab")
-        if not lines:
+                self.begun, self.replies = entry.begin or "", []
+        if entries:
+            self._file.mend()
+        else:
             self._write({"order": self.order})
 
     def begin(self, episode_id: str) -> None:
@@ -96,9 +125,7 @@ class Journal:
         self._file.close()
 
     def _write(self, line: dict[str, Any]) -> None:
-        self._file.write(json.dumps(line).encode() + b"\n")
-        self._file.flush()
-        os.fsync(self._file.fileno())
+        self._file.append(json.dumps(line).encode() + b"\n")
 
 
 class Sitting:
@@ -291,17 +318,3 @@ def random_order(episode_ids: Sequence[str], seed: int) -> list[str]:
     """Returns the ids in the order that `seed` draws."""
     ids = sorted(episode_ids)
     return [ids[index] for index in np.random.default_rng(seed).permutation(len(ids))]
-
-
-def _whole_lines(path: Path) -> list[dict[str, Any]]:
-    """Returns the journal's lines; a torn last line is cut off."""
-    if not path.exists():
-        return []
-    data = path.read_bytes()
-    whole = data[: data.rfind(b"\n") + 1]
-    if len(whole) < len(data):
-        os.truncate(path, len(whole))
-    try:
-        return [read_json(line) for line in whole.splitlines()]
-    except ValueError as error:
-        raise RecordError(f"{str(path)!r} is no journal of a sitting: {error}. Choose another --log-dir.") from None

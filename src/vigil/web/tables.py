@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from vigil.episode import FAMILIES, Family
 from vigil.scoring import Label, Outcome
@@ -10,7 +10,7 @@ from vigil.summary import Settlement, summarise
 from vigil.web.library import ShownRun
 
 RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")
-LABELS: tuple[Label, ...] = ("B", "FR", "NR", "IL", "Other")
+LABELS: tuple[Label, ...] = get_args(Label)
 CHART_WIDTH = 1000.0
 
 

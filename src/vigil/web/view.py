@@ -8,6 +8,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
+from vigil.saved_run import RecordTable
 from vigil.scoring import Outcome
 from vigil.summary import summarise
 from vigil.web.drawing import Drawer, Look
@@ -16,7 +17,6 @@ from vigil.web.frames import episode_of, frame_of, tell
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, ShownRun
 from vigil.web.plan import try_plan
-from vigil.web.records import RecordTable
 from vigil.web.site import Address, make_site, page
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows
 from vigil.web.words import LABELS as LABEL_WORDS
