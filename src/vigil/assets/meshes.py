@@ -1,5 +1,6 @@
 """Whole meshes: made, joined, moved, turned, scaled and measured (see `vigil.assets.shapes` for primitives)."""
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Literal
@@ -58,13 +59,17 @@ def rotate(part: Mesh, axis: Point3 | Axis, degrees: float, about: Point3 = ORIG
 
 
 def rotation(axis: Point3 | Axis, degrees: float) -> np.ndarray:
-    """Returns the (3, 3) matrix of Rodrigues' formula about an axis."""
-    unit = np.eye(3)[AXES[axis]] if isinstance(axis, str) else np.asarray(axis, np.float64)
-    unit = unit / np.linalg.norm(unit)
+    """Returns the (3, 3) matrix of a turn about an axis of any length, or named x, y or z."""
+    along = np.eye(3)[AXES[axis]] if isinstance(axis, str) else np.asarray(axis, np.float64)
+    return turn_about(along / np.linalg.norm(along), degrees)
+
+
+def turn_about(unit: Sequence[float] | np.ndarray, degrees: float) -> np.ndarray:
+    """Returns the (3, 3) matrix of Rodrigues' formula about a unit axis, as `Joint` defines it."""
     x, y, z = unit
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.radians(degrees)
-    return np.cos(angle) * np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * np.outer(unit, unit)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    return cos * np.eye(3) + sin * cross + (1.0 - cos) * np.outer(unit, unit)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

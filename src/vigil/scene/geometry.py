@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from vigil.assets.asset import Asset, Joint, Solid
+from vigil.assets.meshes import turn_about
 from vigil.pose import Box, Vec3, wrap_deg
 from vigil.scene.things import Thing
 
@@ -63,11 +64,8 @@ STILL = Motion(np.eye(3), np.zeros(3))
 
 @lru_cache(maxsize=4096)
 def axis_turn(axis: Vec3, angle_deg: float) -> np.ndarray:
-    """Returns the (3, 3) rotation of Rodrigues' formula about a unit axis, as `assets.asset.Joint` defines it."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    sin, cos = math.sin(math.radians(angle_deg)), math.cos(math.radians(angle_deg))
-    return cos * np.eye(3) + sin * cross + (1.0 - cos) * np.outer(axis, axis)
+    """Returns the (3, 3) rotation about a unit axis, as `assets.asset.Joint` defines it; not to be written to."""
+    return turn_about(axis, angle_deg)
 
 
 @lru_cache(maxsize=4096)
