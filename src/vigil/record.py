@@ -23,6 +23,7 @@ name, or goes away, so that an older reader would misunderstand a row; a new fie
 as they are, does not raise it. Any other version is refused by name. `tests/test_golden_records.py` guards it."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
+FRAMES_FOLDER = "frames"
 
 End = Literal["report", "fail_no_report", "invalid_action_limit_exceeded", "error"]
 Boundary = Literal["simulator", "model", "agent", "worker", "runner"]

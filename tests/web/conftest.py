@@ -17,10 +17,10 @@ from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
-from vigil.record import RunHeader, RunSpec
+from vigil.record import FRAMES_FOLDER, RunHeader, RunSpec
 from vigil.runner.frames import FrameStore
 from vigil.runner.play import Watcher, play
-from vigil.runner.run_folder import FRAMES_FOLDER, write_header
+from vigil.runner.run_folder import write_header
 from vigil.sim import make_simulator
 from vigil.versions import Versions
 from vigil.web.drawing import Drawer, Look

@@ -15,8 +15,7 @@ from vigil.episode import Episode, Family
 from vigil.errors import RecordError
 from vigil.pack import Pack
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, RunSpec
-from vigil.runner.run_folder import FRAMES_FOLDER
+from vigil.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
 from vigil.sim import make_simulator
 
 

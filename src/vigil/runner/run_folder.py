@@ -16,13 +16,21 @@ from typing import Any
 from vigil.episode import Episode
 from vigil.errors import RecordError
 from vigil.jsonl import unwritten
-from vigil.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Resumption, RunHeader, RunSpec, read_header
+from vigil.record import (
+    EPISODES_FILE,
+    FRAMES_FOLDER,
+    HEADER_FILE,
+    EpisodeRecord,
+    Resumption,
+    RunHeader,
+    RunSpec,
+    read_header,
+)
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck, told
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.wire import Facts
 
-FRAMES_FOLDER = "frames"
 LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"
 DISTRIBUTION = "vigil-bench"
