@@ -21,7 +21,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import GENERATOR_VERSION, generate, spec_for
-from vigil.housegen.statistics import MEASURES, Comparison, RoomMeasures, compare, measure
+from vigil.housegen.checking.statistics import MEASURES, Comparison, RoomMeasures, compare, measure
 
 DOCS = Path(__file__).parents[1] / "docs"
 FOLDER = DOCS / "houses"

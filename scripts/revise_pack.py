@@ -18,12 +18,12 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.assemble import FACTS
-from vigil.authoring.campaign import PER_HOUSE, TRIED
-from vigil.authoring.drafts import Done, Draft, DraftsFile, Facts, Header, Line, Rejection, draft_id
-from vigil.authoring.validate import Validator
-from vigil.authoring.wording import asks_inside
-from vigil.authoring.workshop import AUTHOR
+from vigil.authoring.drafting.drafts import Done, Draft, DraftsFile, Facts, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
+from vigil.authoring.drafting.house_context import AUTHOR
+from vigil.authoring.language.wording import asks_inside
+from vigil.authoring.packing.assemble import FACTS
+from vigil.authoring.review.validate import Validator
 from vigil.episode import FAMILIES, Episode
 from vigil.goals import ObjectAtReceptacle
 from vigil.house import House

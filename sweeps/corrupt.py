@@ -25,9 +25,9 @@ from pathlib import Path
 
 from fastapi.testclient import TestClient
 
-from sweeps.corruptions import corrupt
-from sweeps.tiny import tiny_pack
-from vigil.analysis.rows import frame_of, read_runs
+from sweeps.support.corruptions import corrupt
+from sweeps.support.tiny import tiny_pack
+from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli.scores import score
 from vigil.env import Env
@@ -37,7 +37,7 @@ from vigil.record import EPISODES_FILE, read_header
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
-from vigil.runner.verify import How, resimulate
+from vigil.runner.workers.resimulation import How, resimulate
 from vigil.saved_run import load_pack, read_run
 from vigil.sim import make_simulator
 from vigil.web.drawing import Drawer, Look

@@ -3,11 +3,11 @@
     python -m sweeps.episodes                        400 pieces: a house each, 20 episodes in it, 10^5 steps and more
     python -m sweeps.episodes --piece 3 --case 2     one episode again
 
-After every step: no exception; the world is finite and sane (`sweeps.snapshots`); a refused, invalid or closing reply
-leaves it as it was, to the last bit; what is said to have changed is what changed; budgets are obeyed to the step. Of
-every episode: the record written and read again is equal and is settled the same; W_strict implies W, B implies W,
-progress lies in 0..1, labels partition; a second simulator, loaded afresh and playing the same replies in another order
-of episodes, comes to the same record and the same world after every step, to the last bit.
+After every step: no exception; the world is finite and sane (`sweeps.support.snapshots`); a refused, invalid or closing
+reply leaves it as it was, to the last bit; what is said to have changed is what changed; budgets are obeyed to the
+step. Of every episode: the record written and read again is equal and is settled the same; W_strict implies W, B
+implies W, progress lies in 0..1, labels partition; a second simulator, loaded afresh and playing the same replies in
+another order of episodes, comes to the same record and the same world after every step, to the last bit.
 """
 
 import random
@@ -19,12 +19,12 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 
-from sweeps import pieces
-from sweeps.pieces import Fall, Finding
-from sweeps.random_agent import RandomAgent
-from sweeps.random_episodes import draw_house
 from sweeps.simulators import loaded, parser, sweep
-from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from sweeps.support import pieces
+from sweeps.support.pieces import Fall, Finding
+from sweeps.support.random_agent import RandomAgent
+from sweeps.support.random_episodes import draw_house
+from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
 from vigil.actions import InteractPixel, Reply, Report
 from vigil.env import Env
 from vigil.episode import Episode
@@ -35,7 +35,7 @@ from vigil.jsonl import dump_line
 from vigil.profile import PROFILE_NAMES, Profile
 from vigil.record import EpisodeRecord, StepRecord
 from vigil.scoring import settle
-from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.summary import assert_identities
 
 PER_PIECE = 20

@@ -1,6 +1,6 @@
 """A model server that often fails: a run against it must end with the records of a run against a faultless one.
 
-    python -m sweeps.flaky_server                    every mode of `sweeps.flaky_modes`, 30 % of the answers
+    python -m sweeps.flaky_server                    every mode of `sweeps.support.flaky_modes`, 30 % of the answers
     python -m sweeps.flaky_server --share 0.3 --modes status_429,html_200 --rounds 5
 
 The model is a deterministic function of the conversation, so that any difference between the records, other than
@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sweeps.flaky_modes import FLAWLESS, MODES, Call, response
-from sweeps.tiny import tiny_pack
+from sweeps.support.flaky_modes import FLAWLESS, MODES, Call, response
+from sweeps.support.tiny import tiny_pack
 from vigil.record import EpisodeRecord
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings

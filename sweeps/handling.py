@@ -22,12 +22,12 @@ from typing import cast
 
 import numpy as np
 
-from sweeps import pieces
-from sweeps.pieces import Fall, Finding
-from sweeps.random_episodes import draw_house, random_setup
 from sweeps.simulators import loaded, parser, sweep
-from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
-from sweeps.solids import Solids
+from sweeps.support import pieces
+from sweeps.support.pieces import Fall, Finding
+from sweeps.support.random_episodes import draw_house, random_setup
+from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from sweeps.support.solids import Solids
 from vigil.actions import Intent, InteractPixel
 from vigil.errors import EpisodeError
 from vigil.house import House
@@ -35,7 +35,7 @@ from vigil.pose import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
 from vigil.scene.geometry import place_of
 from vigil.scene.supports import ancestors, children, contents, is_shut_in
 from vigil.scene.things import Thing
-from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.world import Effect, Setup
 
 DEEDS = 60

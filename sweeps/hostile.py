@@ -19,10 +19,10 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from sweeps import pieces
-from sweeps.confined import Outcome, confined
-from sweeps.hostile_cases import base, hostile_house, hostile_pack, house_file
-from sweeps.pieces import Fall, Finding, Sweep
+from sweeps.support import pieces
+from sweeps.support.confined import Outcome, confined
+from sweeps.support.hostile_cases import base, hostile_house, hostile_pack, house_file
+from sweeps.support.pieces import Fall, Finding, Sweep
 from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli import main as vigil_main

@@ -22,8 +22,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sweeps.kill_targets import KINDS, Target
-from sweeps.lives import Start, leftovers, start
+from sweeps.support.kill_targets import KINDS, Target
+from sweeps.support.lives import Start, leftovers, start
 from vigil.jsonl import append_line, read_lines
 
 SHORTEST_S = 0.05

@@ -16,8 +16,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from sweeps import pieces, simulators
-from sweeps.pieces import Fall, Finding
+from sweeps import simulators
+from sweeps.support import pieces
+from sweeps.support.pieces import Fall, Finding
 from vigil.actions import Action, Reply
 from vigil.env import Env
 from vigil.episode import Episode
@@ -26,7 +27,7 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.scene.geometry import whole_box
 from vigil.scoring import settle
-from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.world import CLOSED_BELOW
 
 PACK = "vigil_balanced_1000"

@@ -16,9 +16,9 @@ import time
 from collections import Counter
 from functools import partial
 
-from sweeps import pieces
-from sweeps.pieces import Fall, Finding, Sweep
-from sweeps.reply_forms import Form, any_form
+from sweeps.support import pieces
+from sweeps.support.pieces import Fall, Finding, Sweep
+from sweeps.support.reply_forms import Form, any_form
 from vigil.actions import Coordinates, InteractPixel, InvalidAction, Look, Navigate, ParsedReply, Reply, ReplyPolicy
 from vigil.jsonl import dump_line
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH

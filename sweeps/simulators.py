@@ -2,12 +2,12 @@
 
 import argparse
 
-from sweeps import pieces
-from sweeps.pieces import Sweep, Work
+from sweeps.support import pieces
+from sweeps.support.pieces import Sweep, Work
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.sim import make_simulator
-from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.core.embedded import EmbeddedSimulator
 
 
 def parser(doc: str, count: int) -> argparse.ArgumentParser:

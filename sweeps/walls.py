@@ -20,7 +20,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 import vigil.packs as packaged
-from sweeps.wall_geometry import Shell, floors_of, home_of, vertices_of
+from sweeps.support.wall_geometry import Shell, floors_of, home_of, vertices_of
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import VigilError
 from vigil.house import House
@@ -30,10 +30,10 @@ from vigil.pose import Pose, Vec3
 from vigil.scene.supports import contents, level_surfaces
 from vigil.scene.things import Thing
 from vigil.sim import make_simulator
-from vigil.sim.access import set_openness, swing_blocker
-from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.placing import put_down, spot_below, spot_on
-from vigil.sim.state import SceneState
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.opening import set_openness, swing_blocker
+from vigil.sim.core.placing import put_down, spot_below, spot_on
+from vigil.sim.core.state import SceneState
 
 SPECS = ("kitchen", "bedroom", "2-room", "bathroom", "3-room", "living-room", "4-room", "kitchen-living", "6-room")
 LEAF_M, LAID_M, LEAK_M = 0.001, 1e-6, 0.02

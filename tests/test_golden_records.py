@@ -21,7 +21,7 @@ from vigil.jsonl import dump_line
 from vigil.profile import Profile
 from vigil.record import SCHEMA_VERSION, EpisodeRecord
 from vigil.record_file import read_records
-from vigil.runner.verify import How, resimulate
+from vigil.runner.workers.resimulation import How, resimulate
 from vigil.scoring import Outcome, settle
 from vigil.sim import make_simulator
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from published import CAN_ADVANCE, Plot, played, thousand
 
 from vigil.actions import STATUSES
-from vigil.analysis.metrics import columns
-from vigil.analysis.rows import table_of
+from vigil.analysis.measures.metrics import columns
+from vigil.analysis.measures.rows import table_of
 from vigil.episode import FAMILIES
 from vigil.rates import (
     CONDITIONAL,

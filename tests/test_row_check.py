@@ -11,7 +11,7 @@ from stories import Story, episode, thing
 from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
-from vigil.analysis.rows import read_runs
+from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord

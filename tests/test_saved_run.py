@@ -8,7 +8,7 @@ import pytest
 from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
-from vigil.analysis.rows import read_runs
+from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.errors import PackMismatch, RecordError
 from vigil.pack import Pack

@@ -10,7 +10,7 @@ from vigil.errors import SettingError
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings
 from vigil.setting import Setting, check_declared, declared_in
-from vigil.web.sitting import SittingSettings
+from vigil.web.play_session import SittingSettings
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord
 from vigil.record_file import read_records
-from vigil.runner import play as playing
+from vigil.runner.workers import play as playing
 from vigil.scoring import Outcome, settle
 from vigil.sim import Quality, make_simulator
 

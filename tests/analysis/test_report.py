@@ -14,15 +14,15 @@ from matplotlib.text import Annotation
 from published import Plot, Write, small_records, thousand, write_anchor, write_pack
 from typer.testing import CliRunner
 
-from vigil.analysis.figures import FIGURES
-from vigil.analysis.page import html_table
+from vigil.analysis.measures.rows import read_runs
+from vigil.analysis.measures.study import Study, study
+from vigil.analysis.plots.figures import FIGURES
+from vigil.analysis.plots.style import saved
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
-from vigil.analysis.rows import read_runs
-from vigil.analysis.study import Study, study
-from vigil.analysis.style import saved
-from vigil.analysis.table import Column, Row, Table, printed
-from vigil.analysis.tables import PAPER_TABLES, TABLES, tables
-from vigil.analysis.text import latex, markdown
+from vigil.analysis.tables.page import html_table
+from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
+from vigil.analysis.tables.table import Column, Row, Table, printed
+from vigil.analysis.tables.text import latex, markdown
 from vigil.cli import app, reports
 from vigil.profile import ACTION_FEEDBACK, Profile
 

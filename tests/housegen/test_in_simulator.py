@@ -5,9 +5,9 @@ from shapely import Polygon, contains_xy
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.sim import make_simulator
-from vigil.sim.access import swing_blocker
-from vigil.sim.motion import FloorPlan
-from vigil.sim.state import AGENT, SceneState
+from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.opening import swing_blocker
+from vigil.sim.core.state import AGENT, SceneState
 from vigil.world import ObjectSetup, Setup
 
 

@@ -196,7 +196,9 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
     def killing(asked: Asked) -> Answer:
         if asked.turn == 3 and not killed:
             workers = [
-                child for child in psutil.Process().children() if "vigil.runner.worker" in " ".join(child.cmdline())
+                child
+                for child in psutil.Process().children()
+                if "vigil.runner.workers.worker" in " ".join(child.cmdline())
             ]
             killed.extend(child.pid for child in workers)
             for child in workers:

@@ -17,11 +17,11 @@ from vigil.agents.model import Message
 from vigil.record import EPISODES_FILE, EpisodeRecord
 from vigil.record_file import read_records
 from vigil.replies import parse_reply
-from vigil.runner.ask import Patience, persistent
-from vigil.runner.inspect_model import Endpoint, sender
 from vigil.runner.inspect_task import vigil
+from vigil.runner.models.ask import Patience, persistent
+from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.runner.models.serving import Serving
 from vigil.runner.run import run_pack
-from vigil.runner.serving import Serving
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 

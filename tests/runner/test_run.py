@@ -24,12 +24,12 @@ from vigil.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner import run_folder
 from vigil.runner.dry_run import estimate
-from vigil.runner.frames import FrameStore
 from vigil.runner.progress import Progress
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import HEADER_FILE, RunFolder, read_header
 from vigil.runner.settings import RunSettings, log_dir, plan_run
 from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.runner.workers.frames import FrameStore
 
 SUPPORT = Path(__file__).parents[1] / "support"
 

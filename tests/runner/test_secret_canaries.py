@@ -12,9 +12,9 @@ from inspect_marks import INSPECT
 from quick_runs import quick
 from tiny_pack import tiny_pack
 
+from vigil.analysis.measures.rows import read_runs
+from vigil.analysis.measures.study import study
 from vigil.analysis.report import make_report, markdown_report
-from vigil.analysis.rows import read_runs
-from vigil.analysis.study import study
 from vigil.cli.scores import score
 from vigil.errors import VigilError
 from vigil.runner.run import RunResult, run_pack

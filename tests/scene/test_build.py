@@ -16,7 +16,7 @@ from vigil.scene.build import build_scene
 from vigil.scene.geometry import prisms_of, whole_box
 from vigil.scene.supports import surface_frame, surface_named
 from vigil.sim import make_simulator
-from vigil.sim.trial_house import DOOR, PANE, trial_house
+from vigil.sim.conformance.trial_house import DOOR, PANE, trial_house
 from vigil.world import ObjectSetup, Setup
 
 SIZES = AssetDatabase.default()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vigil.assets.asset import Asset, Joint, Solid
+from vigil.assets.kernel.asset import Asset, Joint, Solid
 from vigil.pose import Vec3, rotate_floor
 from vigil.scene.geometry import (
     Prism,

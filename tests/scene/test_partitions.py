@@ -17,12 +17,12 @@ from vigil.scene.geometry import part_motion
 from vigil.scene.partitions import _within, leaf_points
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim import make_simulator
-from vigil.sim.access import set_openness, swing_blocker
-from vigil.sim.motion import FloorPlan
-from vigil.sim.placing import put_down, spot_below, spot_on
-from vigil.sim.setup import apply_setup
-from vigil.sim.state import SceneState
-from vigil.sim.trial_house import trial_house
+from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.opening import set_openness, swing_blocker
+from vigil.sim.core.placing import put_down, spot_below, spot_on
+from vigil.sim.core.setup import apply_setup
+from vigil.sim.core.state import SceneState
 from vigil.world import ObjectSetup, Placement, Setup
 
 PLAIN = MaterialRef(name="plaster/white")

@@ -8,7 +8,7 @@ import pytest
 from vigil.errors import HouseError
 from vigil.house import House
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
-from vigil.sim.trial_house import DOOR, trial_house
+from vigil.sim.conformance.trial_house import DOOR, trial_house
 
 
 def panels(data) -> dict:

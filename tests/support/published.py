@@ -11,7 +11,7 @@ from typing import Any
 
 from stories import Story, episode, thing
 
-from vigil.analysis.paper import paper
+from vigil.analysis.measures.paper import paper
 from vigil.episode import FAMILIES, Episode, Family, HouseRef
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version, rendered_sha256

@@ -18,9 +18,9 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import FRAMES_FOLDER, RunHeader, RunSpec
-from vigil.runner.frames import FrameStore
-from vigil.runner.play import Watcher, play
 from vigil.runner.run_folder import write_header
+from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.play import Watcher, play
 from vigil.sim import make_simulator
 from vigil.versions import Versions
 from vigil.web.drawing import Drawer, Look

@@ -15,7 +15,7 @@ from tiny_pack import loose_pack, tiny_episode, tiny_house
 from web_server import Site, served
 from web_visitor import Visitor
 
-from vigil.authoring.review import read_reviews
+from vigil.authoring.review.reviews import read_reviews
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import rendered_sha256
@@ -25,8 +25,8 @@ from vigil.web.export import export_site
 from vigil.web.film import LAST_S, STEP_S
 from vigil.web.library import Library
 from vigil.web.play import make_play
+from vigil.web.play_session import SittingSettings, open_sitting
 from vigil.web.review import Desk, Pile, make_review
-from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
 
 FILM = """async (at) => {

@@ -24,9 +24,9 @@ from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import RunHeader, RunSpec
 from vigil.record_file import read_records
-from vigil.runner.play import Watcher, play
 from vigil.runner.run_folder import write_header
 from vigil.runner.settings import file_sha256
+from vigil.runner.workers.play import Watcher, play
 from vigil.sim import make_simulator
 from vigil.versions import Versions
 from vigil.web.drawing import Drawer, Look

@@ -14,9 +14,9 @@ from vigil.pack import Pack
 from vigil.web.drawing import Drawer, Look
 from vigil.web.library import Library
 from vigil.web.play import make_play
+from vigil.web.play_session import Sitting, SittingSettings, open_sitting
 from vigil.web.review import Desk, Pile, make_review
 from vigil.web.site import Address
-from vigil.web.sitting import Sitting, SittingSettings, open_sitting
 from vigil.web.view import make_view
 
 HERE = {"position": [2.5, 0.0, 1.0], "rotation": 0.0, "horizon": 30.0, "standing": True}

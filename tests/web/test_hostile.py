@@ -14,8 +14,8 @@ from web_server import Site, served
 from vigil.pack import Pack
 from vigil.web.drawing import Drawer, Look
 from vigil.web.play import make_play
+from vigil.web.play_session import Sitting, SittingSettings, open_sitting
 from vigil.web.review import Desk, Pile, make_review
-from vigil.web.sitting import Sitting, SittingSettings, open_sitting
 
 ATTACK = """async ([base, path, body]) => {
   const told = [];

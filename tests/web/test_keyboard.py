@@ -5,13 +5,13 @@ from pathlib import Path
 from web_server import Site, served
 from web_visitor import Visitor
 
-from vigil.authoring.review import read_reviews
+from vigil.authoring.review.reviews import read_reviews
 from vigil.pack import Pack
 from vigil.record_file import read_records
 from vigil.web.drawing import Drawer, Look
 from vigil.web.play import make_play
+from vigil.web.play_session import SittingSettings, open_sitting
 from vigil.web.review import Desk, Pile, make_review
-from vigil.web.sitting import SittingSettings, open_sitting
 
 
 def test_runs_are_sorted_filtered_opened_and_compared(visitor: Visitor, view: Site) -> None:

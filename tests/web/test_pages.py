@@ -11,7 +11,7 @@ from vigil.agents.picture import decode
 from vigil.pack import Pack
 from vigil.record import read_header
 from vigil.record_file import read_records
-from vigil.runner.frames import frame_sha256
+from vigil.runner.workers.frames import frame_sha256
 from vigil.saved_run import RecordTable
 from vigil.web.library import Library
 

@@ -17,7 +17,7 @@ from vigil.record_file import read_records
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring import settle
 from vigil.web.play import make_play
-from vigil.web.sitting import JOURNAL, SittingSettings, open_sitting, random_order
+from vigil.web.play_session import JOURNAL, SittingSettings, open_sitting, random_order
 
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 90}}'
 POINT = '{"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": 320, "y": 300}}'

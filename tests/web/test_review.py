@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from web_server import Site, served
 
-from vigil.authoring.assemble import Wish, assemble
-from vigil.authoring.drafts import Done, Draft, DraftsFile, Facts, Header
-from vigil.authoring.review import read_reviews
+from vigil.authoring.drafting.drafts import Done, Draft, DraftsFile, Facts, Header
+from vigil.authoring.packing.assemble import Wish, assemble
+from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
 from vigil.house import House
 from vigil.pack import HOUSES, Pack, find

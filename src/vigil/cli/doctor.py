@@ -12,7 +12,7 @@ from PIL import Image
 from vigil.cli.arguments import AsJson
 from vigil.errors import VigilError
 from vigil.pack import Pack
-from vigil.sim.mujoco.doctor import doctor as examine_renderer
+from vigil.sim.showcase.graphics_check import doctor as examine_renderer
 
 PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai", "openai")
 

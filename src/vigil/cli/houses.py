@@ -18,16 +18,16 @@ from vigil.cli.text import counting
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
-from vigil.housegen.check import SHAPELESS
-from vigil.housegen.show import beside, draw_plan
+from vigil.housegen.checking.check import SHAPELESS
+from vigil.housegen.checking.plan_image import beside, draw_plan
 from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.runner.shared_settings import AssetFile
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
-from vigil.sim.fidelity import Flaw, flaws_of, too_many_triangles
-from vigil.sim.mujoco.model import Model, build
-from vigil.sim.mujoco.stage import render_birdseye
+from vigil.sim.engines.mujoco.model import Model, build
+from vigil.sim.showcase.fidelity import Flaw, flaws_of, too_many_triangles
+from vigil.sim.showcase.renders import render_birdseye
 from vigil.strict_json import read_json
 
 

@@ -9,21 +9,21 @@ from typing import Annotated
 import typer
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.assemble import HOUSE_USES, PER_FAMILY, Candidate, Wish, assemble
-from vigil.authoring.campaign import PER_HOUSE, TRIED, Standing, Terms, run_campaign
-from vigil.authoring.drafts import DraftsFile
-from vigil.authoring.model_proposals import model_proposer
-from vigil.authoring.review import Review, read_reviews
-from vigil.authoring.sources import Source, drawn, filed, seeded
-from vigil.authoring.validate import Finding
-from vigil.authoring.verify import Means, bundles, verified
+from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.drafting.generation import PER_HOUSE, TRIED, Standing, Terms, run_campaign
+from vigil.authoring.drafting.model_proposals import model_proposer
+from vigil.authoring.drafting.sources import Source, drawn, filed, seeded
+from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, Wish, assemble
+from vigil.authoring.packing.verify import Means, bundles, verified
+from vigil.authoring.review.reviews import Review, read_reviews
+from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import Workers
 from vigil.cli.text import duration
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
 from vigil.freezing import check_free
 from vigil.house import House
-from vigil.runner.complete import completing
+from vigil.runner.models.completion import completing
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families
 
 PLAIN_SECONDS = 5.0

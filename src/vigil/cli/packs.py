@@ -11,10 +11,10 @@ import typer
 from rich.table import Table
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.compare import compare
-from vigil.authoring.solutions import skill_shares, steps_of
-from vigil.authoring.starter import build_starter
-from vigil.authoring.verify import Means, Standing, verify_pack
+from vigil.authoring.packing.compare import compare
+from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
+from vigil.authoring.packing.starter import build_starter
+from vigil.authoring.packing.verify import Means, Standing, verify_pack
 from vigil.cli.arguments import AsJson, PackArgument, Workers
 from vigil.cli.text import console, duration, say
 from vigil.episode import FAMILIES

@@ -17,8 +17,8 @@ from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
 from vigil.sim import Quality, make_simulator
-from vigil.sim.mujoco.portrait import draw_lots, write_blind, write_catalog
-from vigil.sim.mujoco.stage import render_asset
+from vigil.sim.showcase.portrait import draw_lots, write_blind, write_catalog
+from vigil.sim.showcase.renders import render_asset
 from vigil.world import Setup
 
 State = Literal["open", "closed", "on", "off"]

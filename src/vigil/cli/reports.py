@@ -6,20 +6,20 @@ from typing import Annotated
 import typer
 from matplotlib.figure import Figure
 
-from vigil.analysis.diagrams import pipeline_figure, protocol_figure
-from vigil.analysis.figures import FIGURES
-from vigil.analysis.metrics import run_faults
+from vigil.analysis.measures.metrics import run_faults
+from vigil.analysis.measures.rows import Run, read_runs
+from vigil.analysis.measures.study import Study, study
+from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.plots.figures import FIGURES
+from vigil.analysis.plots.style import saved
+from vigil.analysis.plots.trajectory import Track, find_record, track, trajectory_animation, trajectory_figure
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
-from vigil.analysis.rows import Run, read_runs
-from vigil.analysis.study import Study, study
-from vigil.analysis.style import saved
-from vigil.analysis.trajectory import Track, find_record, track, trajectory_animation, trajectory_figure
 from vigil.cli.arguments import Epoch, RunArguments, WithPaper
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack
-from vigil.runner.frames import first_frames, frames_of
 from vigil.runner.shared_settings import AssetFile, PackPlace
+from vigil.runner.workers.frames import first_frames, frames_of
 from vigil.saved_run import load_pack, pack_folder
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")

@@ -8,7 +8,7 @@ import typer
 
 from vigil.agents.choose import is_known
 from vigil.agents.scripted import SCRIPTS
-from vigil.authoring.solve import PRIVILEGED, privileged_agent
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import RunArgument
 from vigil.cli.scores import label_of, print_families
 from vigil.cli.text import Live, counting, say

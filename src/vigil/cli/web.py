@@ -26,9 +26,9 @@ from vigil.web.drawing import Drawer, Look
 from vigil.web.export import episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play
+from vigil.web.play_session import SittingSettings, open_sitting
 from vigil.web.review import Desk, Pile, make_review
 from vigil.web.site import Address
-from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
 
 Host = Annotated[str, typer.Option(help="Address to serve on; another than loopback needs --token.")]

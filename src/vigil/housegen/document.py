@@ -6,13 +6,13 @@ from typing import Any
 
 from vigil.assets.catalog import CATALOG
 from vigil.house import House
-from vigil.housegen.draw import GENERATOR_VERSION
-from vigil.housegen.floorplan import Plan, RoomPlan
-from vigil.housegen.lights import layer_of
-from vigil.housegen.openings import Opening
-from vigil.housegen.palette import Finish, material
-from vigil.housegen.stock import Piece
-from vigil.housegen.walls import wall_pieces
+from vigil.housegen.base.models import Piece
+from vigil.housegen.base.randomness import GENERATOR_VERSION
+from vigil.housegen.layout.floorplan import Plan, RoomPlan
+from vigil.housegen.layout.lights import layer_of
+from vigil.housegen.layout.openings import Opening
+from vigil.housegen.layout.palette import Finish, material
+from vigil.housegen.layout.walls import wall_pieces
 from vigil.pose import Pose
 
 SCHEMA = "1.0.0"

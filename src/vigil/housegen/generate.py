@@ -6,19 +6,21 @@ from scipy import ndimage
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.house import House
-from vigil.housegen import document, palette, states
-from vigil.housegen.check import Fault, check_house
-from vigil.housegen.draw import GENERATOR_VERSION, generator, pick, shuffled
-from vigil.housegen.floor import Floor
-from vigil.housegen.floorplan import Plan, plan_rooms
-from vigil.housegen.furnish import ESSENTIAL, Furnisher
-from vigil.housegen.household import Household
-from vigil.housegen.lights import lights_of
-from vigil.housegen.openings import Opening, cut_openings
-from vigil.housegen.small_objects import Tidier
-from vigil.housegen.spec import HouseSpec
-from vigil.housegen.stock import Piece
-from vigil.housegen.wall_things import Hanger
+from vigil.housegen import document
+from vigil.housegen.base.models import Piece
+from vigil.housegen.base.randomness import GENERATOR_VERSION, generator, pick, shuffled
+from vigil.housegen.base.spec import HouseSpec
+from vigil.housegen.checking.check import Fault, check_house
+from vigil.housegen.furnishing import states
+from vigil.housegen.furnishing.floor import Floor
+from vigil.housegen.furnishing.furnish import ESSENTIAL, Furnisher
+from vigil.housegen.furnishing.inventory import Household
+from vigil.housegen.furnishing.small_objects import Tidier
+from vigil.housegen.furnishing.wall_things import Hanger
+from vigil.housegen.layout import palette
+from vigil.housegen.layout.floorplan import Plan, plan_rooms
+from vigil.housegen.layout.lights import lights_of
+from vigil.housegen.layout.openings import Opening, cut_openings
 from vigil.pose import Pose, Vec3, heading
 
 __all__ = ["GENERATOR_VERSION", "generate"]

@@ -15,9 +15,9 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError, SettingError
 from vigil.house import House, canonical_json
-from vigil.housegen.check import check_house
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.checking.check import check_house
 from vigil.housegen.generate import generate
-from vigil.housegen.spec import spec_for
 
 PARTS = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
 """Categories that generated houses have as parts of dressers and stoves, never as things of their own."""

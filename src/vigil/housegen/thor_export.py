@@ -19,7 +19,7 @@ import shapely
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.house import Door, House, HouseObject, Window
-from vigil.housegen.check import check_house
+from vigil.housegen.checking.check import check_house
 from vigil.pose import Box, Vec3, heading, rotate_floor
 from vigil.scene.outlines import floor_of, footprint
 

@@ -1,7 +1,8 @@
 """Runs of models as Inspect evaluations, ours and those of `inspect eval`.
 
 Inspect brings the providers, the limit on connections, and a log for its viewer. Ours are the messages (a fixed history
-contract), the retries (`vigil.runner.ask`), the Env, and the records that decide: `episodes.jsonl`, not Inspect's log.
+contract), the retries (`vigil.runner.models.ask`), the Env, and the records that decide: `episodes.jsonl`, not
+Inspect's log.
 """
 
 import asyncio
@@ -36,16 +37,16 @@ from vigil.pack import Pack
 from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVariant, ReplyPolicy
 from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
-from vigil.runner.ask import Ask, Patience, persistent
-from vigil.runner.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
-from vigil.runner.live import play_live
-from vigil.runner.pool import SimulatorPool, usable_cpus
-from vigil.runner.preflight import check_sight
-from vigil.runner.redaction import without_login
-from vigil.runner.redirects import stay
-from vigil.runner.serving import OPENAI_STYLE, OTHER_PROVIDERS, only_its_key, serving
+from vigil.runner.models.ask import Ask, Patience, persistent
+from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
+from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.redaction import without_login
+from vigil.runner.models.redirects import stay
+from vigil.runner.models.serving import OPENAI_STYLE, OTHER_PROVIDERS, only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
-from vigil.runner.wire import Ticket
+from vigil.runner.workers.live import play_live
+from vigil.runner.workers.messages import Ticket
+from vigil.runner.workers.pool import SimulatorPool, usable_cpus
 from vigil.scoring import settle
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"

@@ -16,15 +16,15 @@ from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
-from vigil.runner.ask import Ask, Patience
-from vigil.runner.live import boundary_of, lost_record, play_live
-from vigil.runner.pool import SimulatorPool, usable_cpus
+from vigil.runner.models.ask import Ask, Patience
+from vigil.runner.models.redaction import Secrets, hiding
+from vigil.runner.models.serving import only_its_key
 from vigil.runner.progress import OnProgress, Tally
-from vigil.runner.redaction import Secrets, hiding
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.serving import only_its_key
 from vigil.runner.settings import RunSettings, log_dir, plan_run, secrets_of, serving_of, worker_plan
-from vigil.runner.wire import Ticket
+from vigil.runner.workers.live import boundary_of, lost_record, play_live
+from vigil.runner.workers.messages import Ticket
+from vigil.runner.workers.pool import SimulatorPool, usable_cpus
 
 ATTEMPTS = 3
 """How often an episode is played at most before its `error` row is written."""
@@ -169,8 +169,8 @@ async def _inside(pool: SimulatorPool, ticket: Ticket, run: _Run) -> EpisodeReco
 def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None:
     """Plays with a model in this process."""
     # Inspect takes a second or two to import, and nothing but a model's run needs it.
-    from vigil.runner.inspect_model import Endpoint, preflight  # noqa: PLC0415
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
+    from vigil.runner.models.inspect_model import Endpoint, preflight  # noqa: PLC0415
 
     settings, profile = run.settings, run.spec.profile
     endpoint = Endpoint(

@@ -29,7 +29,7 @@ from vigil.record import (
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck, told
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
-from vigil.runner.wire import Facts
+from vigil.runner.workers.messages import Facts
 
 LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"

@@ -5,7 +5,7 @@ from typing import Any
 
 from vigil.agents.choose import is_exec
 from vigil.errors import SettingError
-from vigil.runner.redaction import Secrets, without_options
+from vigil.runner.models.redaction import Secrets, without_options
 from vigil.strict_json import read_json
 
 

@@ -22,9 +22,8 @@ from vigil.profile import (
 )
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, RunSpec
-from vigil.runner.pool import PATIENCE_S
-from vigil.runner.redaction import Secrets, without_login, without_secrets
-from vigil.runner.serving import Serving, serving
+from vigil.runner.models.redaction import Secrets, without_login, without_secrets
+from vigil.runner.models.serving import Serving, serving
 from vigil.runner.setting_texts import only_one, public_name, read_extra_body, read_model_args
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
@@ -38,7 +37,8 @@ from vigil.runner.shared_settings import (
     RenderQuality,
     SimulatorWorkers,
 )
-from vigil.runner.wire import Plan, PrivilegedFactory, SimulatorFactory
+from vigil.runner.workers.messages import Plan, PrivilegedFactory, SimulatorFactory
+from vigil.runner.workers.pool import PATIENCE_S
 from vigil.setting import Setting, check_declared
 from vigil.sim import BACKENDS
 from vigil.versions import Versions

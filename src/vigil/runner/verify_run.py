@@ -9,12 +9,12 @@ from typing import Annotated
 from vigil.errors import RecordError, SimulatorError
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader
-from vigil.runner.pool import PATIENCE_S, SimulatorPool, usable_cpus
 from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
 from vigil.runner.shared_settings import AssetFile, PackPlace, SimulatorWorkers
-from vigil.runner.verify import Difference
-from vigil.runner.wire import Plan, Ticket
+from vigil.runner.workers.messages import Plan, Ticket
+from vigil.runner.workers.pool import PATIENCE_S, SimulatorPool, usable_cpus
+from vigil.runner.workers.resimulation import Difference
 from vigil.saved_run import read_run
 from vigil.setting import Setting, check_declared
 

@@ -10,8 +10,8 @@ import re
 import numpy as np
 
 from vigil.assets import make
-from vigil.assets.asset import Asset, Surface
 from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, AssetEntry
 from vigil.errors import HouseError
 from vigil.house import Door, House, HouseObject, Opening

@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 import shapely
 
-from vigil.assets.asset import Asset, Joint, Solid
-from vigil.assets.meshes import turn_about
+from vigil.assets.kernel.asset import Asset, Joint, Solid
+from vigil.assets.kernel.meshes import turn_about
 from vigil.pose import Box, Vec3, wrap_deg
 from vigil.scene.things import Thing
 

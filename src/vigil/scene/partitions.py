@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from scipy.spatial import ConvexHull, QhullError
 
-from vigil.assets.asset import Asset
+from vigil.assets.kernel.asset import Asset
 from vigil.scene.geometry import (
     Prism,
     box_corners,

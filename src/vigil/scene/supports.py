@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vigil.assets.asset import Asset, Surface
+from vigil.assets.kernel.asset import Asset, Surface
 from vigil.pose import Vec3
 from vigil.scene.geometry import Motion, joint_of, part_motion, whole_box
 from vigil.scene.things import Scene, Thing

@@ -1,6 +1,6 @@
 """Scene: a house as things with shapes, states and places, without any engine.
 
-Built by `vigil.scene.build`, moved by `vigil.sim.motion` and `vigil.sim.handling`, drawn and ray-cast by a
+Built by `vigil.scene.build`, moved by `vigil.sim.core.motion` and `vigil.sim.core.handling`, drawn and ray-cast by a
 back end. All coordinates are in THOR's frame (`vigil.pose`).
 """
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vigil.assets.asset import Asset
+from vigil.assets.kernel.asset import Asset
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
 

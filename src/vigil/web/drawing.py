@@ -25,7 +25,7 @@ from vigil.errors import SimulatorError
 from vigil.house import House
 from vigil.pose import Pose
 from vigil.sim import make_simulator
-from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.world import Effect, Setup
 
 PATIENCE_S = 90.0

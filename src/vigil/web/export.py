@@ -19,10 +19,10 @@ from vigil.web.drawing import Drawer
 from vigil.web.film import gif, mp4, shots_of
 from vigil.web.frames import episode_of, frames_of, tell
 from vigil.web.library import ShownRun
+from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
 from vigil.web.site import STATIC, TEMPLATES
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of
-from vigil.web.words import LABELS as LABEL_WORDS
 
 JPEG_QUALITY = 86
 NO_FRAME = {"is_recorded": None, "note": "This frame was not saved and cannot be drawn again."}

@@ -7,10 +7,10 @@ from vigil.agents.picture import decode
 from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, VigilError
 from vigil.record import EpisodeRecord, Key
-from vigil.runner.frames import frame_sha256
+from vigil.runner.workers.frames import frame_sha256
 from vigil.web.drawing import Drawer, Look, Scene
 from vigil.web.library import ShownPack, ShownRun
-from vigil.web.story import story_of
+from vigil.web.timeline import story_of
 
 Origin = Literal["saved", "redrawn"]
 ORIGINS: dict[Origin, str] = {

@@ -17,8 +17,8 @@ from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.house import House
 from vigil.pack import HOUSES, MANIFEST, PACKAGED, Pack, find, frozen_episodes
 from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
-from vigil.runner.frames import FrameStore
 from vigil.runner.settings import file_sha256
+from vigil.runner.workers.frames import FrameStore
 from vigil.saved_run import RecordTable, pack_places
 
 DEPTH = 3

@@ -8,8 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.actions import INTENTS, STATUSES
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.web.play_session import Sitting
 from vigil.web.site import Address, make_site, page
-from vigil.web.sitting import Sitting
 
 MAX_TEXT = 64 * 1024
 

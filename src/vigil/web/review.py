@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafts import DraftsFile
-from vigil.authoring.review import (
+from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.review.reviews import (
     Decision,
     Review,
     Verdict,
@@ -29,9 +29,9 @@ from vigil.house import House
 from vigil.pack import HOUSES, Pack
 from vigil.pose import wrap_deg
 from vigil.web.drawing import Drawer, Look, Scene
+from vigil.web.phrases import action_words, click_of, goal_words
 from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page
-from vigil.web.words import action_words, click_of, goal_words
 
 AROUND = 8
 """Views from the start, each turned on by 45 degrees."""

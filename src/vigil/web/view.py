@@ -16,10 +16,10 @@ from vigil.web.export import episode_film, episode_page
 from vigil.web.frames import episode_of, frame_of, tell
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, ShownRun
+from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
 from vigil.web.site import Address, make_site, page
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows
-from vigil.web.words import LABELS as LABEL_WORDS
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
 EPISODE_COLUMNS = ("episode", "family", "label", "W", "B", "steps")

@@ -1,0 +1,248 @@
+"""A simulator worker: the process that holds Env and simulator, and answers one request at a time.
+
+Started as `python -m vigil.runner.workers.worker FD` by `vigil.runner.workers.pool`, with one end of a socket pair. It
+ends when the other end is closed.
+"""
+
+import faulthandler
+import hashlib
+import signal
+import sys
+import traceback
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import NoReturn
+
+from vigil.actions import Reply
+from vigil.agents.agent import Agent, Closeable
+from vigil.agents.choose import is_exec, make_agent
+from vigil.agents.picture import encode
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.observation import Observation
+from vigil.pack import Pack
+from vigil.record import EpisodeRecord
+from vigil.runner.models.redaction import Secrets
+from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.messages import (
+    Advance,
+    AskFacts,
+    Beat,
+    Begin,
+    Done,
+    Drop,
+    Facts,
+    Fail,
+    Failed,
+    Plan,
+    Play,
+    Request,
+    Resimulate,
+    Shows,
+    Ticket,
+    View,
+)
+from vigil.runner.workers.play import Watcher, play
+from vigil.runner.workers.resimulation import Difference, How, resimulate
+from vigil.sim import make_simulator
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.protocol import Simulator
+
+
+@dataclass(slots=True)
+class Stage:
+    """A simulator with its Env, and the episode that goes on there."""
+
+    simulator: Simulator
+    env: Env
+    ticket: Ticket | None = None
+    observation: Observation | None = None
+
+
+class Line:
+    """What a worker says to the main process while it is at work on a request."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def beat(self, reply: Reply | None = None) -> None:
+        """Says that the worker is alive, and what the agent in it has replied."""
+        self._connection.send(Beat(reply))
+
+    def shows(self) -> None:
+        """Says that the agent is about to be shown the first frame, and waits until that is on disk."""
+        self._connection.send(Shows())
+        self._connection.recv()
+
+
+class Theatre:
+    """What one worker holds: the pack, its stages, and the agent that plays inside."""
+
+    def __init__(self, plan: Plan, line: "Line") -> None:
+        self._plan = plan
+        self._line = line
+        self._hide = Secrets.of_command(plan.agent).hide
+        self._pack = Pack.load(plan.pack)
+        self._assets = AssetDatabase.of(plan.asset_database)
+        self._frames = FrameStore(plan.frames) if plan.frames else None
+        self._live: dict[int, Stage] = {}
+        self._spare: list[Stage] = []
+        self._agents: dict[int, Agent] = {}
+
+    def answer(self, request: Request) -> object:
+        """Returns what `request` asks for. Raises VigilError."""
+        match request:
+            case AskFacts():
+                return self._facts()
+            case Play(ticket, earlier):
+                return self._play(ticket, earlier)
+            case Begin(session, ticket):
+                return self._begin(session, ticket)
+            case Advance(session, reply):
+                stage = self._live[session]
+                stage.observation = stage.env.step(reply)
+                return self._view_or_record(stage)
+            case Fail(session, boundary, message):
+                stage = self._live[session]
+                stage.env.fail(boundary, message)
+                return self._record(stage)
+            case Drop(session):
+                return self._drop(session)
+            case Resimulate():
+                return self._resimulate(request)
+
+    def close(self) -> None:
+        """Ends the agents' programs and frees the simulators."""
+        for agent in self._agents.values():
+            if isinstance(agent, Closeable):
+                agent.close()
+        for stage in [*self._live.values(), *self._spare]:
+            stage.simulator.close()
+
+    def _facts(self) -> Facts:
+        stage = self._take_stage()
+        self._spare.append(stage)
+        return Facts(stage.simulator.name, stage.simulator.renderer())
+
+    def _play(self, ticket: Ticket, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
+        stage = self._take_stage()
+        stage.ticket = ticket
+        try:
+            agent = self._agent_for(ticket, stage.simulator)
+            play(ticket.episode, stage.env, agent, Watcher(self._line.shows, self._answered), earlier)
+            return self._record(stage)
+        finally:
+            self._release(stage)
+
+    def _answered(self, observation: Observation, reply: Reply) -> None:
+        self._line.beat(reply)
+        if self._frames is not None:
+            self._frames.keep(observation.rgb)
+
+    def _agent_for(self, ticket: Ticket, simulator: Simulator) -> Agent:
+        plan = self._plan
+        if plan.agent_factory is not None:
+            if not isinstance(simulator, EmbeddedSimulator):
+                raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
+            return plan.agent_factory(plan.agent, ticket.episode, simulator)
+        seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, ticket.epoch)
+        if seed not in self._agents:
+            self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds, self._hide)
+        return self._agents[seed]
+
+    def _begin(self, session: int, ticket: Ticket) -> View | EpisodeRecord:
+        stage = self._take_stage()
+        self._live[session] = stage
+        stage.ticket = ticket
+        stage.observation = stage.env.reset(ticket.episode)
+        return self._view_or_record(stage)
+
+    def _view_or_record(self, stage: Stage) -> View | EpisodeRecord:
+        observation = stage.observation
+        if observation is None:
+            return self._record(stage)
+        rgb = observation.rgb
+        if self._frames is not None:
+            self._frames.keep(rgb)
+        return View(encode(rgb, self._plan.profile.image_format), observation.feedback)
+
+    def _record(self, stage: Stage) -> EpisodeRecord:
+        ticket = stage.ticket
+        assert ticket is not None
+        return stage.env.record(run_id=self._plan.run_id, epoch=ticket.epoch, attempt=ticket.attempt)
+
+    def _drop(self, session: int) -> None:
+        stage = self._live.pop(session, None)
+        if stage is None:
+            return
+        self._release(stage)
+
+    def _release(self, stage: Stage) -> None:
+        """Keeps a stage for the next episode, unless there is one already or something went wrong on it."""
+        stage.observation = None
+        if self._spare or stage.env.end in (None, "error"):
+            stage.simulator.close()
+        else:
+            self._spare.append(stage)
+
+    def _resimulate(self, request: Resimulate) -> list[Difference]:
+        stage = self._take_stage()
+        try:
+            how = How(frames=request.frames, exact=request.exact, beat=self._line.beat)
+            return resimulate(request.ticket.episode, request.record, stage.env, how)
+        finally:
+            self._release(stage)
+
+    def _take_stage(self) -> Stage:
+        """Returns a free stage; one is kept at hand, since building a simulator takes time and memory."""
+        if self._spare:
+            return self._spare.pop()
+        plan = self._plan
+        if plan.simulator_factory is not None:
+            simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
+        else:
+            simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
+        return Stage(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
+
+
+def _seed_of(seed: int, epoch: int) -> int:
+    """Returns the seed of an epoch: the run's own in the first, none of a run with a seed beside it in the others."""
+    if epoch == 1:
+        return seed
+    return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")
+
+
+def serve(connection: Connection) -> None:
+    """Answers requests until the other end closes the connection."""
+    plan, line = connection.recv(), Line(connection)
+    theatre: Theatre | None = None
+    try:
+        while True:
+            request = connection.recv()
+            try:
+                if theatre is None:
+                    theatre = Theatre(plan, line)
+                    line.beat()
+                answer: Done | Failed = Done(theatre.answer(request))
+            except VigilError as error:
+                answer = Failed(error)
+            except Exception:  # noqa: BLE001 - a fault of the simulator's is told, and the worker lives on
+                answer = Failed(SimulatorError(traceback.format_exc(limit=-8)))
+            connection.send(answer)
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return  # the main process has gone or wants no more
+    finally:
+        if theatre is not None:
+            theatre.close()
+
+
+def _leave(*_: object) -> NoReturn:
+    """Unwinds what goes on, so that the agents' programs end too."""
+    raise SystemExit
+
+
+if __name__ == "__main__":
+    faulthandler.enable()
+    signal.signal(signal.SIGTERM, _leave)
+    serve(Connection(int(sys.argv[1])))
