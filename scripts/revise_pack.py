@@ -18,7 +18,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import Done, Draft, DraftsFile, Facts, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
 from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
 from vigil.authoring.drafting.house_context import AUTHOR
 from vigil.authoring.language.wording import asks_inside
@@ -69,9 +69,9 @@ def _validator() -> Validator:
 
 
 @cache
-def _pack(folder: Path) -> tuple[Pack, dict[str, Facts]]:
+def _pack(folder: Path) -> tuple[Pack, dict[str, DraftFacts]]:
     rows = [json.loads(line) for line in (folder / FACTS).read_text(encoding="utf-8").splitlines()]
-    return Pack.load(folder), {row.pop("episode_id"): Facts.model_validate(row) for row in rows}
+    return Pack.load(folder), {row.pop("episode_id"): DraftFacts.model_validate(row) for row in rows}
 
 
 def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[Line]]:
@@ -89,7 +89,7 @@ def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[Line]]:
     return house, lines
 
 
-def _line(pack: Pack, house: House, old: Episode, facts: Facts) -> Draft | Rejection:
+def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | Rejection:
     """Returns an episode as a draft, or the rule that it breaks today."""
     episode, kind = _saying_inside(old, facts), old.provenance.template or old.difficulty or ""
     verdict = _validator().validate(episode, house, pack.solutions[old.id].actions)
@@ -110,7 +110,7 @@ def _line(pack: Pack, house: House, old: Episode, facts: Facts) -> Draft | Rejec
     return Draft(kind=kind, episode=episode, actions=verdict.actions, facts=facts)
 
 
-def _saying_inside(episode: Episode, facts: Facts) -> Episode:
+def _saying_inside(episode: Episode, facts: DraftFacts) -> Episode:
     """Returns an episode whose goal means inside where its instruction does, under an id of its own if that is new."""
     goal = episode.goal
     if not isinstance(goal, ObjectAtReceptacle) or goal.inside == asks_inside(episode.instruction):

@@ -21,7 +21,7 @@ from functools import partial
 
 from sweeps.simulators import loaded, parser, sweep
 from sweeps.support import pieces
-from sweeps.support.pieces import Fall, Finding
+from sweeps.support.pieces import Failure, Finding
 from sweeps.support.random_agent import RandomAgent
 from sweeps.support.random_episodes import draw_house
 from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
@@ -77,10 +77,10 @@ def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> F
             continue
         except Exception:  # noqa: BLE001 - any exception at all is what is looked for
             faults = [("an exception", traceback.format_exc(limit=-4))]
-        finding.falls += [Fall(kind, detail, f"--piece {piece} --case {number}") for kind, detail in faults]
+        finding.falls += [Failure(kind, detail, f"--piece {piece} --case {number}") for kind, detail in faults]
     for number in reversed(played):
         for kind, detail in _replayed(played[number], second, house):
-            finding.falls.append(Fall(kind, detail, f"--piece {piece} --case {number}"))
+            finding.falls.append(Failure(kind, detail, f"--piece {piece} --case {number}"))
         finding.counts["replays"] += 1
     return finding
 

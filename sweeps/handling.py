@@ -24,7 +24,7 @@ import numpy as np
 
 from sweeps.simulators import loaded, parser, sweep
 from sweeps.support import pieces
-from sweeps.support.pieces import Fall, Finding
+from sweeps.support.pieces import Failure, Finding
 from sweeps.support.random_episodes import draw_house, random_setup
 from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
 from sweeps.support.solids import Solids
@@ -38,7 +38,7 @@ from vigil.scene.things import Thing
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.world import Effect, Setup
 
-DEEDS = 60
+INTERACTIONS = 60
 STANDS_TRIED = 12
 RELATIVE_M = 5e-9
 """How far contents may shift relative to what carries them, by rounding."""
@@ -47,12 +47,12 @@ RELATIVE_M = 5e-9
 def main() -> int:
     """Runs the sweep."""
     options = parser(__doc__ or "", 1000).parse_args()
-    work = partial(fuzz, options.seed, options.backend, DEEDS)
+    work = partial(fuzz, options.seed, options.backend, INTERACTIONS)
     return pieces.run(sweep("handling", work, options), options)
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
+class Interaction:
     """Where the agent stood, and what it clicked on there."""
 
     pose: Pose
@@ -60,13 +60,13 @@ class Deed:
 
 
 @dataclass(slots=True)
-class Story:
+class InteractionLog:
     """What was done in a house, and how the house was after each deed."""
 
     house: House
     setup: Setup
     start: Pose
-    deeds: list[Deed] = field(default_factory=list)
+    deeds: list[Interaction] = field(default_factory=list)
     moments: list[Snapshot] = field(default_factory=list)
 
 
@@ -77,17 +77,19 @@ def fuzz(seed: int, backend: str, count: int, piece: int) -> Finding:
     house, _ = draw_house(rng)
     again = f"--piece {piece}"
     try:
-        hands = Hands(rng, house, loaded(backend, house), finding.counts)
+        hands = RandomInteractions(rng, house, loaded(backend, house), finding.counts)
         for kind, detail in hands.do(count):
-            finding.falls.append(Fall(kind, f"{house.name}: {detail}", again))
-        finding.falls += [Fall(kind, detail, again) for kind, detail in replayed(hands.story, loaded(backend, house))]
+            finding.falls.append(Failure(kind, f"{house.name}: {detail}", again))
+        finding.falls += [
+            Failure(kind, detail, again) for kind, detail in replayed(hands.story, loaded(backend, house))
+        ]
     except Exception:  # noqa: BLE001 - any exception at all is what is looked for
-        finding.falls.append(Fall("an exception", traceback.format_exc(limit=-4), again))
+        finding.falls.append(Failure("an exception", traceback.format_exc(limit=-4), again))
     finding.counts["houses"] += 1
     return finding
 
 
-class Hands:
+class RandomInteractions:
     """A random series of deeds in one house."""
 
     def __init__(self, rng: random.Random, house: House, simulator: EmbeddedSimulator, counts: Counter[str]) -> None:
@@ -172,7 +174,7 @@ class Hands:
         after = snapshot(self._simulator)
         what = f"deed {len(self.story.deeds)}, {action.intent} {thing.id} at {agent.position}: {effect!r}"
         names = changed(before, after) - {"agent"}
-        self.story.deeds.append(Deed(agent, action))
+        self.story.deeds.append(Interaction(agent, action))
         self.story.moments.append(after)
         self._counts["deeds"] += 1
         self._counts[f"{action.intent}: {effect.refusal or 'done'}"] += 1
@@ -244,7 +246,7 @@ class Hands:
             self._faults.append(("placed again it lies elsewhere", f"{moved[0].id}: {found[0]} and {found[1]}"))
 
 
-def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> Story:
+def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> InteractionLog:
     """Returns a story that has begun: with a random setup, where that leaves the house's start free."""
     assert house.start is not None
     setup = random_setup(rng, list(simulator.scene().things.values()))
@@ -253,7 +255,7 @@ def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> St
     except EpisodeError:
         setup = Setup()
         simulator.reset(house.start, setup)
-    return Story(house, setup, house.start)
+    return InteractionLog(house, setup, house.start)
 
 
 def _stand(simulator: EmbeddedSimulator, pose: Pose) -> None:
@@ -264,7 +266,7 @@ def _stand(simulator: EmbeddedSimulator, pose: Pose) -> None:
     simulator._flush()
 
 
-def replayed(story: Story, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
+def replayed(story: InteractionLog, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
     """Returns in what the same deeds come out otherwise in a simulator loaded afresh."""
     simulator.reset(story.start, story.setup)
     for number, (deed, moment) in enumerate(zip(story.deeds, story.moments, strict=True)):

@@ -22,7 +22,7 @@ from pathlib import Path
 from sweeps.support import pieces
 from sweeps.support.confined import Outcome, confined
 from sweeps.support.hostile_cases import base, hostile_house, hostile_pack, house_file
-from sweeps.support.pieces import Fall, Finding, Sweep
+from sweeps.support.pieces import Failure, Finding, Sweep
 from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli import main as vigil_main
@@ -81,7 +81,7 @@ def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int)
         fault = _fault(outcome, places)
         if fault is not None:
             detail = f"{what}: {outcome.text}"
-            finding.falls.append(Fall(fault, detail, f"--piece {piece} --case {number}"))
+            finding.falls.append(Failure(fault, detail, f"--piece {piece} --case {number}"))
     return finding
 
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from sweeps.support.kill_targets import KINDS, Target
-from sweeps.support.lives import Start, leftovers, start
+from sweeps.support.lives import ProcessGroup, leftovers, start
 from vigil.jsonl import append_line, read_lines
 
 SHORTEST_S = 0.05
@@ -58,7 +58,7 @@ def live(target: Target, rng: random.Random, whole_share: float) -> dict[str, An
     return {"kills": kills, "seconds": round(time.monotonic() - began, 1), "faults": faults}
 
 
-def _until(begun: Start, target: Target, delay_s: float) -> int | None:
+def _until(begun: ProcessGroup, target: Target, delay_s: float) -> int | None:
     """Lets a start work for a while, then kills it; returns its exit code when it ended before, None when killed."""
     target.drive(time.monotonic() + delay_s)
     code = begun.wait(delay_s)

@@ -18,7 +18,7 @@ from functools import partial
 
 from sweeps import simulators
 from sweeps.support import pieces
-from sweeps.support.pieces import Fall, Finding
+from sweeps.support.pieces import Failure, Finding
 from vigil.actions import Action, Reply
 from vigil.env import Env
 from vigil.episode import Episode
@@ -71,7 +71,7 @@ def try_everywhere(seed: int, backend: str, piece: int) -> Finding:
             continue
         for view in VIEWS:
             tries.from_view(state, view)
-    tries.finding.falls = [Fall(fall.kind, fall.detail, f"--piece {piece}") for fall in tries.finding.falls]
+    tries.finding.falls = [Failure(fall.kind, fall.detail, f"--piece {piece}") for fall in tries.finding.falls]
     simulator.close()
     return tries.finding
 
@@ -137,7 +137,7 @@ class _Tries:
         self.finding.counts[f"{state} {'W' if outcome.W else refusal or 'elsewhere'}".strip()] += 1
         if outcome.W:
             self.finding.falls += [
-                Fall(kind, f"{self._episode.id}, {view}, click at {click}", "") for kind in self._faults()
+                Failure(kind, f"{self._episode.id}, {view}, click at {click}", "") for kind in self._faults()
             ]
 
     def _faults(self) -> Iterator[str]:

@@ -17,7 +17,7 @@ from collections import Counter
 from functools import partial
 
 from sweeps.support import pieces
-from sweeps.support.pieces import Fall, Finding, Sweep
+from sweeps.support.pieces import Failure, Finding, Sweep
 from sweeps.support.reply_forms import Form, any_form
 from vigil.actions import Coordinates, InteractPixel, InvalidAction, Look, Navigate, ParsedReply, Reply, ReplyPolicy
 from vigil.jsonl import dump_line
@@ -50,7 +50,7 @@ def fuzz(seed: int, case: int | None, count: int, piece: int) -> Finding:
         form = any_form(random.Random(f"{seed}/{piece}/{number}"))
         again = f"--piece {piece} --case {number}"
         for kind, detail in faults_of(form, finding.counts):
-            finding.falls.append(Fall(kind, f"{detail}; reply {_shown(form.text)}", again))
+            finding.falls.append(Failure(kind, f"{detail}; reply {_shown(form.text)}", again))
         finding.counts["replies"] += 1
     return finding
 

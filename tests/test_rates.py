@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from published import CAN_ADVANCE, Plot, played, thousand
+from published import CAN_ADVANCE, EpisodeCourse, played, thousand
 
 from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import columns
@@ -27,13 +27,13 @@ from vigil.scoring import NEGATIVE, Outcome, settle
 
 EPISODES = {one.family: one for one in thousand(1)}
 PLOTS = st.builds(
-    Plot,
+    EpisodeCourse,
     family=st.sampled_from(sorted(FAMILIES)),
     w=st.booleans(),
     end=st.sampled_from([*STATUSES, "NR", "IL"]),
     wait=st.integers(0, 3),
     advanced=st.booleans(),
-).map(lambda plot: plot if plot.family in CAN_ADVANCE else Plot(plot.family, plot.w, plot.end, plot.wait))
+).map(lambda plot: plot if plot.family in CAN_ADVANCE else EpisodeCourse(plot.family, plot.w, plot.end, plot.wait))
 
 RATE_OF: dict[str, tuple[Callable[[Outcome], bool], Callable[[Outcome], bool]]] = {
     "W": (lambda o: o.W, lambda o: True),
@@ -56,7 +56,7 @@ RATE_OF: dict[str, tuple[Callable[[Outcome], bool], Callable[[Outcome], bool]]] 
 """Each rate in plain words: what it counts, and among which episodes."""
 
 
-def outcomes_of(plots: list[Plot]) -> list[Outcome]:
+def outcomes_of(plots: list[EpisodeCourse]) -> list[Outcome]:
     outcomes = []
     for number, plot in enumerate(plots):
         episode = EPISODES[plot.family].model_copy(update={"id": f"e{number:03}"})
@@ -65,7 +65,7 @@ def outcomes_of(plots: list[Plot]) -> list[Outcome]:
 
 
 @given(st.lists(PLOTS, max_size=20))
-def test_each_rate_counts_what_it_says_among_those_it_says(plots: list[Plot]):
+def test_each_rate_counts_what_it_says_among_those_it_says(plots: list[EpisodeCourse]):
     outcomes = outcomes_of(plots)
     found = count(columns_of(outcomes))
     assert set(RATE_OF) == {*RATES, *CONDITIONAL}
@@ -78,7 +78,7 @@ def test_each_rate_counts_what_it_says_among_those_it_says(plots: list[Plot]):
 
 
 @given(st.lists(PLOTS, max_size=20))
-def test_a_table_of_rows_has_the_rates_of_its_outcomes(plots: list[Plot]):
+def test_a_table_of_rows_has_the_rates_of_its_outcomes(plots: list[EpisodeCourse]):
     outcomes = outcomes_of(plots)
     ours, theirs = columns_of(outcomes), columns(table_of(outcomes))
     assert count(ours) == count(theirs)
@@ -86,7 +86,9 @@ def test_a_table_of_rows_has_the_rates_of_its_outcomes(plots: list[Plot]):
 
 
 def test_a_part_has_the_counts_of_its_episodes():
-    outcomes = outcomes_of([Plot("PG", True, "success"), Plot("AI", False, "success"), Plot("AI", True, "NR")])
+    outcomes = outcomes_of(
+        [EpisodeCourse("PG", True, "success"), EpisodeCourse("AI", False, "success"), EpisodeCourse("AI", True, "NR")]
+    )
     whole = columns_of(outcomes)
     part = count(selected(whole, whole["family"] == "AI"))
     assert (part.n, part.counts["W"], part.counts["FR"], part.counts["NR"]) == (2, 1, 1, 1)
@@ -107,14 +109,16 @@ def test_a_part_has_the_counts_of_its_episodes():
     ],
 )
 def test_a_broken_identity_is_named(change: dict, identity: str):
-    right, other = outcomes_of([Plot("AI", True, "success"), Plot("PG", False, "NR")])
+    right, other = outcomes_of([EpisodeCourse("AI", True, "success"), EpisodeCourse("PG", False, "NR")])
     assert broken_identities(columns_of([right, other])) == []
     assert identity in broken_identities(columns_of([replace(right, **change), other]))
 
 
 @pytest.mark.parametrize("policy", ["actual", "always_success", "random", "oracle"])
 def test_a_credit_that_departs_from_its_policy_is_named(policy: str):
-    broken = columns_of(outcomes_of([Plot("AI", True, "success"), Plot("SV", False, sorted(NEGATIVE)[0])]))
+    broken = columns_of(
+        outcomes_of([EpisodeCourse("AI", True, "success"), EpisodeCourse("SV", False, sorted(NEGATIVE)[0])])
+    )
     broken[f"credit.{policy}"] = broken[f"credit.{policy}"] + 0.25
     named = {"actual": "Actual = B", "always_success": "Always =", "random": "Random =", "oracle": "Oracle = W"}[policy]
     assert any(name.startswith(named) for name in broken_identities(broken))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from stories import NOON, Story, thing
+from stories import NOON, RecordBuilder, thing
 
 from vigil.errors import RecordError
 from vigil.jsonl import dump_line
@@ -18,7 +18,7 @@ from vigil.record_file import RecordLog, read_records
 
 
 def row(episode_id: str = "a", epoch: int = 1, end: str = "fail_no_report", attempt: int = 1) -> EpisodeRecord:
-    record = Story(target=thing()).do().end("error" if end == "error" else "fail_no_report")
+    record = RecordBuilder(target=thing()).do().end("error" if end == "error" else "fail_no_report")
     return record.model_copy(update={"episode_id": episode_id, "epoch": epoch, "attempt": attempt})
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from stories import Story, episode, thing
+from stories import RecordBuilder, episode, thing
 from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
@@ -161,8 +161,8 @@ def test_other_prompts_of_the_package_are_said_and_not_held_against_the_rows(pla
     assert "were not checked" in table.notes[0]
 
 
-def story(invalid: int = 0, steps: int = 0) -> Story:
-    found = Story(target=thing())
+def story(invalid: int = 0, steps: int = 0) -> RecordBuilder:
+    found = RecordBuilder(target=thing())
     for _ in range(invalid):
         found.invalid()
     for _ in range(steps):

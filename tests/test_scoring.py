@@ -5,7 +5,7 @@ from typing import Any, get_args
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from stories import BAD, JUNK, WALK, Story, episode, thing
+from stories import BAD, JUNK, WALK, RecordBuilder, episode, thing
 
 from vigil.actions import STATUSES, InteractPixel, InvalidAction, Look, Status, Usage
 from vigil.errors import RecordError
@@ -18,18 +18,18 @@ ON, OFF = {"is_toggled": True}, {"is_toggled": False}
 AI, SV = episode("AI"), episode("SV")
 
 
-def done() -> Story:
+def done() -> RecordBuilder:
     """An AI episode whose goal holds after its second step."""
-    return Story(target=thing(is_toggled=False, box_distance_m=1.0)).do().do(target=ON)
+    return RecordBuilder(target=thing(is_toggled=False, box_distance_m=1.0)).do().do(target=ON)
 
 
-def undone() -> Story:
-    return Story(target=thing(is_toggled=False, box_distance_m=1.0)).do()
+def undone() -> RecordBuilder:
+    return RecordBuilder(target=thing(is_toggled=False, box_distance_m=1.0)).do()
 
 
-def sight(**facts: Any) -> Story:
+def sight(**facts: Any) -> RecordBuilder:
     """An SV episode about something that is on."""
-    return Story(target=thing(is_toggled=True, **facts))
+    return RecordBuilder(target=thing(is_toggled=True, **facts))
 
 
 @pytest.mark.parametrize("status", get_args(Status))
@@ -127,7 +127,7 @@ def test_attained_and_lost_again_is_seen():
 
 
 def test_progress_at_the_report_is_that_of_the_last_row():
-    story = Story(target=thing(is_toggled=False, box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
+    story = RecordBuilder(target=thing(is_toggled=False, box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
     outcome = settle(AI, story.report())
     assert outcome.progress_at_report == 0.25
     assert not outcome.is_at_zero_progress
@@ -207,7 +207,7 @@ FACTS = st.fixed_dictionaries(
 def outcomes(draw: st.DrawFn) -> Outcome:
     """The verdict on any episode that a run can end with."""
     family = draw(st.sampled_from(["PG", "DA", "VS", "SV", "AI", "SI"]))
-    story = Story(target=thing(**draw(FACTS)))
+    story = RecordBuilder(target=thing(**draw(FACTS)))
     for facts in draw(st.lists(FACTS, max_size=3)):
         kind = draw(st.sampled_from(["walk", "ground", "junk"]))
         if kind == "junk":
@@ -238,8 +238,8 @@ def test_verdicts_obey_the_protocols_identities(found: list[Outcome]):
             assert 0 <= outcome.lag <= outcome.lag_from_reset <= outcome.steps
 
 
-def _story(steps: int = 0, invalid: int = 0) -> Story:
-    story = Story(target=thing(is_toggled=True))
+def _story(steps: int = 0, invalid: int = 0) -> RecordBuilder:
+    story = RecordBuilder(target=thing(is_toggled=True))
     for _ in range(steps):
         story.do()
     for _ in range(invalid):

@@ -10,7 +10,7 @@ from vigil.errors import SettingError
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings
 from vigil.setting import Setting, check_declared, declared_in
-from vigil.web.play_session import SittingSettings
+from vigil.web.play_session import PlaySettings
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def test_values_out_of_their_bounds_are_named(changes: dict[str, Any], said: str
     assert str(caught.value) == said
 
 
-@pytest.mark.parametrize("settings", [RunSettings, VerifySettings, SittingSettings])
+@pytest.mark.parametrize("settings", [RunSettings, VerifySettings, PlaySettings])
 def test_values_are_checked_when_settings_are_made(settings: type) -> None:
     required = {one.name: "x" for one in declared_in(settings) if one.default is MISSING}
     settings(**required)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from stories import Story, episode, thing
+from stories import RecordBuilder, episode, thing
 
 from vigil.errors import RecordError
 from vigil.rates import RATES
@@ -19,8 +19,8 @@ def named(record: EpisodeRecord, episode_id: str, epoch: int = 1) -> EpisodeReco
     return record.model_copy(update={"episode_id": episode_id, "epoch": epoch})
 
 
-def grounded() -> Story:
-    return Story(target=thing(is_toggled=True)).ground("target")
+def grounded() -> RecordBuilder:
+    return RecordBuilder(target=thing(is_toggled=True)).ground("target")
 
 
 RECORDS = [
@@ -29,7 +29,7 @@ RECORDS = [
     named(grounded().end(), "pg2"),
     named(grounded().end("error"), "pg3"),
     named(grounded().report("on"), "sv0"),
-    named(Story(target=thing(is_toggled=True)).report("off"), "sv1"),
+    named(RecordBuilder(target=thing(is_toggled=True)).report("off"), "sv1"),
 ]
 
 

@@ -17,7 +17,7 @@ LEFT_S = 20.0
 
 
 @dataclass
-class Start:
+class ProcessGroup:
     """A process that leads a group."""
 
     pid: int
@@ -49,7 +49,7 @@ class Start:
         return self.output.read_text(errors="replace")[-600:].strip()
 
 
-def start(what: Callable[[], None] | Sequence[str], token: str, folder: Path) -> Start:
+def start(what: Callable[[], None] | Sequence[str], token: str, folder: Path) -> ProcessGroup:
     """Starts a function in a fork, or a command line of `vigil`; its output goes to a file beside `folder`."""
     output = folder.with_name(f"{folder.name}.output")
     if not callable(what):
@@ -58,12 +58,12 @@ def start(what: Callable[[], None] | Sequence[str], token: str, folder: Path) ->
             process = subprocess.Popen(
                 command, stdout=file, stderr=file, start_new_session=True, env={**os.environ, MARK: token}
             )
-        process.returncode = 0  # `Start` waits for it
-        return Start(process.pid, output)
+        process.returncode = 0  # `ProcessGroup` waits for it
+        return ProcessGroup(process.pid, output)
     sys.stdout.flush()
     pid = os.fork()
     if pid:
-        return Start(pid, output)
+        return ProcessGroup(pid, output)
     code = 70
     try:
         os.setsid()

@@ -29,7 +29,7 @@ LOGS = Path("runs") / "sweeps"
 
 
 @dataclass(frozen=True, slots=True)
-class Fall:
+class Failure:
     """One case in which something that must hold did not."""
 
     kind: str
@@ -44,7 +44,7 @@ class Finding:
     """What came out of a piece."""
 
     counts: Counter[str] = field(default_factory=Counter)
-    falls: list[Fall] = field(default_factory=list)
+    falls: list[Failure] = field(default_factory=list)
 
 
 Work = Callable[[int], Finding]
@@ -157,7 +157,7 @@ def _alone(work: Work, piece: int) -> tuple[int, float, Finding]:
             return (
                 piece,
                 0.0,
-                Finding(Counter(), [Fall("the process died", "crashed or was killed", f"--piece {piece}")]),
+                Finding(Counter(), [Failure("the process died", "crashed or was killed", f"--piece {piece}")]),
             )
 
 

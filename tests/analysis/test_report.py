@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from markupsafe import escape
 from matplotlib.text import Annotation
-from published import Plot, Write, small_records, thousand, write_anchor, write_pack
+from published import EpisodeCourse, Write, small_records, thousand, write_anchor, write_pack
 from typer.testing import CliRunner
 
 from vigil.analysis.measures.rows import read_runs
@@ -46,8 +46,8 @@ PAPERS_OWN = [
 ]
 
 
-def lost(family: str) -> Plot:
-    return Plot(family, False, "NR")  # type: ignore[arg-type]
+def lost(family: str) -> EpisodeCourse:
+    return EpisodeCourse(family, False, "NR")  # type: ignore[arg-type]
 
 
 @pytest.fixture

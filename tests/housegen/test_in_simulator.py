@@ -5,7 +5,7 @@ from shapely import Polygon, contains_xy
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.sim import make_simulator
-from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import swing_blocker
 from vigil.sim.core.state import AGENT, SceneState
 from vigil.world import ObjectSetup, Setup
@@ -38,7 +38,7 @@ def test_every_room_can_be_walked_to_past_open_doors(loaded):
 def test_nothing_is_kept_from_opening_or_closing(loaded):
     house, simulator = loaded
     scene = simulator.scene()
-    state = SceneState(scene, house.start, FloorPlan(scene))
+    state = SceneState(scene, house.start, CollisionMap(scene))
     stopped = {
         (thing.id, target): swing_blocker(state, thing, target)
         for thing in scene.things.values()

@@ -18,7 +18,7 @@ from vigil.scene.partitions import _within, leaf_points
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import set_openness, swing_blocker
 from vigil.sim.core.placing import put_down, spot_below, spot_on
 from vigil.sim.core.setup import apply_setup
@@ -58,7 +58,7 @@ def two_rooms(*things: Thing, holes: tuple[Hole, ...] = ()) -> SceneState:
     corners = [(0.0, 0.0), (0.0, 3.0), (6.0, 3.0), (6.0, 0.0), (0.0, 0.0)]
     walls = [panel(f"outer{n}", start, end) for n, (start, end) in enumerate(itertools.pairwise(corners))]
     scene = Scene(rooms, [*walls, panel("between", (3.0, 0.0), (3.0, 3.0), *holes)], {each.id: each for each in things})
-    return SceneState(scene, Pose(position=Vec3(1.0, 0.0, 1.0), rotation=90.0), FloorPlan(scene))
+    return SceneState(scene, Pose(position=Vec3(1.0, 0.0, 1.0), rotation=90.0), CollisionMap(scene))
 
 
 def farthest_x(each: Thing, openness: float) -> float:

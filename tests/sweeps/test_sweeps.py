@@ -12,7 +12,7 @@ from sweeps import episodes, handling, hostile, replies_fuzz
 from sweeps.support import pieces
 from sweeps.support.confined import confined
 from sweeps.support.hostile_cases import base, write
-from sweeps.support.pieces import Fall, Finding, Sweep
+from sweeps.support.pieces import Failure, Finding, Sweep
 from sweeps.support.reply_forms import Form
 from vigil.errors import SettingError
 from vigil.house import House
@@ -20,7 +20,7 @@ from vigil.pack import Pack
 
 
 def odd_fall(piece: int) -> Finding:
-    falls = [Fall("odd", f"number {piece}", f"--piece {piece}")] if piece % 2 else []
+    falls = [Failure("odd", f"number {piece}", f"--piece {piece}")] if piece % 2 else []
     return Finding(Counter(pieces=1, total=piece), falls)
 
 

@@ -84,7 +84,7 @@ def test_frames_are_those_that_were_recorded(view: Site, runs: Path, pack: Pack)
     assert view.get("/runs/sweep/episodes/nothing/1").status == 404
 
 
-def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pack: Pack, drawer) -> None:
+def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pack: Pack, render_service) -> None:
     """The saved frames of one run, drawn again for a copy of it without them."""
     record = read_records(runs / "sweep" / "episodes.jsonl")[0]
     library = Library([runs], [pack.folder])

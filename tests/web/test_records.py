@@ -12,7 +12,7 @@ from vigil.record import read_header
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck
 from vigil.saved_run import RecordTable
-from vigil.web.drawing import Drawer
+from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.library import Library
 from vigil.web.tables import run_rows
@@ -156,13 +156,13 @@ REASONS = (
 
 
 def test_each_page_with_figures_says_which_rows_it_leaves_out(
-    strange: Path, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+    strange: Path, runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
     library = Library([strange, runs / "sweep"], [pack.folder])
-    with served(make_view(library, drawer)) as site:
+    with served(make_view(library, render_service)) as site:
         pages = [
             site.get("/runs/strange").text,
-            export_site(library.run("strange"), tmp_path / "site", drawer).read_text(),
+            export_site(library.run("strange"), tmp_path / "site", render_service).read_text(),
         ]
         for text in pages:
             assert "3/8 episodes scored" in text

@@ -25,8 +25,8 @@ from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.runner.shared_settings import AssetFile
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
-from vigil.sim.engines.mujoco.model import Model, build
-from vigil.sim.showcase.fidelity import Flaw, flaws_of, too_many_triangles
+from vigil.sim.engines.mujoco.model import CompiledModel, build
+from vigil.sim.showcase.fidelity import Mismatch, mismatches_of, too_many_triangles
 from vigil.sim.showcase.renders import render_birdseye
 from vigil.strict_json import read_json
 
@@ -211,7 +211,7 @@ def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
                 yield name, HouseError(f"line {number} of {str(file)!r} is not JSON: {error}.")
 
 
-def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Flaw]:
+def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:
     """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
     faults, flaws = check_house(house, database), []
     shapeless = next((fault for fault in faults if fault.rule in SHAPELESS), None)
@@ -220,12 +220,12 @@ def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) ->
     if load or shapes:
         scene, model = _loaded(house, database)
         if shapes:
-            flaws = flaws_of(scene, house, database)
+            flaws = mismatches_of(scene, house, database)
             flaws += too_many_triangles(house.name, model.triangles, len(scene.rooms))
     return [*faults, *flaws]
 
 
-def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, Model]:
+def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, CompiledModel]:
     """Returns the scene and what MuJoCo makes of it. Raises HouseError when something is missing or warned of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -10,11 +10,17 @@ import typer
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.drafts import DraftsFile
-from vigil.authoring.drafting.generation import PER_HOUSE, TRIED, Standing, Terms, run_campaign
+from vigil.authoring.drafting.generation import (
+    PER_HOUSE,
+    TRIED,
+    GenerationProgress,
+    GenerationSettings,
+    generate_drafts,
+)
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.sources import Source, drawn, filed, seeded
-from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, Wish, assemble
-from vigil.authoring.packing.verify import Means, bundles, verified
+from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble
+from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import Workers
@@ -60,15 +66,17 @@ def propose(
     """
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
-    terms = Terms(families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets))
+    settings = GenerationSettings(
+        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets)
+    )
     sources = _sources(houses or [], seeds, rooms, limit)
-    file, said = DraftsFile(out), _Lines()
+    file, said = DraftsFile(out), _ProgressLines()
     if model is None:
-        run_campaign(file, sources, terms, workers=workers, on_progress=said.standing)
+        generate_drafts(file, sources, settings, workers=workers, on_progress=said.standing)
     else:
         with completing(model, base_url, api_key_env=api_key_env) as complete:
             proposer = model, model_proposer(complete, per_house, model)
-            run_campaign(file, sources, terms, proposer=proposer, on_progress=said.standing)
+            generate_drafts(file, sources, settings, proposer=proposer, on_progress=said.standing)
     _summary(file)
 
 
@@ -97,7 +105,7 @@ def build(
     if not files:
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
     given = [review for path in reviews or [] for review in _reviews(path)]
-    wish = Wish(
+    pack_request = PackRequest(
         name,
         per_family,
         seed,
@@ -107,19 +115,19 @@ def build(
         aliases=tuple(alias or []),
         families=families or tuple(FAMILIES),
     )
-    _freeze(out, files, given, wish, Means(backend, AssetDatabase.of(assets), workers), kept=old)
+    _freeze(out, files, given, pack_request, VerificationSettings(backend, AssetDatabase.of(assets), workers), kept=old)
 
 
 def _freeze(
     out: Path,
     files: list[DraftsFile],
     given: list[Review],
-    wish: Wish,
-    means: Means,
+    pack_request: PackRequest,
+    means: VerificationSettings,
     *,
     kept: DraftsFile | None = None,
 ) -> None:
-    pack, bad = assemble(out, files, given, wish, checker(files, means), kept=kept)
+    pack, bad = assemble(out, files, given, pack_request, checker(files, means), kept=kept)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
@@ -152,17 +160,19 @@ def make(
     out.parent.mkdir(parents=True, exist_ok=True)
     file, means = (
         DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")),
-        Means("mujoco", AssetDatabase.of(assets), workers),
+        VerificationSettings("mujoco", AssetDatabase.of(assets), workers),
     )
-    wish = Wish(name, per_family, seed or 0, house_uses, families=families or tuple(FAMILIES))
-    terms = Terms(wish.families, wish.seed, house_uses, assets=means.assets)
-    run_campaign(file, sources, terms, workers=workers, on_progress=_Lines().standing)
+    pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=families or tuple(FAMILIES))
+    settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=means.assets)
+    generate_drafts(file, sources, settings, workers=workers, on_progress=_ProgressLines().standing)
     _summary(file)
     given = [review for path in reviews or [] for review in _reviews(path)]
-    _freeze(out, [file], given, wish, means)
+    _freeze(out, [file], given, pack_request, means)
 
 
-def checker(files: Sequence[DraftsFile], means: Means) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
+def checker(
+    files: Sequence[DraftsFile], means: VerificationSettings
+) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
     """Returns the function that replays candidates, and gives back what does not hold."""
 
     def house_of(episode: Episode) -> House:
@@ -178,13 +188,13 @@ def checker(files: Sequence[DraftsFile], means: Means) -> Callable[[Sequence[Can
     return check
 
 
-class _Lines:
+class _ProgressLines:
     """Says where a campaign stands, a line every few seconds."""
 
     def __init__(self) -> None:
         self._last_s = -PLAIN_SECONDS
 
-    def standing(self, standing: Standing) -> None:
+    def standing(self, standing: GenerationProgress) -> None:
         now = time.monotonic()
         if standing.houses < standing.of and now - self._last_s < PLAIN_SECONDS:
             return

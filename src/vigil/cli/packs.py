@@ -14,7 +14,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
-from vigil.authoring.packing.verify import Means, Standing, verify_pack
+from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, verify_pack
 from vigil.cli.arguments import AsJson, PackArgument, Workers
 from vigil.cli.text import console, duration, say
 from vigil.episode import FAMILIES
@@ -84,7 +84,9 @@ def verify(
     """Example: vigil pack verify starter --workers 2"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
-    findings = verify_pack(loaded, Means(backend, AssetDatabase.of(assets), workers), log, _print_standing)
+    findings = verify_pack(
+        loaded, VerificationSettings(backend, AssetDatabase.of(assets), workers), log, _print_standing
+    )
     for finding in findings:
         print(finding)
     faulty = len({finding.episode_id for finding in findings})
@@ -93,7 +95,7 @@ def verify(
         raise typer.Exit(2)
 
 
-def _print_standing(standing: Standing) -> None:
+def _print_standing(standing: VerificationProgress) -> None:
     left_s = standing.seconds / max(standing.done, 1) * (standing.of - standing.done)
     told = f"{standing.done}/{standing.of} episodes  {standing.faulty} faulty  ETA {duration(left_s)}"
     print(told, file=sys.stderr, flush=True)

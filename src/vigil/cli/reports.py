@@ -12,7 +12,7 @@ from vigil.analysis.measures.study import Study, study
 from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
 from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.plots.style import saved
-from vigil.analysis.plots.trajectory import Track, find_record, track, trajectory_animation, trajectory_figure
+from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, track, trajectory_animation, trajectory_figure
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
 from vigil.cli.arguments import Epoch, RunArguments, WithPaper
 from vigil.episode import FAMILIES, Episode
@@ -182,7 +182,7 @@ def _trajectory(
 
 def _tracks(
     runs: list[Run], pack: str | Path | None, episode_id: str, epoch: int, assets: Path | None
-) -> tuple[Episode, list[Track]]:
+) -> tuple[Episode, list[AgentTrajectory]]:
     loaded = [(run, load_pack(run.header, pack)) for run in runs]
     episode = loaded[0][1].episode(episode_id)
     if any(other.episode(episode_id) != episode for _, other in loaded):
@@ -190,7 +190,7 @@ def _tracks(
     return episode, [_track(run, found, episode, epoch, assets) for run, found in loaded]
 
 
-def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> Track:
+def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
     record = find_record(run, episode, epoch)
     return track(run.name, episode, record, frames_of(run.folder, run.header.spec, pack, record, assets))
 

@@ -11,7 +11,7 @@ from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import RunArgument
 from vigil.cli.scores import label_of, print_families
-from vigil.cli.text import Live, counting, say
+from vigil.cli.text import ProgressLine, counting, say
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
 from vigil.runner.dry_run import estimate
@@ -68,7 +68,7 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
 def _play(settings: RunSettings) -> None:
     if settings.model is not None and settings.coordinates is None:
         print(f"Coordinates: {profile_of(settings).coordinates} (published table; --coordinates overrides).")
-    with Live(settings.player) as live:
+    with ProgressLine(settings.player) as live:
         result = run_pack(settings, on_progress=live.show)
     _print_result(result)
     if not result.is_complete:

@@ -22,12 +22,12 @@ from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack, manifest_of
 from vigil.record import Key
 from vigil.runner.shared_settings import AssetFile, PackName
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.export import episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play
-from vigil.web.play_session import SittingSettings, open_sitting
-from vigil.web.review import Desk, Pile, make_review
+from vigil.web.play_session import PlaySettings, open_play_session
+from vigil.web.review import ReviewSession, ReviewSet, make_review
 from vigil.web.site import Address
 from vigil.web.view import make_view
 
@@ -52,15 +52,20 @@ def view(
     """Example: vigil view runs"""
     roots = runs or ([RUNS] if RUNS.is_dir() else [])
     address = Address(host, port, token)
-    drawer = Drawer()
-    with closing(listen(address)) as listener, closing(drawer):
+    render_service = RenderService()
+    with closing(listen(address)) as listener, closing(render_service):
         library = Library(roots, pack or ["starter"], assets)
         threading.Thread(target=library.runs, daemon=True).start()  # read them while the browser opens
-        serve(make_view(library, drawer, address, Look(asset_database=assets)), address, listener, open_browser)
+        serve(
+            make_view(library, render_service, address, RenderSettings(asset_database=assets)),
+            address,
+            listener,
+            open_browser,
+        )
 
 
 def play(
-    settings: SittingSettings,
+    settings: PlaySettings,
     port: Port = 8378,
     host: Host = "127.0.0.1",
     token: Token = "",
@@ -69,9 +74,9 @@ def play(
     """Example: vigil play --pack starter --player ada --limit 10"""
     address = Address(host, port, token)
     say(manifest_of(settings.pack).version_notes)
-    with closing(listen(address)) as listener, closing(open_sitting(settings)) as sitting:
-        print(f"Records: {sitting.place} (the same command continues)")
-        serve(make_play(sitting, address), address, listener, open_browser)
+    with closing(listen(address)) as listener, closing(open_play_session(settings)) as play_session:
+        print(f"Records: {play_session.place} (the same command continues)")
+        serve(make_play(play_session, address), address, listener, open_browser)
 
 
 def review(
@@ -93,11 +98,11 @@ def review(
     address = Address(host, port, token)
     if drafts is None:
         say(manifest_of(pack).version_notes)
-    pile = Pile.of_pack(Pack.load(pack)) if drafts is None else Pile.of_drafts(drafts)
-    desk = Desk(pile, file, reviewer, seed, Look(asset_database=assets))
-    with closing(listen(address)) as listener, closing(Drawer()) as drawer:
+    review_set = ReviewSet.of_pack(Pack.load(pack)) if drafts is None else ReviewSet.of_drafts(drafts)
+    session = ReviewSession(review_set, file, reviewer, seed, RenderSettings(asset_database=assets))
+    with closing(listen(address)) as listener, closing(RenderService()) as render_service:
         print(f"Verdicts: {file}")
-        serve(make_review(desk, drawer, address), address, listener, open_browser)
+        serve(make_review(session, render_service, address), address, listener, open_browser)
 
 
 def export(
@@ -116,11 +121,11 @@ def export(
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     shown = _only_run(Library([run], pack or ["starter"], assets), run)
     say(shown.notes)
-    with closing(Drawer()) as drawer:
+    with closing(RenderService()) as render_service:
         if episode is None:
-            print(export_site(shown, out, drawer, print))
+            print(export_site(shown, out, render_service, print))
         else:
-            out.write_bytes(_one_episode(shown, (episode, epoch), out.suffix, drawer))
+            out.write_bytes(_one_episode(shown, (episode, epoch), out.suffix, render_service))
             print(out)
 
 
@@ -137,18 +142,18 @@ def _only_run(library: Library, folder: Path) -> ShownRun:
     return found[0]
 
 
-def _one_episode(run: ShownRun, key: Key, suffix: str, drawer: Drawer) -> bytes:
+def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderService) -> bytes:
     rows = run.table.rows if run.table else {}
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])
         raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
     match suffix:
         case ".gif":
-            return episode_film(run, key, drawer, "gif")
+            return episode_film(run, key, render_service, "gif")
         case ".mp4":
-            return episode_film(run, key, drawer, "mp4")
+            return episode_film(run, key, render_service, "mp4")
         case ".html":
-            return episode_page(run, key, drawer).encode()
+            return episode_page(run, key, render_service).encode()
     raise SettingError(f"--out: an episode is written as .html, .gif or .mp4, not {suffix or 'without an ending'!r}.")
 
 

@@ -29,7 +29,7 @@ from vigil.record import (
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck, told
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
-from vigil.runner.workers.messages import Facts
+from vigil.runner.workers.messages import SimulatorFacts
 
 LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"
@@ -111,7 +111,7 @@ class RunFolder:
         """Writes one row, on disk when this returns. Raises RecordError when it cannot be written."""
         self._log.append(record)
 
-    def note_facts(self, facts: Facts) -> None:
+    def note_facts(self, facts: SimulatorFacts) -> None:
         """Completes the header with what the backend says about itself; from now on the run goes on.
 
         Raises RecordError when the run was begun with another version of the simulator.

@@ -37,7 +37,7 @@ from vigil.runner.shared_settings import (
     RenderQuality,
     SimulatorWorkers,
 )
-from vigil.runner.workers.messages import Plan, PrivilegedFactory, SimulatorFactory
+from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.pool import PATIENCE_S
 from vigil.setting import Setting, check_declared
 from vigil.sim import BACKENDS
@@ -181,9 +181,9 @@ def profile_of(settings: RunSettings) -> Profile:
 
 def worker_plan(
     settings: RunSettings, pack: Pack, profile: Profile, *, run_id: str = "", frames: Path | None = None
-) -> Plan:
+) -> WorkerPlan:
     """Returns what the simulator workers are told."""
-    return Plan(
+    return WorkerPlan(
         pack=pack.folder,
         run_id=run_id,
         profile=profile,

@@ -12,9 +12,9 @@ from vigil.record import EpisodeRecord, RunHeader
 from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
 from vigil.runner.shared_settings import AssetFile, PackPlace, SimulatorWorkers
-from vigil.runner.workers.messages import Plan, Ticket
+from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import PATIENCE_S, SimulatorPool, usable_cpus
-from vigil.runner.workers.resimulation import Difference
+from vigil.runner.workers.resimulation import FactDifference
 from vigil.saved_run import read_run
 from vigil.setting import Setting, check_declared
 
@@ -47,7 +47,7 @@ class Verification:
     errors: int
     """Rows that ended as an error: there is nothing to verify in them."""
     is_exact: bool
-    differences: tuple[Difference, ...]
+    differences: tuple[FactDifference, ...]
     frames: int = 0
     """How many frames were compared; 0 when that was not asked, or nobody looked at any during the run."""
     notes: tuple[str, ...] = ()
@@ -74,7 +74,7 @@ def verify_run(
     scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
     records = [table.record(key) for key in scored[: settings.limit]]
     is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
-    plan = Plan(
+    plan = WorkerPlan(
         pack=pack.folder,
         run_id=header.run_id,
         profile=header.spec.profile,
@@ -108,8 +108,8 @@ class _Verifying:
 
     async def all(
         self, records: Sequence[EpisodeRecord], workers: int, on_progress: Callable[[int, int], None]
-    ) -> list[Difference]:
-        found: dict[int, list[Difference]] = {}
+    ) -> list[FactDifference]:
+        found: dict[int, list[FactDifference]] = {}
         by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
         waiting = iter(by_house)
 
@@ -121,12 +121,12 @@ class _Verifying:
         await asyncio.gather(*(work() for _ in range(workers)))
         return [difference for number in sorted(found) for difference in found[number]]
 
-    async def one(self, record: EpisodeRecord) -> list[Difference]:
-        ticket = Ticket(self.pack.episode(record.episode_id), record.epoch, record.attempt)
+    async def one(self, record: EpisodeRecord) -> list[FactDifference]:
+        assignment = Assignment(self.pack.episode(record.episode_id), record.epoch, record.attempt)
         try:
-            return await self.pool.resimulate(ticket, record, frames=self.frames, exact=self.is_exact)
+            return await self.pool.resimulate(assignment, record, frames=self.frames, exact=self.is_exact)
         except SimulatorError as error:
-            return [Difference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
+            return [FactDifference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
 
 
 def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:

@@ -58,7 +58,7 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class PlanDrawing:
     """A house seen from above."""
 
     view_box: str
@@ -72,7 +72,7 @@ class Plan:
     things: tuple[dict[str, Any], ...]
 
 
-def plan_of(house: House, assets: AssetDatabase) -> Plan:
+def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
     """Returns the plan of a house; without furniture when its things cannot be built."""
     floors = [np.array([(point.x, point.z) for point in room.floor_polygon]) for room in house.document.rooms]
     low = np.min([floor.min(axis=0) for floor in floors], axis=0) - MARGIN_M
@@ -94,7 +94,7 @@ def plan_of(house: House, assets: AssetDatabase) -> Plan:
     shapes += [Shape("opening", _points(floor_corners(whole_box(thing))), thing.id) for thing in openings]
     shapes += [_dot(thing) for thing in things if thing.parent is not None]
     text_m = TEXT_SHARE * max(width, height * PAGE_ASPECT)
-    return Plan(
+    return PlanDrawing(
         view_box=f"{low[0]:.3f} {-high[1]:.3f} {width:.3f} {height:.3f}",
         width=width,
         height=height,
@@ -106,7 +106,7 @@ def plan_of(house: House, assets: AssetDatabase) -> Plan:
     )
 
 
-def try_plan(pack: ShownPack, episode: Episode) -> Plan | None:
+def try_plan(pack: ShownPack, episode: Episode) -> PlanDrawing | None:
     """Returns the floor plan of an episode's house; None when the house cannot be read."""
     try:
         return _kept_plan(pack.house(episode.house.name), pack.assets)
@@ -115,7 +115,7 @@ def try_plan(pack: ShownPack, episode: Episode) -> Plan | None:
 
 
 @lru_cache(maxsize=32)
-def _kept_plan(house: House, assets: AssetDatabase) -> Plan:
+def _kept_plan(house: House, assets: AssetDatabase) -> PlanDrawing:
     return plan_of(house, assets)
 
 

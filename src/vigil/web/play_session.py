@@ -30,7 +30,7 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import file_sha256
 from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
 from vigil.runner.workers.live import boundary_of, lost_record
-from vigil.runner.workers.messages import Plan, Ticket, View
+from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 from vigil.scoring import settle
 from vigil.setting import Setting, check_declared
@@ -43,7 +43,7 @@ _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SittingSettings:
+class PlaySettings:
     """Who plays what."""
 
     player: Annotated[str, Setting("Name of who plays; goes into the run's header.")]
@@ -128,11 +128,11 @@ class Journal:
         self._file.append(json.dumps(line).encode() + b"\n")
 
 
-class Sitting:
+class PlaySession:
     """The state of one person's play. What `state` returns is all that the person's page ever gets."""
 
-    def __init__(self, settings: SittingSettings, pool: SimulatorPool, folder: RunFolder, pack: Pack) -> None:
-        """Use `open_sitting`."""
+    def __init__(self, settings: PlaySettings, pool: SimulatorPool, folder: RunFolder, pack: Pack) -> None:
+        """Use `open_play_session`."""
         self._settings = settings
         self._pool = pool
         self._folder = folder
@@ -143,7 +143,7 @@ class Sitting:
         self._lock = asyncio.Lock()
         self._live: LiveEpisode | None = None
         self._episode: Episode | None = None
-        self._view: View | None = None
+        self._view: EncodedObservation | None = None
         self._moment = 0
         self._since = 0.0
         self._told: list[str] = []
@@ -175,7 +175,7 @@ class Sitting:
                 try:
                     answer = await self._live.advance(reply)
                 except SimulatorError as error:
-                    answer = self._lost(self._live.ticket, error)
+                    answer = self._lost(self._live.assignment, error)
                 self._take(answer)
             return self._shown()
 
@@ -195,25 +195,25 @@ class Sitting:
         self._told = []
         self._moment = 0
         attempt = 1 + sum(r.episode_id == episode_id for r in self._folder.records())
-        self._live = live = self._pool.live(Ticket(self._episode, attempt=attempt))
+        self._live = live = self._pool.live(Assignment(self._episode, attempt=attempt))
         try:
             answer = await live.begin()
             for reply in replies:
-                if isinstance(answer, View):
+                if isinstance(answer, EncodedObservation):
                     self._moment += 1
                     answer = await live.advance(reply)
         except SimulatorError as error:
-            answer = self._lost(live.ticket, error)
+            answer = self._lost(live.assignment, error)
         self._take(answer, counts=False)
 
-    def _lost(self, ticket: Ticket, error: SimulatorError) -> EpisodeRecord:
+    def _lost(self, assignment: Assignment, error: SimulatorError) -> EpisodeRecord:
         run_id = self._folder.header.run_id
-        return lost_record(ticket, run_id, boundary_of(error), str(error), datetime.now(UTC))
+        return lost_record(assignment, run_id, boundary_of(error), str(error), datetime.now(UTC))
 
-    def _take(self, answer: View | EpisodeRecord, *, counts: bool = True) -> None:
+    def _take(self, answer: EncodedObservation | EpisodeRecord, *, counts: bool = True) -> None:
         self._since = time.monotonic()
         self._moment += counts
-        if isinstance(answer, View):
+        if isinstance(answer, EncodedObservation):
             self._view = answer
             return
         if self._live is not None:
@@ -259,7 +259,7 @@ class Sitting:
         return shown
 
 
-def open_sitting(settings: SittingSettings) -> Sitting:
+def open_play_session(settings: PlaySettings) -> PlaySession:
     """Returns a sitting, new or to be continued. Raises InputError, or SimulatorError when no simulator starts."""
     if not _PLAYER.fullmatch(settings.player):
         raise SettingError(
@@ -273,7 +273,7 @@ def open_sitting(settings: SittingSettings) -> Sitting:
     if settings.assets is not None:
         places["asset_database"] = str(settings.assets.resolve())
     folder = RunFolder.create_or_resume(path, spec, pack.episodes, places)
-    plan = Plan(
+    plan = WorkerPlan(
         pack=pack.folder,
         run_id=folder.header.run_id,
         profile=spec.profile,
@@ -284,14 +284,14 @@ def open_sitting(settings: SittingSettings) -> Sitting:
     pool = SimulatorPool(plan, 1, logs=folder.logs)
     try:
         folder.note_facts(pool.facts())
-        return Sitting(settings, pool, folder, pack)
+        return PlaySession(settings, pool, folder, pack)
     except BaseException:
         pool.close()
         folder.close()
         raise
 
 
-def _spec(settings: SittingSettings, pack: Pack) -> RunSpec:
+def _spec(settings: PlaySettings, pack: Pack) -> RunSpec:
     seed = zlib.crc32(settings.player.encode()) if settings.seed is None else settings.seed
     ids = [episode.id for episode in pack.select(Selection(settings.families))]
     chosen = sorted(random_order(ids, seed)[: settings.limit])

@@ -19,7 +19,7 @@ from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, 
 from vigil.world import WorldState
 
 
-def story_of(episode: Episode, record: EpisodeRecord, profile: Profile, outcome: Outcome | None) -> dict[str, Any]:
+def timeline_of(episode: Episode, record: EpisodeRecord, profile: Profile, outcome: Outcome | None) -> dict[str, Any]:
     """Returns what the viewer needs to know, as JSON values. `hidden` and each step's `hidden` stay behind a switch."""
     rows = _goal_rows(episode, record)
     return {

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from published import CAN_ADVANCE, Plot, played, thousand
+from published import CAN_ADVANCE, EpisodeCourse, played, thousand
 
 from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import (
@@ -28,16 +28,16 @@ from vigil.scoring import settle
 
 EPISODES = {one.family: one for one in thousand(1)}
 PLOTS = st.builds(
-    Plot,
+    EpisodeCourse,
     family=st.sampled_from(sorted(FAMILIES)),
     w=st.booleans(),
     end=st.sampled_from([*STATUSES, "NR", "IL"]),
     wait=st.integers(0, 3),
     advanced=st.booleans(),
-).map(lambda plot: plot if plot.family in CAN_ADVANCE else Plot(plot.family, plot.w, plot.end, plot.wait))
+).map(lambda plot: plot if plot.family in CAN_ADVANCE else EpisodeCourse(plot.family, plot.w, plot.end, plot.wait))
 
 
-def rows_of(plots: list[Plot]) -> Any:
+def rows_of(plots: list[EpisodeCourse]) -> Any:
     outcomes = []
     for number, plot in enumerate(plots):
         episode = EPISODES[plot.family].model_copy(update={"id": f"e{number:03}"})
@@ -46,7 +46,7 @@ def rows_of(plots: list[Plot]) -> Any:
 
 
 @given(st.lists(PLOTS, max_size=30))
-def test_parts_make_the_whole_on_any_rows(plots: list[Plot]):
+def test_parts_make_the_whole_on_any_rows(plots: list[EpisodeCourse]):
     rows = rows_of(plots)
     found = measure(rows)
     assert sum(found.counts[name] for name in LABELS) == len(plots)
@@ -58,7 +58,12 @@ def test_parts_make_the_whole_on_any_rows(plots: list[Plot]):
 
 def test_plays_that_only_repeat_make_no_rate_surer():
     rows = rows_of(
-        [Plot("PG", True, "success"), Plot("PG", False, "success"), Plot("PG", True, "NR"), Plot("AI", False, "fail")]
+        [
+            EpisodeCourse("PG", True, "success"),
+            EpisodeCourse("PG", False, "success"),
+            EpisodeCourse("PG", True, "NR"),
+            EpisodeCourse("AI", False, "fail"),
+        ]
     )
     once, thrice = measure(rows), measure(pd.concat([rows] * 3))
     assert (thrice.n, thrice.episodes) == (12, 4)
@@ -68,7 +73,7 @@ def test_plays_that_only_repeat_make_no_rate_surer():
 
 
 @given(st.lists(PLOTS, min_size=1, max_size=20), st.randoms(use_true_random=False))
-def test_the_order_of_episodes_does_not_matter(plots: list[Plot], random: Any):
+def test_the_order_of_episodes_does_not_matter(plots: list[EpisodeCourse], random: Any):
     rows = rows_of(plots)
     order = list(range(len(plots)))
     random.shuffle(order)
@@ -77,40 +82,50 @@ def test_the_order_of_episodes_does_not_matter(plots: list[Plot], random: Any):
 
 def test_closure_curve_counts_only_matching_reports():
     plots = [
-        Plot("AI", True, "success"),
-        Plot("AI", True, "success", wait=2),
-        Plot("AI", True, "fail"),
-        Plot("AI", True, "NR"),
+        EpisodeCourse("AI", True, "success"),
+        EpisodeCourse("AI", True, "success", wait=2),
+        EpisodeCourse("AI", True, "fail"),
+        EpisodeCourse("AI", True, "NR"),
     ]
     assert closure_curve(rows_of(plots), 4) == [0.0, 0.25, 0.25, 0.5, 0.5]
-    assert closure_curve(rows_of([Plot("AI", False, "NR")])) is None
+    assert closure_curve(rows_of([EpisodeCourse("AI", False, "NR")])) is None
 
 
 def test_shares_after_attainment_pooled_and_by_episode():
-    rows = rows_of([Plot("AI", True, "success"), Plot("AI", True, "success", wait=3), Plot("AI", False, "NR", wait=3)])
+    rows = rows_of(
+        [
+            EpisodeCourse("AI", True, "success"),
+            EpisodeCourse("AI", True, "success", wait=3),
+            EpisodeCourse("AI", False, "NR", wait=3),
+        ]
+    )
     shares = after_goal_shares(rows)
     assert shares["navigate"] == pytest.approx((3 / 5, 3 / 8))
     assert shares["report"] == pytest.approx((2 / 5, 5 / 8))
     assert sum(pair[0] for pair in shares.values() if pair) == pytest.approx(1.0)
-    assert set(after_goal_shares(rows_of([Plot("AI", False, "NR")])).values()) == {None}
+    assert set(after_goal_shares(rows_of([EpisodeCourse("AI", False, "NR")])).values()) == {None}
 
 
 def test_false_success_at_zero_and_at_some_progress():
     rows = rows_of(
-        [Plot("AI", False, "success"), Plot("AI", False, "success", advanced=True), Plot("AI", False, "fail")]
+        [
+            EpisodeCourse("AI", False, "success"),
+            EpisodeCourse("AI", False, "success", advanced=True),
+            EpisodeCourse("AI", False, "fail"),
+        ]
     )
     found = measure(rows)
     assert (found.counts["FS"], found.counts["FS_zero"], found.counts["FS_high"]) == (2, 1, 0)
 
 
 def test_lag_counts_from_attainment_and_sv_may_be_zero():
-    found = measure(rows_of([Plot("SV", True, "on"), Plot("AI", True, "success", wait=1)])).means
+    found = measure(rows_of([EpisodeCourse("SV", True, "on"), EpisodeCourse("AI", True, "success", wait=1)])).means
     assert found["lag"] == pytest.approx(1.0)
     assert found["lag_without_sv"] == pytest.approx(2.0)
 
 
 def test_macro_weighs_families_alike():
-    rows = rows_of([Plot("AI", True, "success")] + [Plot("PG", False, "NR")] * 3)
+    rows = rows_of([EpisodeCourse("AI", True, "success")] + [EpisodeCourse("PG", False, "NR")] * 3)
     assert measure(rows).share("B") == pytest.approx(0.25)
     assert macro(by_family(rows), "B") == pytest.approx(0.5)
 
@@ -145,7 +160,7 @@ def test_regimes_are_clear_only_when_their_interval_is():
 
 
 def test_counterfactual_policies_follow_from_w_alone():
-    rows = rows_of([Plot(family, True, "NR") for family in sorted(FAMILIES)])
+    rows = rows_of([EpisodeCourse(family, True, "NR") for family in sorted(FAMILIES)])
     found = measure(rows)
     assert (found.counts["Always"], found.counts["W"], found.counts["Always_reported"]) == (7, 8, 0)
     assert np.isclose(found.counts["W_sv"], 1)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from published import SMALL, Plot, Write, played, small_records
+from published import SMALL, EpisodeCourse, Write, played, small_records
 
 from vigil.analysis.measures.pairs import compare, pair, recognise, shared
 from vigil.analysis.measures.rows import Run, read_runs
@@ -23,7 +23,7 @@ def missed() -> dict[str, EpisodeRecord]:
     """Every second episode is left unreported."""
     found = small_records()
     for family in FAMILIES:
-        found[f"{family}-000"] = played(Plot(family, True, "NR"))
+        found[f"{family}-000"] = played(EpisodeCourse(family, True, "NR"))
     return found
 
 
@@ -135,7 +135,7 @@ def test_nothing_is_called_different_without_a_test(write: Write):
     made = tables(study(read_runs([write("a", agent="vllm/a"), write("b", missed(), agent="vllm/b")])))
     (row,) = made["comparisons"].rows
     assert row.cells["verdict"] == "in B"
-    fewer = {**small_records(), "AI-000": played(Plot("AI", True, "NR"))}
+    fewer = {**small_records(), "AI-000": played(EpisodeCourse("AI", True, "NR"))}
     made = tables(study(read_runs([write("a", agent="vllm/a"), write("c", fewer, agent="vllm/c")])))
     assert made["comparisons"].rows[0].cells["verdict"] == "not shown"
 

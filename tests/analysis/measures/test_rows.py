@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from published import Plot, Write, small_records, thousand, write_pack, write_run
-from stories import Story, thing
+from published import EpisodeCourse, Write, small_records, thousand, write_pack, write_run
+from stories import RecordBuilder, thing
 
 from vigil.analysis.measures import rows
 from vigil.analysis.measures.rows import ROWS_FILE, frame_of, read_runs
@@ -16,7 +16,7 @@ from vigil.errors import PackMismatch, RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.scoring import settle
 
-ERROR = Story(target=thing()).end("error").model_copy(update={"episode_id": "@"})
+ERROR = RecordBuilder(target=thing()).end("error").model_copy(update={"episode_id": "@"})
 
 
 def append(run: Path, text: str) -> None:
@@ -36,7 +36,7 @@ def test_a_row_says_what_settling_says(write: Write):
 
 
 def test_kept_rows_are_the_same_rows(write: Write, monkeypatch: pytest.MonkeyPatch):
-    records = {**small_records(lambda family: Plot(family, False, "NR")), "SV-001": ERROR}
+    records = {**small_records(lambda family: EpisodeCourse(family, False, "NR")), "SV-001": ERROR}
     run = write("run", records)
     (fresh,) = read_runs([run])
     monkeypatch.setattr(rows, "_settle", None)

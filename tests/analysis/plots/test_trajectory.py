@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import FancyBboxPatch
 from PIL import Image
-from published import Plot, Write, played, small_records, thousand
+from published import EpisodeCourse, Write, played, small_records, thousand
 from stories import episode
 
 from vigil.actions import InteractPixel, InvalidAction, Look, Navigate, Report
@@ -14,10 +14,10 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
 from vigil.analysis.plots.style import saved
 from vigil.analysis.plots.trajectory import (
-    Track,
+    AgentTrajectory,
     find_record,
+    key_steps,
     said,
-    telling_steps,
     track,
     trajectory_animation,
     trajectory_figure,
@@ -29,20 +29,20 @@ from vigil.errors import RecordError
 AI = episode("AI")
 
 
-def one(plot: Plot, name: str = "agent") -> Track:
+def one(plot: EpisodeCourse, name: str = "agent") -> AgentTrajectory:
     record = played(plot).model_copy(update={"episode_id": AI.id})
     frames = [np.full((480, 640, 3), 10 * index % 250, np.uint8) for index in range(len(record.steps))]
     return track(name, AI, record, frames)
 
 
-LONG = one(Plot("AI", True, "success", wait=12), "a-rather-long-model-name-32B (T)")
-SHORT = one(Plot("AI", False, "success"))
-SILENT = one(Plot("AI", True, "NR", wait=3))
+LONG = one(EpisodeCourse("AI", True, "success", wait=12), "a-rather-long-model-name-32B (T)")
+SHORT = one(EpisodeCourse("AI", False, "success"))
+SILENT = one(EpisodeCourse("AI", True, "NR", wait=3))
 
 
 def test_telling_steps_have_first_attainment_and_last():
-    assert telling_steps(SHORT, 6) == [0, 1]
-    found = telling_steps(LONG, 5)
+    assert key_steps(SHORT, 6) == [0, 1]
+    found = key_steps(LONG, 5)
     assert len(found) == 5
     assert found == sorted(set(found))
     assert {0, 1, 13} <= set(found)
@@ -82,7 +82,7 @@ def test_figures_draw_and_animations_have_all_steps():
 
 
 @pytest.mark.parametrize("shown", [SHORT, SILENT, LONG], ids=["two", "the whole budget", "fourteen"])
-def test_pictures_of_the_pipeline_stay_above_its_boxes(shown: Track):
+def test_pictures_of_the_pipeline_stay_above_its_boxes(shown: AgentTrajectory):
     figure = pipeline_figure(AI, shown)
     boxes, *pictures = figure.axes
     top = max(patch.get_window_extent().y1 for patch in boxes.patches if isinstance(patch, FancyBboxPatch))

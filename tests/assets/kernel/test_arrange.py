@@ -10,7 +10,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import along_longest, lengthwise, turned
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.pose import Vec3
 
 
@@ -20,7 +20,7 @@ def arrow(size: Vec3, _rng: np.random.Generator, _levels: Sequence[float]) -> As
     x, y, z = size
     builder.add("plastic/#ffffff", shapes.span((-x / 2, 0, -z / 2), (x / 2, y, z / 2)))
     hinge = builder.hinge("lid", (1, 0, 0), (0, y, -z / 2), -90)
-    builder.add(Look("plastic/#ff0000", joint=hinge), shapes.span((-x / 4, 0, 0.4 * z), (x / 4, y, z / 2)))
+    builder.add(PartStyle("plastic/#ff0000", joint=hinge), shapes.span((-x / 4, 0, 0.4 * z), (x / 4, y, z / 2)))
     builder.surface("top", (0, y, 0.25 * z), (x, z / 2))
     return builder.build()
 

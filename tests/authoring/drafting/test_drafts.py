@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, draft_id
-from vigil.authoring.drafting.generation import Bench, Standing, Terms, grammar_proposer, run_campaign
+from vigil.authoring.drafting.generation import (
+    DraftGenerator,
+    GenerationProgress,
+    GenerationSettings,
+    generate_drafts,
+    grammar_proposer,
+)
 from vigil.authoring.drafting.sources import MIXED, SECRET_SEEDS, Filed, Seeded, drawn, filed, seeded
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.solving.oracle import PrivilegedSimulator
@@ -17,7 +23,7 @@ from vigil.housegen import spec_for
 from vigil.pack import Pack
 
 FAMILIES: tuple[Family, ...] = ("PG", "SV")
-TERMS = Terms(FAMILIES, seed=3, per_house=3, tried=6)
+TERMS = GenerationSettings(FAMILIES, seed=3, per_house=3, tried=6)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +37,7 @@ def source(starter: Pack) -> Filed:
 def written(source: Filed, tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     """A finished drafts file."""
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
-    run_campaign(file, [source], TERMS)
+    generate_drafts(file, [source], TERMS)
     return file
 
 
@@ -60,19 +66,19 @@ def test_the_same_settings_propose_the_same_after_an_interruption(
     cut = whole.index(b"\n", first_done) + 40
     torn = DraftsFile(tmp_path / "drafts.jsonl")
     torn.path.write_bytes(whole[:cut])
-    said: list[Standing] = []
-    run_campaign(torn, [source], TERMS, on_progress=said.append)
+    said: list[GenerationProgress] = []
+    generate_drafts(torn, [source], TERMS, on_progress=said.append)
     assert torn.read().drafts == written.read().drafts
     assert [row.family for row in torn.read().done] == list(FAMILIES)
     assert (said[-1].houses, said[-1].of) == (1, 1)
     before = torn.path.read_bytes()
-    run_campaign(torn, [source], TERMS)
+    generate_drafts(torn, [source], TERMS)
     assert torn.path.read_bytes() == before
 
 
 def test_worker_processes_write_the_same_drafts(written: DraftsFile, source: Filed, tmp_path: Path) -> None:
     file = DraftsFile(tmp_path / "drafts.jsonl")
-    run_campaign(file, [source], TERMS, workers=2)
+    generate_drafts(file, [source], TERMS, workers=2)
     assert file.read().drafts == written.read().drafts
 
 
@@ -98,7 +104,7 @@ def test_a_house_that_cannot_be_had_is_a_rejection(tmp_path: Path, monkeypatch: 
 
     monkeypatch.setattr(Seeded, "house", refuse)
     file = DraftsFile(tmp_path / "drafts.jsonl")
-    run_campaign(file, [Seeded(1, "bathroom")], TERMS)
+    generate_drafts(file, [Seeded(1, "bathroom")], TERMS)
     assert file.read().reasons == {family: {"house_holds_episodes": 1} for family in sorted(FAMILIES)}
     assert not list(file.houses.iterdir())
 
@@ -147,8 +153,8 @@ def test_houses_come_from_files_and_lines(starter: Pack, tmp_path: Path) -> None
 
 
 def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: Filed) -> None:
-    other = Terms(("PG",), seed=4, per_house=3, tried=6)
-    _, lines = Bench(other, grammar_proposer(other)).work(source, ("PG",))
+    other = GenerationSettings(("PG",), seed=4, per_house=3, tried=6)
+    _, lines = DraftGenerator(other, grammar_proposer(other)).work(source, ("PG",))
     ids = {line.episode.id for line in lines if isinstance(line, Draft)}
     assert ids
     assert ids != {draft.episode.id for draft in written.read().drafts if draft.episode.family == "PG"}

@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT, leaf_in_the_way
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.review.validate import Validator
@@ -23,9 +23,9 @@ def house() -> House:
 
 @pytest.fixture(scope="module")
 def drafts(house: House, simulator: PrivilegedSimulator) -> list[Episode]:
-    shop = Workshop(simulator, house, np.random.default_rng(0))
-    shop.begin(Setup())
-    return list(islice(leaf_in_the_way(shop), 2))
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    context.begin(Setup())
+    return list(islice(leaf_in_the_way(context), 2))
 
 
 def test_a_leaf_that_bars_nothing_by_itself_is_made_to(

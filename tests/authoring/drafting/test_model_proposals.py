@@ -8,8 +8,8 @@ from chat_server import Answer, Asked, serving
 from inspect_marks import INSPECT
 
 from vigil.authoring.drafting.drafts import Draft, Rejection
-from vigil.authoring.drafting.generation import Bench, Terms
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.model_proposals import inventory, model_proposer, question
 from vigil.authoring.drafting.sources import Filed
 from vigil.authoring.solving.oracle import PrivilegedSimulator
@@ -18,7 +18,7 @@ from vigil.runner.models.completion import completing
 
 pytestmark = INSPECT
 
-TERMS = Terms(("AI",), seed=3)
+TERMS = GenerationSettings(("AI",), seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -30,13 +30,13 @@ def source(starter: Pack) -> Filed:
 
 
 @pytest.fixture(scope="module")
-def shop(source: Filed, simulator: PrivilegedSimulator) -> Workshop:
-    return Workshop(simulator, source.house(), np.random.default_rng(0))
+def context(source: Filed, simulator: PrivilegedSimulator) -> HouseContext:
+    return HouseContext(simulator, source.house(), np.random.default_rng(0))
 
 
-def test_the_question_names_things_and_kinds_but_no_place(shop: Workshop) -> None:
-    asked = question(shop, "AI", 3)
-    rows = inventory(shop)
+def test_the_question_names_things_and_kinds_but_no_place(context: HouseContext) -> None:
+    asked = question(context, "AI", 3)
+    rows = inventory(context)
     assert rows
     assert len({row["name"] for row in rows}) == len(rows)
     for row in rows:
@@ -45,8 +45,8 @@ def test_the_question_names_things_and_kinds_but_no_place(shop: Workshop) -> Non
         assert word in asked
 
 
-def test_answers_are_drafted_validated_and_counted(source: Filed, shop: Workshop) -> None:
-    can = {row["id"]: row for row in inventory(shop)}
+def test_answers_are_drafted_validated_and_counted(source: Filed, context: HouseContext) -> None:
+    can = {row["id"]: row for row in inventory(context)}
     picks = [row for row in can.values() if "pick" in row["can"]]
     good = [
         {"kind": "pick", "things": {"target": row["id"]}, "instruction": f"Please bring me {row['name']}: pick it up."}
@@ -65,7 +65,7 @@ def test_answers_are_drafted_validated_and_counted(source: Filed, shop: Workshop
         return Answer(f"```json\n{json.dumps({'drafts': [*bad, *good]})}\n```")
 
     with serving(brain) as server, completing("openai/anything", server.url) as complete:
-        _, lines = Bench(TERMS, model_proposer(complete, 4, "openai/anything")).work(source, ("AI",))
+        _, lines = DraftGenerator(TERMS, model_proposer(complete, 4, "openai/anything")).work(source, ("AI",))
         assert len(server.asked) == 1
     drafts = [line for line in lines if isinstance(line, Draft)]
     rules = [line.rule for line in lines if isinstance(line, Rejection)]
@@ -78,7 +78,7 @@ def test_answers_are_drafted_validated_and_counted(source: Filed, shop: Workshop
 
 def test_prose_is_one_rejection(source: Filed) -> None:
     proposer = model_proposer(lambda text: "I would rather not.", 2, "m")
-    _, lines = Bench(TERMS, proposer).work(source, ("AI",))
+    _, lines = DraftGenerator(TERMS, proposer).work(source, ("AI",))
     found = [line for line in lines if isinstance(line, Rejection)]
     assert [line.rule for line in found] == ["reply_parses"]
     assert "I would rather not." in found[0].message

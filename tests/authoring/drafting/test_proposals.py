@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting import constraints, proposals, sequences
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode
@@ -17,15 +17,15 @@ from vigil.pack import Pack
 from vigil.pose import Pose
 from vigil.world import Setup
 
-Proposals = Callable[[Workshop], Iterator[Episode]]
+Proposals = Callable[[HouseContext], Iterator[Episode]]
 
 GRAMMAR: dict[str, Proposals] = {
-    "PG": lambda shop: proposals.pointing(shop, "medium"),
+    "PG": lambda context: proposals.pointing(context, "medium"),
     "DA": proposals.approaching,
-    "VS": lambda shop: proposals.searching(shop, by_turning=True),
-    "SV": lambda shop: proposals.verifying(shop, "on"),
-    "AI": lambda shop: proposals.acting(shop, "pick"),
-    "SI": lambda shop: proposals.seeking(shop, "pick"),
+    "VS": lambda context: proposals.searching(context, by_turning=True),
+    "SV": lambda context: proposals.verifying(context, "on"),
+    "AI": lambda context: proposals.acting(context, "pick"),
+    "SI": lambda context: proposals.seeking(context, "pick"),
     "SM": sequences.rearranging,
     "CR": constraints.full_handed,
 }
@@ -40,8 +40,8 @@ def house(starter: Pack) -> House:
 
 
 def drafts(simulator: PrivilegedSimulator, house: House, family: str, seed: int) -> list[Episode]:
-    shop = Workshop(simulator, house, np.random.default_rng(seed))
-    return list(islice(GRAMMAR[family](shop), 8))
+    context = HouseContext(simulator, house, np.random.default_rng(seed))
+    return list(islice(GRAMMAR[family](context), 8))
 
 
 @pytest.mark.parametrize("family", GRAMMAR)
@@ -62,7 +62,7 @@ def test_what_cannot_be_set_up_is_passed_over(
     simulator: PrivilegedSimulator, house: House, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A leaf that would reach through a wall, say: the things after it are proposed all the same."""
-    monkeypatch.setitem(GRAMMAR, "AI", lambda shop: proposals.acting(shop, "open"))
+    monkeypatch.setitem(GRAMMAR, "AI", lambda context: proposals.acting(context, "open"))
     opened = {episode.goal.object_id for episode in drafts(simulator, house, "AI", 0)}
     first = min(opened)
     reset = simulator.reset

@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from vigil.actions import InteractPixel, Report
-from vigil.authoring.packing.starter import HOUSES, SLOTS
+from vigil.authoring.packing.starter import HOUSES, QUOTAS
 from vigil.authoring.review.rules import CR_TEMPLATES, SM_TEMPLATES
 from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import FAMILIES, Episode, Family
@@ -21,7 +21,7 @@ def of(starter: Pack, family: Family) -> list[Episode]:
 def test_ten_of_each_family(starter: Pack) -> None:
     assert Counter(episode.family for episode in starter.episodes) == dict.fromkeys(FAMILIES, 10)
     assert len(starter.episodes) == 80
-    assert sum(slot.count for slot in SLOTS) == 80
+    assert sum(slot.count for slot in QUOTAS) == 80
 
 
 def test_houses_are_many_and_varied(starter: Pack) -> None:

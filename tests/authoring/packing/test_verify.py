@@ -6,7 +6,7 @@ import pytest
 
 from vigil.actions import Report
 from vigil.authoring.packing.compare import compare
-from vigil.authoring.packing.verify import Means, Standing, verify_pack
+from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, verify_pack
 from vigil.episode import Solution
 from vigil.errors import RecordError
 from vigil.freezing import freeze
@@ -26,8 +26,8 @@ def small(starter: Pack, tmp_path_factory: pytest.TempPathFactory) -> Pack:
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_does_not_hold_is_found_by_any_number_of_workers(small: Pack, workers: int) -> None:
-    said: list[Standing] = []
-    findings = verify_pack(small, Means(workers=workers), on_progress=said.append)
+    said: list[VerificationProgress] = []
+    findings = verify_pack(small, VerificationSettings(workers=workers), on_progress=said.append)
     assert {finding.rule for finding in findings} == {"solution_holds"}
     assert len({finding.episode_id for finding in findings}) == 1
     assert (said[-1].done, said[-1].of, said[-1].faulty) == (4, 4, 1)
@@ -35,18 +35,18 @@ def test_what_does_not_hold_is_found_by_any_number_of_workers(small: Pack, worke
 
 def test_a_log_is_continued(small: Pack, tmp_path: Path) -> None:
     log = tmp_path / "log.jsonl"
-    found = verify_pack(small, Means(), log)
+    found = verify_pack(small, VerificationSettings(), log)
     lines = log.read_bytes().splitlines(keepends=True)
     log.write_bytes(b"".join(lines[:-1]) + lines[-1][:30])
-    said: list[Standing] = []
-    assert verify_pack(small, Means(), log, said.append) == found
+    said: list[VerificationProgress] = []
+    assert verify_pack(small, VerificationSettings(), log, said.append) == found
     assert len(said) == 1
     assert log.read_bytes().splitlines(keepends=True) == lines
-    assert verify_pack(small, Means(), log, said.append) == found
+    assert verify_pack(small, VerificationSettings(), log, said.append) == found
     assert len(said) == 1
     log.write_text("{}\n")
     with pytest.raises(RecordError, match="Remove it"):
-        verify_pack(small, Means(), log)
+        verify_pack(small, VerificationSettings(), log)
 
 
 def test_two_packs_are_compared(small: Pack, starter: Pack, tmp_path: Path) -> None:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from vigil.actions import Action, Look, Navigate, Report
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.review import validate as validation
-from vigil.authoring.review.blind_trials import TURNING, WALKING, blind_tries
+from vigil.authoring.review.blind_trials import TURNING, WALKING, blind_trials
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import OTHER_RULES, Finding, Validator, reason_of, validate_pack
 from vigil.authoring.solving.oracle import PrivilegedSimulator
@@ -149,8 +149,8 @@ def test_a_bad_start_is_rejected_by_its_rule(
     family, away = BAD_STARTS[rule]
     good = first_of(starter, family)
     house = starter.house_of(good)
-    shop = Workshop(simulator, house, np.random.default_rng(0))
-    start = shop.start_seeing(shop.thing(good.goal.object_id), away, good.start.horizon, is_seen(200))
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    start = context.start_seeing(context.thing(good.goal.object_id), away, good.start.horizon, is_seen(200))
     assert start is not None
     assert rule in rules_broken(Validator(simulator), good.model_copy(update={"start": start}), house, None)
 
@@ -181,24 +181,24 @@ def test_what_an_agent_without_sight_completes_is_found(starter: Pack, simulator
     """Straight ahead to the target, three metres are as good as a look."""
     good = first_of(starter, "DA")
     house = starter.house_of(good)
-    shop = Workshop(simulator, house, np.random.default_rng(0))
-    thing = shop.thing(good.goal.object_id)
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    thing = context.thing(good.goal.object_id)
     validator = Validator(simulator)
     found: set[str] = set()
-    for place in islice(shop.starts(shop.away_from(thing, 2.0, 4.0)), 20):
-        start = shop.facing(place, thing, good.start.horizon, 0.0)
+    for place in islice(context.starts(context.away_from(thing, 2.0, 4.0)), 20):
+        start = context.facing(place, thing, good.start.horizon, 0.0)
         found |= rules_broken(validator, good.model_copy(update={"start": start}), house, None)
-        shop.begin(Setup())
+        context.begin(Setup())
         if "not_blind_luck" in found:
             break
     assert "not_blind_luck" in found
 
 
 def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None:
-    turned_to = [bool(set(TURNING) & set(tried)) for tried in blind_tries(first_of(starter, "VS", "turn"))]
+    turned_to = [bool(set(TURNING) & set(tried)) for tried in blind_trials(first_of(starter, "VS", "turn"))]
     assert turned_to == [False, False]
-    assert len(blind_tries(first_of(starter, "VS", "walk"))) == 3
-    assert blind_tries(first_of(starter, "SV")) == []
+    assert len(blind_trials(first_of(starter, "VS", "walk"))) == 3
+    assert blind_trials(first_of(starter, "SV")) == []
 
 
 @pytest.mark.parametrize("family", ["PG", "AI", "SI", "SM", "CR"])
@@ -206,7 +206,7 @@ def test_what_walking_cannot_change_is_tried_by_waiting_alone(
     family: str, starter: Pack, simulator: PrivilegedSimulator
 ) -> None:
     episode = first_of(starter, family)
-    (waiting,) = blind_tries(episode)
+    (waiting,) = blind_trials(episode)
     tries = [waiting, *((*moves, *waiting) for moves in (TURNING, WALKING))]
     validator = Validator(simulator)
     records = [validator.play(episode, starter.house_of(episode), tried) for tried in tries]
@@ -218,11 +218,11 @@ def test_near_behind_a_wall_is_no_arrival(starter: Pack, simulator: PrivilegedSi
     validator = Validator(simulator)
     good = next(e for e in starter.episodes if e.family == "DA" and len(starter.house_of(e).document.rooms) == 2)
     house = starter.house_of(good)
-    shop = Workshop(simulator, house, np.random.default_rng(0))
+    context = HouseContext(simulator, house, np.random.default_rng(0))
     shared = {opening.wall0 for opening in house.document.doors if opening.room0 != opening.room1}
     assert shared
     found: set[str] = set()
-    for thing in shop.things(lambda thing: thing.parent is None and not thing.is_structure):
+    for thing in context.things(lambda thing: thing.parent is None and not thing.is_structure):
         goal = good.goal.model_copy(update={"object_id": thing.id})
         draft = good.model_copy(update={"goal": goal, "bindings": {"target": thing.id}})
         found |= rules_broken(validator, draft, house, None)

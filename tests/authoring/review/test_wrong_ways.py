@@ -6,7 +6,7 @@ import pytest
 
 from vigil import goals
 from vigil.authoring.language.wording import SEQUENCES, asks_inside, sequence
-from vigil.authoring.review.validate import Validator, Verdict
+from vigil.authoring.review.validate import ValidationResult, Validator
 from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode
 from vigil.goals import Goal, ObjectAtReceptacle
@@ -39,7 +39,9 @@ def meant_inside(episode: Episode) -> Episode:
     return episode
 
 
-def judged(validator: Validator, starter: Pack, family: str, is_wanted: Callable[[Goal], bool] = bool) -> list[Verdict]:
+def judged(
+    validator: Validator, starter: Pack, family: str, is_wanted: Callable[[Goal], bool] = bool
+) -> list[ValidationResult]:
     found = [meant_inside(episode) for episode in starter.episodes if episode.family == family]
     found = [episode for episode in found if is_wanted(episode.goal)][:4]
     return [validator.validate(episode, starter.house_of(episode)) for episode in found]

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from vigil.authoring.solving.macro_actions import Deeds, Unsolvable, box_distances
-from vigil.authoring.solving.oracle import PrivilegedSimulator, Stage
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable, box_distances
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
 from vigil.authoring.solving.solvers import is_doable
 from vigil.pack import Pack
 from vigil.pose import Box, Vec3
 from vigil.world import ObjectSetup, Setup
 
 
-def stage_of(starter: Pack, simulator: PrivilegedSimulator, family: str, template: str) -> tuple[Stage, str]:
+def stage_of(starter: Pack, simulator: PrivilegedSimulator, family: str, template: str) -> tuple[Oracle, str]:
     episode = next(e for e in starter.episodes if (e.family, e.provenance.template) == (family, template))
     simulator.load(starter.house_of(episode))
     simulator.reset(episode.start, episode.setup)
-    return Stage(simulator), episode.goal.object_id
+    return Oracle(simulator), episode.goal.object_id
 
 
 def test_box_distances_agree_with_the_box() -> None:
@@ -26,31 +26,31 @@ def test_box_distances_agree_with_the_box() -> None:
 
 
 def test_act_picks_what_was_asked_for(starter: Pack, simulator: PrivilegedSimulator) -> None:
-    stage, target = stage_of(starter, simulator, "AI", "pick")
-    for action in Deeds(stage, may_tilt=False).act("pick", target):
-        assert stage.step(action).refusal is None  # type: ignore[arg-type]
-    assert stage.held == target
+    oracle, target = stage_of(starter, simulator, "AI", "pick")
+    for action in MacroActions(oracle, may_tilt=False).act("pick", target):
+        assert oracle.step(action).refusal is None  # type: ignore[arg-type]
+    assert oracle.held == target
 
 
 def test_what_is_refused_anywhere_is_given_up_at_once(starter: Pack, simulator: PrivilegedSimulator) -> None:
-    stage, target = stage_of(starter, simulator, "CR", "hand")
+    oracle, target = stage_of(starter, simulator, "CR", "hand")
     with pytest.raises(Unsolvable, match="hand_full"):
-        Deeds(stage, may_tilt=False).find("pick", target)
+        MacroActions(oracle, may_tilt=False).find("pick", target)
 
 
 def test_put_down_empties_the_hand_out_of_the_way(starter: Pack, simulator: PrivilegedSimulator) -> None:
-    stage, target = stage_of(starter, simulator, "CR", "hand")
-    deeds = Deeds(stage, may_tilt=False)
-    for action in deeds.put_down(lambda: True):
-        stage.step(action)  # type: ignore[arg-type]
-    assert stage.held is None
-    deeds.find("pick", target)
+    oracle, target = stage_of(starter, simulator, "CR", "hand")
+    macro_actions = MacroActions(oracle, may_tilt=False)
+    for action in macro_actions.put_down(lambda: True):
+        oracle.step(action)  # type: ignore[arg-type]
+    assert oracle.held is None
+    macro_actions.find("pick", target)
 
 
 def test_behind_an_obstacle_the_goal_cannot_be_done(starter: Pack, simulator: PrivilegedSimulator) -> None:
     episode = next(episode for episode in starter.episodes if episode.provenance.template == "obstacle")
-    stage, _ = stage_of(starter, simulator, "CR", "obstacle")
-    assert not is_doable(episode.goal, Deeds(stage, may_tilt=True, is_exhaustive=True))
+    oracle, _ = stage_of(starter, simulator, "CR", "obstacle")
+    assert not is_doable(episode.goal, MacroActions(oracle, may_tilt=True, is_exhaustive=True))
     absent = {episode.bindings["obstacle"]: ObjectSetup(is_absent=True)}
     simulator.reset(episode.start, Setup(objects={**episode.setup.objects, **absent}))
-    assert is_doable(episode.goal, Deeds(stage, may_tilt=False))
+    assert is_doable(episode.goal, MacroActions(oracle, may_tilt=False))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vigil.authoring.solving.oracle import PrivilegedSimulator, Stage
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
@@ -64,9 +64,9 @@ def test_a_rehearsal_leaves_no_trace(starter: Pack, simulator: PrivilegedSimulat
     simulator.reset(episode.start, episode.setup)
     ids = simulator.object_ids()
     before = simulator.world(ids)
-    stage = Stage(simulator)
-    with stage.rehearsal():
+    oracle = Oracle(simulator)
+    with oracle.rehearsal():
         for action in starter.solutions[episode.id].actions[:-1]:
-            stage.step(action)
+            oracle.step(action)
         assert simulator.world(ids) != before
     assert simulator.world(ids) == before

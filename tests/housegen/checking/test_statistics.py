@@ -3,7 +3,7 @@ import pytest
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.housegen import generate, spec_for
-from vigil.housegen.checking.statistics import Comparison, compare, measure
+from vigil.housegen.checking.statistics import DistributionComparison, compare, measure
 from vigil.housegen.sweep import PARTS, sweep
 
 
@@ -23,9 +23,9 @@ def test_only_wanted_kinds_are_counted():
 
 
 def test_distances_of_distributions():
-    same = Comparison("same", np.arange(5.0), np.arange(5.0))
-    apart = Comparison("apart", np.zeros(5), np.ones(5))
-    half = Comparison("half", np.array([0.0, 1.0]), np.array([1.0, 1.0]))
+    same = DistributionComparison("same", np.arange(5.0), np.arange(5.0))
+    apart = DistributionComparison("apart", np.zeros(5), np.ones(5))
+    half = DistributionComparison("half", np.array([0.0, 1.0]), np.array([1.0, 1.0]))
     assert (same.ks, same.median_ratio, same.is_close) == (0.0, 1.0, True)
     assert apart.ks == 1.0
     assert not apart.is_close

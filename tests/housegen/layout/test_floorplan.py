@@ -4,10 +4,10 @@ import shapely
 from vigil.errors import SettingError
 from vigil.housegen.base.randomness import generator
 from vigil.housegen.base.spec import AREA_M2, HouseSpec, spec_for
-from vigil.housegen.layout.floorplan import DOOR_WALL, NARROWEST, UNIT_M, Plan, longest_shared, plan_rooms
+from vigil.housegen.layout.floorplan import DOOR_WALL, NARROWEST, UNIT_M, RoomLayout, longest_shared, plan_rooms
 
 
-def plans(rooms: int, count: int) -> list[Plan]:
+def plans(rooms: int, count: int) -> list[RoomLayout]:
     return [plan_rooms(spec_for(str(rooms)), generator("test", rooms, seed)) for seed in range(count)]
 
 

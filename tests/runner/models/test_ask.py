@@ -8,11 +8,11 @@ from vigil.errors import ModelAPIError
 from vigil.runner.models.ask import (
     MAX_REJECTIONS,
     Ask,
-    ModelTrouble,
-    Patience,
+    AttemptFailed,
     RequestRejected,
+    RetryPolicy,
     is_rejection,
-    persistent,
+    with_retries,
 )
 
 MESSAGES = [Message("user", "hello")]
@@ -22,7 +22,7 @@ GOOD = Reply(text="good")
 class Script:
     """Answers with one thing after another; what is an exception is raised."""
 
-    def __init__(self, *answers: Reply | ModelTrouble) -> None:
+    def __init__(self, *answers: Reply | AttemptFailed) -> None:
         self.answers = list(answers)
 
     async def __call__(self, messages: object) -> Reply:
@@ -33,32 +33,32 @@ class Script:
 
 
 def ask(script: Script, retries: int = 8) -> Reply:
-    asking: Ask = persistent(script, Patience(retries=retries, first_wait_s=0.0))
+    asking: Ask = with_retries(script, RetryPolicy(retries=retries, first_wait_s=0.0))
     return asyncio.run(asking(MESSAGES))
 
 
 def test_transient_trouble_is_tried_again() -> None:
-    assert ask(Script(*[ModelTrouble("429", can_retry=True)] * 8, GOOD)) == GOOD
+    assert ask(Script(*[AttemptFailed("429", can_retry=True)] * 8, GOOD)) == GOOD
 
 
 def test_what_is_tried_again_is_told() -> None:
     told: list[str] = []
-    patience = Patience(first_wait_s=0.0, tell=told.append)
-    script = Script(ModelTrouble("HTTP 500", can_retry=True), ModelTrouble("too long", is_rejection=True), GOOD)
-    asking = persistent(script, patience)
+    retry_policy = RetryPolicy(first_wait_s=0.0, tell=told.append)
+    script = Script(AttemptFailed("HTTP 500", can_retry=True), AttemptFailed("too long", is_rejection=True), GOOD)
+    asking = with_retries(script, retry_policy)
     assert asyncio.run(asking(MESSAGES)) == GOOD
     assert told == ["try 2 in 0 s after HTTP 500", "try 3 in 0 s after too long"]
 
 
 def test_after_the_last_retry_it_is_an_infrastructure_failure() -> None:
-    script = Script(*[ModelTrouble("HTTP 503 out of order", can_retry=True)] * 9, GOOD)
+    script = Script(*[AttemptFailed("HTTP 503 out of order", can_retry=True)] * 9, GOOD)
     with pytest.raises(ModelAPIError, match=r"HTTP 503 out of order \(after 9 attempts\)"):
         ask(script)
     assert script.answers == [GOOD]
 
 
 def test_hopeless_trouble_is_not_tried_again() -> None:
-    script = Script(ModelTrouble("401 wrong key"), GOOD)
+    script = Script(AttemptFailed("401 wrong key"), GOOD)
     with pytest.raises(ModelAPIError, match="wrong key"):
         ask(script)
     assert script.answers == [GOOD]
@@ -66,26 +66,26 @@ def test_hopeless_trouble_is_not_tried_again() -> None:
 
 def test_three_rejections_are_final_and_say_what_the_provider_said() -> None:
     with pytest.raises(RequestRejected, match=r"rejected the request 3 times: content policy"):
-        ask(Script(*[ModelTrouble("content policy", is_rejection=True)] * MAX_REJECTIONS))
+        ask(Script(*[AttemptFailed("content policy", is_rejection=True)] * MAX_REJECTIONS))
 
 
 def test_two_rejections_are_not() -> None:
-    assert ask(Script(*[ModelTrouble("content policy", is_rejection=True)] * 2, GOOD)) == GOOD
+    assert ask(Script(*[AttemptFailed("content policy", is_rejection=True)] * 2, GOOD)) == GOOD
 
 
 def test_other_trouble_does_not_use_up_rejections() -> None:
-    rejection, outage = ModelTrouble("too long", is_rejection=True), ModelTrouble("500", can_retry=True)
+    rejection, outage = AttemptFailed("too long", is_rejection=True), AttemptFailed("500", can_retry=True)
     assert ask(Script(rejection, outage, rejection, outage, GOOD)) == GOOD
 
 
 def test_waits_double_up_to_a_limit_with_jitter_and_mind_the_provider() -> None:
-    patience = Patience(first_wait_s=1.0, longest_wait_s=10.0)
-    waits = [patience.wait_s(attempt, None) for attempt in range(1, 9)]
+    retry_policy = RetryPolicy(first_wait_s=1.0, longest_wait_s=10.0)
+    waits = [retry_policy.wait_s(attempt, None) for attempt in range(1, 9)]
     for attempt, wait in enumerate(waits):
         assert min(10.0, 2.0**attempt) / 2 <= wait <= min(10.0, 2.0**attempt)
-    assert 7.0 <= patience.wait_s(1, 7.0) <= 8.0
-    assert patience.wait_s(1, 9999.0) == 10.0
-    assert Patience().wait_s(3, None) != Patience().wait_s(4, None)
+    assert 7.0 <= retry_policy.wait_s(1, 7.0) <= 8.0
+    assert retry_policy.wait_s(1, 9999.0) == 10.0
+    assert RetryPolicy().wait_s(3, None) != RetryPolicy().wait_s(4, None)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from wire_server import ENDPOINTS, STREAM, WIRES, Raw, Said, WireServer, body_of
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
-from vigil.runner.models.ask import Patience, RequestRejected, persistent
+from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.serving import Serving
 
@@ -38,7 +38,7 @@ def ask_each(
 
         async def main() -> dict[str, tuple[Reply, int]]:
             model, found = endpoint.model(), {}
-            asking = persistent(sender(model), Patience(retries=retries, first_wait_s=0.001))
+            asking = with_retries(sender(model), RetryPolicy(retries=retries, first_wait_s=0.001))
             try:
                 for one, said in answers.items():
                     waiting[:] = said

@@ -14,7 +14,7 @@ from vigil.agents.model import Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError, SettingError
 from vigil.replies import parse_reply
-from vigil.runner.models.ask import Patience, RequestRejected, persistent
+from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.serving import Serving
 from vigil.runner.models.serving import serving as serving_of
@@ -26,7 +26,7 @@ MESSAGES = [
     Message("assistant", "  past <think>x</think>\n"),
     Message("user", "s", PICTURE),
 ]
-SHORT_WAITS = Patience(retries=3, first_wait_s=0.01)
+SHORT_WAITS = RetryPolicy(retries=3, first_wait_s=0.01)
 
 
 def ask(brain: Brain, reply_seconds: int = 30, **sampling: object) -> tuple[Reply, ChatServer]:
@@ -36,7 +36,7 @@ def ask(brain: Brain, reply_seconds: int = 30, **sampling: object) -> tuple[Repl
         async def main() -> Reply:
             model = endpoint.model()
             try:
-                return await persistent(sender(model), SHORT_WAITS)(MESSAGES)
+                return await with_retries(sender(model), SHORT_WAITS)(MESSAGES)
             finally:
                 await model.api.aclose()
 
@@ -108,7 +108,7 @@ def test_a_provider_that_cannot_be_listened_to_is_recorded_as_the_librarys() -> 
     said = ModelOutput.from_content("m", REPORT)
     said.usage = ModelUsage(input_tokens=1, output_tokens=1)  # else Inspect counts, with a table that it downloads
     model = get_model("mockllm/model", custom_outputs=[said], memoize=False)
-    reply = asyncio.run(persistent(sender(model), SHORT_WAITS)(MESSAGES))
+    reply = asyncio.run(with_retries(sender(model), SHORT_WAITS)(MESSAGES))
     assert (reply.text, reply.reply_source) == (REPORT, "library")
 
 
@@ -179,7 +179,7 @@ def test_a_request_that_can_never_work_is_not_repeated(answer: Answer) -> None:
 def test_nobody_at_the_address_is_an_infrastructure_failure() -> None:
     async def main() -> Reply:
         model = Endpoint(serving_of("openai/m", "http://127.0.0.1:9/v1", {})).model()
-        return await persistent(sender(model), Patience(retries=1, first_wait_s=0.01))(MESSAGES)
+        return await with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.01))(MESSAGES)
 
     with pytest.raises(ModelAPIError, match="Connection error"):
         asyncio.run(main())

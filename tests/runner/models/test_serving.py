@@ -4,7 +4,7 @@ import pytest
 
 from vigil.errors import SettingError
 from vigil.runner.models.redaction import without_login
-from vigil.runner.models.serving import HOMES, NO_KEY, only_its_key, provider_hint, serving
+from vigil.runner.models.serving import NO_KEY, PROVIDER_DEFAULTS, only_its_key, provider_hint, serving
 
 URL = "http://localhost:8000/v1"
 
@@ -73,9 +73,9 @@ def test_a_variable_that_is_not_set_is_named() -> None:
         serving("openai/m", URL, {}, "NO_SUCH_KEY")
 
 
-@pytest.mark.parametrize("provider", [name for name, home in HOMES.items() if not home.signs_in])
+@pytest.mark.parametrize("provider", [name for name, home in PROVIDER_DEFAULTS.items() if not home.signs_in])
 def test_an_address_in_the_environment_is_foreign_too(monkeypatch: pytest.MonkeyPatch, provider: str) -> None:
-    for variable in (*HOMES[provider].addresses, "INSPECT_EVAL_MODEL_BASE_URL"):
+    for variable in (*PROVIDER_DEFAULTS[provider].addresses, "INSPECT_EVAL_MODEL_BASE_URL"):
         monkeypatch.setenv(variable, URL)
         found = serving(f"{provider}/m", None, {})
         assert (found.base_url, found.api_key, found.is_foreign) == (URL, NO_KEY, True)
@@ -91,7 +91,7 @@ def test_a_service_without_hosts_of_its_own_gets_no_key_unasked(monkeypatch: pyt
     assert serving(model, None, {}).api_key == NO_KEY
 
 
-@pytest.mark.parametrize("model", [f"{name}/m" for name, home in HOMES.items() if home.signs_in])
+@pytest.mark.parametrize("model", [f"{name}/m" for name, home in PROVIDER_DEFAULTS.items() if home.signs_in])
 def test_an_account_of_the_machine_is_not_taken_elsewhere(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     with pytest.raises(SettingError, match=r"signs in with an account.*--api-key-env"):
         serving(model, "https://me:loginword@host.org/v1", {})

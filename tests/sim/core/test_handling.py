@@ -17,7 +17,7 @@ from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import TOLERANCE_M, set_openness, swing_blocker
 from vigil.sim.core.placing import OWN_SLACK_M, bulk_of, open_surfaces, put_down, spot_below, spot_on
 from vigil.sim.core.state import SceneState
@@ -221,7 +221,7 @@ def test_nothing_is_put_into_the_back_of_a_seat():
     floor = np.array([(-3, -3), (3, -3), (3, 3), (-3, 3)])
     room = RoomShape("r", "Kitchen", floor, 2.5, PLAIN, None, Vec3(0, 2.4, 0), (1, 1, 1), 1.0)
     scene = Scene([room], [], {"chair": chair, "b": bottle})
-    state = SceneState(scene, Pose(position=Vec3(0, 0, 1), rotation=180.0), FloorPlan(scene))
+    state = SceneState(scene, Pose(position=Vec3(0, 0, 1), rotation=180.0), CollisionMap(scene))
     state.take(bottle)
     seat = 0.45 + chair.asset.surfaces[0].center.y
     for x in (-0.15, 0.0, 0.15):

@@ -16,7 +16,7 @@ from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.core.click_target import kind_meant
 from vigil.sim.core.handling import Click, interact
-from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import apply_setup
 from vigil.sim.core.state import SceneState
 from vigil.world import ObjectSetup, Placement, Setup
@@ -44,7 +44,7 @@ def thing(name: str, at: Vec3 = ORIGIN, variant: int = 0, openness: float = 0.0)
 
 def state_of(*things: Thing) -> SceneState:
     scene = Scene([ROOM], [], {each.id: each for each in things})
-    return SceneState(scene, Pose(position=Vec3(0, 0, 1.2), rotation=180.0), FloorPlan(scene))
+    return SceneState(scene, Pose(position=Vec3(0, 0, 1.2), rotation=180.0), CollisionMap(scene))
 
 
 def middle(receptacle: Thing, *, inside: bool) -> Vec3:

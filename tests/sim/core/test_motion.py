@@ -11,7 +11,7 @@ from vigil.pose import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.outlines import thing_shapes, wall_prisms
 from vigil.sim.conformance.trial_house import DOOR, trial_house
-from vigil.sim.core.motion import EXTERIOR, FloorPlan
+from vigil.sim.core.motion import EXTERIOR, CollisionMap
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def scene():
 
 @pytest.fixture
 def plan(scene):
-    return FloorPlan(scene)
+    return CollisionMap(scene)
 
 
 def at(x: float, z: float) -> Vec3:
@@ -62,7 +62,7 @@ def test_exact_contact_is_free(plan):
 def test_leaving_the_house_is_blocked_even_without_walls(scene):
     scene.panels.clear()
     scene.things.clear()
-    plan = FloorPlan(scene)
+    plan = CollisionMap(scene)
     assert plan.blocker(at(5.0, 2.0), at(5.0, 5.3)) == EXTERIOR
     assert plan.blocker(at(5.0, 2.0), at(7.0, 2.0)) is None
 

@@ -17,7 +17,7 @@ from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.engines.mujoco.model import build
-from vigil.sim.showcase.fidelity import flaws_of, too_many_triangles
+from vigil.sim.showcase.fidelity import mismatches_of, too_many_triangles
 
 SIZES = AssetDatabase.default()
 SMALL_MOST, FURNITURE_MOST = 800, 3000
@@ -34,11 +34,11 @@ def scene(house: House) -> Scene:
 
 
 def _rules(scene: Scene, house: House) -> set[tuple[str, str]]:
-    return {(flaw.rule, flaw.thing) for flaw in flaws_of(scene, house, SIZES)}
+    return {(flaw.rule, flaw.thing) for flaw in mismatches_of(scene, house, SIZES)}
 
 
 def test_the_trial_house_has_no_flaws(scene: Scene, house: House) -> None:
-    assert flaws_of(scene, house, SIZES) == []
+    assert mismatches_of(scene, house, SIZES) == []
 
 
 def test_a_stand_in_is_named(scene: Scene, house: House) -> None:
@@ -72,7 +72,7 @@ def test_a_state_that_no_part_shows_is_named(scene: Scene, house: House) -> None
 def test_own_houses_have_no_flaws_and_few_triangles(rooms: str, seed: int) -> None:
     house = generate(seed, spec_for(rooms))
     scene = build_scene(house, SIZES)
-    assert flaws_of(scene, house, SIZES) == []
+    assert mismatches_of(scene, house, SIZES) == []
     assert too_many_triangles(house.name, build(scene).triangles, len(scene.rooms)) == []
 
 
@@ -82,7 +82,7 @@ def test_houses_of_thors_assets_have_no_flaws_and_few_triangles(thor_files) -> N
         houses = [House(f"train_{n}", json.loads(line)) for n, line in enumerate(itertools.islice(lines, 0, None, 60))]
     for house in [House.load(thor_files / "house_1.json"), *houses]:
         scene = build_scene(house, assets)
-        assert flaws_of(scene, house, assets) == []
+        assert mismatches_of(scene, house, assets) == []
         assert scene.notes == []
         assert too_many_triangles(house.name, build(scene).triangles, len(scene.rooms)) == []
 

@@ -35,7 +35,7 @@ _ACTIVATED = re.compile(r"(?<![a-z0-9])a(\d+(?:\.\d+)?)b(?![a-z0-9])")
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class ModelInfo:
     """How a row of a table names and places what was evaluated."""
 
     name: str
@@ -48,16 +48,16 @@ class Model:
     is_privileged: bool = False
 
 
-def model_of(spec: RunSpec) -> Model:
+def model_of(spec: RunSpec) -> ModelInfo:
     """Returns how a run's agent is named and grouped."""
     if spec.agent_kind == "privileged":
-        return Model(f"{spec.agent} (privileged)", GROUPS[4], None, None, is_privileged=True)
+        return ModelInfo(f"{spec.agent} (privileged)", GROUPS[4], None, None, is_privileged=True)
     if spec.agent_kind in ("scripted", "human"):
-        return Model(spec.agent, GROUPS[3], None, None)
+        return ModelInfo(spec.agent, GROUPS[3], None, None)
     provider, _, short = spec.agent.rpartition("/")
     thinking = _is_thinking(short, spec)
     name = f"{short} (T)" if thinking and not _THINKING.search(short.casefold()) else short
-    return Model(name, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
+    return ModelInfo(name, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
 
 
 def group_of(name: str, provider: str = "") -> Group:

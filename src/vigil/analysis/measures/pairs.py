@@ -68,7 +68,7 @@ class Pairing:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RunComparison:
     """Two runs on the episodes that both have scored."""
 
     first: Run
@@ -125,7 +125,7 @@ def differences(first: Run, second: Run) -> dict[str, str]:
     return found
 
 
-def compare(first: Run, second: Run) -> Comparison:
+def compare(first: Run, second: Run) -> RunComparison:
     """Returns the paired tests over the episodes that both runs have scored. Raises RecordError without any."""
     if first.header.spec.pack_sha256 != second.header.spec.pack_sha256:
         raise RecordError(f"{first.name!r} and {second.name!r} were played on different packs; nothing is paired.")
@@ -136,7 +136,7 @@ def compare(first: Run, second: Run) -> Comparison:
     houses, episodes = (ours[name].to_numpy(dtype=str) for name in ("house", "episode_id"))
     w1, w2 = ours["W"].to_numpy(dtype=bool), theirs["W"].to_numpy(dtype=bool)
     b1, b2 = ours["B"].to_numpy(dtype=bool), theirs["B"].to_numpy(dtype=bool)
-    return Comparison(
+    return RunComparison(
         first=first,
         second=second,
         n=len(set(episodes)),

@@ -37,7 +37,7 @@ from vigil import (
     summary,
     world,
 )
-from vigil.analysis.measures.models import Model, model_of
+from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
 from vigil.pack import find, frozen_episodes
 from vigil.record import EPISODES_FILE, RunHeader, read_header
@@ -62,7 +62,7 @@ class Run:
 
     folder: Path
     header: RunHeader
-    model: Model
+    model: ModelInfo
     rows: pd.DataFrame
     """One row a scored episode, sorted by episode and epoch."""
     errors: pd.DataFrame

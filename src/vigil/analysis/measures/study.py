@@ -6,7 +6,7 @@ from itertools import combinations
 
 from vigil.analysis.measures.metrics import COMPARABLE_W_PP, Measures, by_family, is_excluded, measure
 from vigil.analysis.measures.models import GROUPS
-from vigil.analysis.measures.pairs import Comparison, Pairing, compare, recognise, shared
+from vigil.analysis.measures.pairs import Pairing, RunComparison, compare, recognise, shared
 from vigil.analysis.measures.paper import Paper, paper
 from vigil.analysis.measures.rows import Run
 from vigil.profile import BASELINE
@@ -16,7 +16,7 @@ COMPARE_ALL_UP_TO = 6
 
 
 @dataclass(frozen=True)
-class Entry:
+class RunEntry:
     """One run with its measures."""
 
     run: Run
@@ -49,10 +49,10 @@ class Entry:
 class Study:
     """All that the tables and figures of a report are made from."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[RunEntry, ...]
     """Sorted by name."""
     pairing: Pairing
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[RunComparison, ...]
     published: Paper | None
     """None when the reader asked for own rows only."""
     warnings: tuple[str, ...]
@@ -63,18 +63,18 @@ class Study:
         """The runs, by name."""
         return [entry.run for entry in self.entries]
 
-    def base(self) -> list[Entry]:
+    def base(self) -> list[RunEntry]:
         """Returns the entries under the default contract, best B first."""
         return by_b(entry for entry in self.entries if entry.is_base)
 
-    def main_panel(self) -> list[Entry]:
+    def main_panel(self) -> list[RunEntry]:
         """Returns the base entries that the exclusion rule leaves in the main tables, best B first."""
         return [entry for entry in self.base() if not entry.is_excluded]
 
 
 def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
     """Returns the runs measured, paired and compared."""
-    entries = tuple(Entry(run, measure(run.rows), by_family(run.rows)) for run in runs)
+    entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows)) for run in runs)
     pairing = recognise(runs)
     faults = [fault for run in runs for fault in run.faults]
     return Study(
@@ -86,19 +86,19 @@ def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
     )
 
 
-def by_b(entries: Iterable[Entry]) -> list[Entry]:
+def by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
     """Returns entries, best benchmark success first; ties by name."""
     return sorted(entries, key=lambda entry: (-(entry.overall.share("B") or 0.0), entry.name))
 
 
-def by_group(entries: Iterable[Entry]) -> list[Entry]:
+def by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
     """Returns entries in the order of the panels' groups, best B first in each."""
     order = {group: index for index, group in enumerate(GROUPS)}
     return sorted(by_b(entries), key=lambda entry: order[entry.run.model.group])
 
 
-def _comparisons(entries: Sequence[Entry]) -> Iterable[Comparison]:
-    packs: dict[str, list[Entry]] = {}
+def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
+    packs: dict[str, list[RunEntry]] = {}
     for entry in entries:
         if entry.run.n:
             packs.setdefault(entry.run.header.spec.pack_sha256, []).append(entry)
@@ -111,7 +111,7 @@ def _comparisons(entries: Sequence[Entry]) -> Iterable[Comparison]:
                     yield compare(first.run, second.run)
 
 
-def _are_alike(first: Entry, second: Entry) -> bool:
+def _are_alike(first: RunEntry, second: RunEntry) -> bool:
     """Whether two runs have comparable W, so that their difference in B is worth a test."""
     apart = abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
     return 100 * apart <= COMPARABLE_W_PP + 1e-9

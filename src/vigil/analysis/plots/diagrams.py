@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, styled
-from vigil.analysis.plots.trajectory import Track, said, telling_steps
+from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, said
 from vigil.episode import FAMILIES, Episode, Family
 
 _TIER_COLOURS = {"diagnostic": "#0072b2", "compositional": "#d55e00"}
@@ -65,9 +65,9 @@ def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Famil
         return figure
 
 
-def pipeline_figure(episode: Episode, track: Track, columns: int = 5) -> Figure:
+def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) -> Figure:
     """Draws one episode as it runs: what goes in, what comes out at each step, and how the end is settled."""
-    chosen = telling_steps(track, columns)
+    chosen = key_steps(track, columns)
     with styled():
         figure = canvas(11.0, _HEIGHT / 10, is_free=True)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -104,7 +104,7 @@ def _card(axes: Axes, family: Family, frame: np.ndarray | None, episode: Episode
     axes.set_xlabel(text, fontsize=7.3, loc="left", linespacing=1.35)
 
 
-def _step(figure: Figure, axes: Axes, track: Track, index: int, *, left: float, width: float) -> None:
+def _step(figure: Figure, axes: Axes, track: AgentTrajectory, index: int, *, left: float, width: float) -> None:
     height = 0.75 * width
     top = _HEIGHT - 9.2
     picture = figure.add_axes((left / 110, (top - height) / _HEIGHT, width / 110, height / _HEIGHT))
@@ -124,7 +124,7 @@ def _step(figure: Figure, axes: Axes, track: Track, index: int, *, left: float, 
     axes.text(left, top - height - 3.4, reply, fontsize=6, va="top", family="DejaVu Sans Mono", color=FAINT)
 
 
-def _interface(axes: Axes, episode: Episode, track: Track) -> None:
+def _interface(axes: Axes, episode: Episode, track: AgentTrajectory) -> None:
     boxes = (
         (2.0, "Agent sees", "system prompt, the current frame,\n20 turns of its own text replies", "#0072b2"),
         (29.5, "Agent answers", "one JSON object: navigate, look,\ninteract_pixel or report", "#e69f00"),

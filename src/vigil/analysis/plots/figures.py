@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, Measures, after_goal_shares, closure_curve, measure
 from vigil.analysis.measures.rows import KINDS
-from vigil.analysis.measures.study import Entry, Study, by_b
+from vigil.analysis.measures.study import RunEntry, Study, by_b
 from vigil.analysis.plots.place_labels import place_labels
 from vigil.analysis.plots.style import (
     CYCLE,
@@ -218,7 +218,7 @@ def _name_rows(axes: Axes, names: Sequence[str]) -> None:
     axes.set_ylim(len(names) - 0.5, -0.5)
 
 
-def _lags(axes: Axes, entries: Sequence[Entry]) -> None:
+def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
     for row, entry in enumerate(entries):
         lag = entry.overall.means["lag"]
         if lag is None:
@@ -234,7 +234,7 @@ def _lags(axes: Axes, entries: Sequence[Entry]) -> None:
     axes.set_title("(a) Belief lag (B=1)")
 
 
-def _point(entry: Entry) -> tuple[float, float]:
+def _point(entry: RunEntry) -> tuple[float, float]:
     return _place(entry.overall)
 
 
@@ -243,7 +243,7 @@ def _place(measures: Measures) -> tuple[float, float]:
     return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
 
 
-def _plane_frame(axes: Axes, study: Study, entries: Sequence[Entry]) -> float:
+def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float:
     """Draws diagonal and lines of equal gap, and returns the upper limit of both axes."""
     values = [value for entry in entries for value in _point(entry)]
     if study.published:
@@ -270,13 +270,13 @@ def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float
     return [((w, b), model.name, "#7d828a", 6.2) for model, w, b in study.published.points() if model.anchor]
 
 
-def _sizes(entries: Sequence[Entry]) -> str:
+def _sizes(entries: Sequence[RunEntry]) -> str:
     """Returns over how many episodes these runs are."""
     sizes = sorted(entry.overall.n for entry in entries)
     return f"n={sizes[0]:,}" if sizes[0] == sizes[-1] else f"n={sizes[0]:,} to {sizes[-1]:,}"
 
 
-def _cross(entry: Entry) -> list[tuple[float, float]]:
+def _cross(entry: RunEntry) -> list[tuple[float, float]]:
     """Returns points along the intervals of W and B, in percent."""
     w, b = _point(entry)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
@@ -287,7 +287,7 @@ def _cross(entry: Entry) -> list[tuple[float, float]]:
     ]
 
 
-def _own_point(axes: Axes, entry: Entry, colour: str) -> tuple[tuple[float, float], str, str, float]:
+def _own_point(axes: Axes, entry: RunEntry, colour: str) -> tuple[tuple[float, float], str, str, float]:
     w, b = _point(entry)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
@@ -296,7 +296,7 @@ def _own_point(axes: Axes, entry: Entry, colour: str) -> tuple[tuple[float, floa
     return (w, b), entry.name, colour, 8.5
 
 
-def _plane_legend(figure: Figure, study: Study, entries: Sequence[Entry]) -> None:
+def _plane_legend(figure: Figure, study: Study, entries: Sequence[RunEntry]) -> None:
     groups = [group for group in GROUP_MARKERS if any(entry.group == group for entry in entries)]
     if study.published:
         groups = [g for g in GROUP_MARKERS if g in groups or any(m.group == g for m in study.published.models)]

@@ -41,7 +41,7 @@ _ENDS: dict[Label, str] = {
 
 
 @dataclass(frozen=True)
-class Track:
+class AgentTrajectory:
     """One agent's way through one episode."""
 
     name: str
@@ -63,15 +63,15 @@ def find_record(run: Run, episode: Episode, epoch: int = 1) -> EpisodeRecord:
     return table.record((episode.id, epoch))
 
 
-def track(name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]) -> Track:
+def track(name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]) -> AgentTrajectory:
     """Returns a record with its frames, settled. Raises RecordError when they are not one frame a step."""
     if len(frames) != len(record.steps):
         raise RecordError(f"{name!r}: {len(frames)} frames for {len(record.steps)} steps of episode {episode.id!r}.")
     truth = tuple(row.semantic for row in check(episode.goal, record).rows)
-    return Track(name, record, settle(episode, record), truth, frames)
+    return AgentTrajectory(name, record, settle(episode, record), truth, frames)
 
 
-def trajectory_figure(episode: Episode, tracks: Sequence[Track], columns: int = DEFAULT_COLUMNS) -> Figure:
+def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], columns: int = DEFAULT_COLUMNS) -> Figure:
     """Draws one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
@@ -82,7 +82,7 @@ def trajectory_figure(episode: Episode, tracks: Sequence[Track], columns: int = 
         grid = figure.subplots(len(tracks), width + 1, squeeze=False, width_ratios=[0.62, *[1.0] * width])
         for row, one in enumerate(tracks):
             _name(grid[row][0], one)
-            chosen = telling_steps(one, width)
+            chosen = key_steps(one, width)
             for column in range(width):
                 axes = grid[row][column + 1]
                 axes.axis("off")
@@ -91,7 +91,7 @@ def trajectory_figure(episode: Episode, tracks: Sequence[Track], columns: int = 
         return figure
 
 
-def telling_steps(one: Track, count: int) -> list[int]:
+def key_steps(one: AgentTrajectory, count: int) -> list[int]:
     """Returns at most `count` steps (from 0), in order: the first, the last, attainment, then evenly spread."""
     last = len(one.record.steps) - 1
     if last < count:
@@ -106,7 +106,7 @@ def telling_steps(one: Track, count: int) -> list[int]:
     return sorted(chosen)
 
 
-def trajectory_animation(episode: Episode, tracks: Sequence[Track], kind: str) -> bytes:
+def trajectory_animation(episode: Episode, tracks: Sequence[AgentTrajectory], kind: str) -> bytes:
     """Returns all steps of all agents, side by side, as an animated file: gif or webp."""
     length = max(len(one.record.steps) for one in tracks)
     frames = [_moment(episode, tracks, step) for step in range(length)]
@@ -142,7 +142,7 @@ def worded(action: Action | None) -> str:
             return f"look {action.direction} {action.magnitude:g}°"
 
 
-def verdict(one: Track) -> str:
+def verdict(one: AgentTrajectory) -> str:
     """Returns how an episode ended and what that is worth."""
     outcome = one.outcome
     w, b = f"W={int(outcome.W)}", f"B={int(outcome.B)}"
@@ -150,7 +150,7 @@ def verdict(one: Track) -> str:
     return f"{w}  {b}\n{_ENDS[outcome.label]}{kind}"
 
 
-def _title(episode: Episode, tracks: Sequence[Track], width_in: float) -> str:
+def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float) -> str:
     """Returns what the episode is, folded to the width of a figure."""
     expected = next((f"   expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
     what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
@@ -158,7 +158,7 @@ def _title(episode: Episode, tracks: Sequence[Track], width_in: float) -> str:
     return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in)) for line in lines)
 
 
-def _name(axes: Axes, one: Track) -> None:
+def _name(axes: Axes, one: AgentTrajectory) -> None:
     axes.axis("off")
     axes.set(xlim=(0, 1), ylim=(0, 1))
     axes.text(0, 0.98, _folded(one.name), va="top", fontsize=8.5, fontweight="bold")
@@ -167,7 +167,7 @@ def _name(axes: Axes, one: Track) -> None:
     axes.add_patch(Rectangle((0, 0.56), 0.6, 0.03, color=colour, transform=axes.transAxes))
 
 
-def _panel(axes: Axes, one: Track, index: int) -> None:
+def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
     step = one.record.steps[index]
     axes.imshow(one.frames[index], interpolation="antialiased")
     action = step.action
@@ -200,7 +200,7 @@ def _panel(axes: Axes, one: Track, index: int) -> None:
     )
 
 
-def _moment(episode: Episode, tracks: Sequence[Track], step: int) -> Image.Image:
+def _moment(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:
     """Returns one image of the animation: every agent at `step`; who has ended stays at the last one, paler."""
     columns = min(2, len(tracks)) if len(tracks) <= 4 else 3
     rows = -(-len(tracks) // columns)

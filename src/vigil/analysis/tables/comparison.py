@@ -8,7 +8,7 @@ from itertools import combinations
 
 from vigil.analysis.measures.intervals import holm, smallest_difference, smallest_paired_difference
 from vigil.analysis.measures.metrics import COMPARABLE_W_PP, clustered_intervals
-from vigil.analysis.measures.pairs import Comparison
+from vigil.analysis.measures.pairs import RunComparison
 from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.tables.own import MODEL, row_of, shown_name
 from vigil.analysis.tables.table import Column, Row, Table, counts, intervals, numbers, percent, points, texts
@@ -69,10 +69,10 @@ def comparable_pairs(study: Study) -> Table:
         for e in study.base()
         if e.overall.n
     ]
-    rows = _alike(own, is_published=False)
+    rows = _pairs_close_in_w(own, is_published=False)
     if study.published:
         anchors = [(model.name, w, b) for model, w, b in study.published.points() if model.anchor]
-        rows += _alike(anchors, is_published=True)
+        rows += _pairs_close_in_w(anchors, is_published=True)
     notes = (
         f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B. Whether an own pair differs is for "
         "the paired tests to say.",
@@ -110,7 +110,7 @@ def power(study: Study) -> Table:
     return Table("power", "Smallest difference that can be shown", columns, tuple(rows), notes)
 
 
-def _comparison_row(comparison: Comparison, p_w: float, p_b: float) -> Row:
+def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> Row:
     different = [name for name, p in (("W", p_w), ("B", p_b)) if p < 0.05]
     return Row(
         {
@@ -129,7 +129,7 @@ def _comparison_row(comparison: Comparison, p_w: float, p_b: float) -> Row:
     )
 
 
-def _alike(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[Row]:
+def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[Row]:
     found = []
     for first, second in combinations(points, 2):
         high, low = sorted((first, second), key=lambda point: -point[2])

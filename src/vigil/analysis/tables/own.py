@@ -21,7 +21,7 @@ from vigil.analysis.measures.metrics import (
     regimes,
 )
 from vigil.analysis.measures.rows import KINDS, values, where
-from vigil.analysis.measures.study import Entry, Study, by_b
+from vigil.analysis.measures.study import RunEntry, Study, by_b
 from vigil.analysis.tables.results import rates
 from vigil.analysis.tables.table import (
     Column,
@@ -309,7 +309,7 @@ def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
     return " ".join(part for part in (header.package_version, (session.commit or "")[:8], changed) if part)
 
 
-def row_of(entry: Entry, **cells: Any) -> Row:
+def row_of(entry: RunEntry, **cells: Any) -> Row:
     """Returns a run's row, named and marked."""
     return Row({"model": entry.name, **cells}, is_privileged=entry.run.model.is_privileged)
 
@@ -319,7 +319,7 @@ def shown_name(name: str) -> str:
     return "Δ (pp)" if name == "Delta" else f"{name} %"
 
 
-def _composed(entry: Entry) -> dict[str, Any]:
+def _composed(entry: RunEntry) -> dict[str, Any]:
     w = {family: measures.share("W") for family, measures in entry.families.items()}
     cells: dict[str, Any] = {family: percent(w.get(family)) for family in ("PG", "DA", "VS", "AI", "SI")}
     for name, parts in (("PGxDA", ("PG", "DA")), ("VSxDA", ("VS", "DA"))):

@@ -111,6 +111,9 @@ def _prose(sentence: str) -> Markup:
 
 
 _TEMPLATES = Environment(
-    loader=PackageLoader("vigil.analysis.tables"), autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True
+    loader=PackageLoader("vigil.analysis.tables"),
+    autoescape=True,
+    undefined=StrictUndefined,
+    keep_trailing_newline=True,
 )
 _TEMPLATES.filters |= {"content": _content, "prose": _prose}

@@ -11,7 +11,7 @@ import numpy as np
 from vigil.analysis.measures.metrics import Measures, by_family, measure
 from vigil.analysis.measures.pairs import Pair, mean_difference
 from vigil.analysis.measures.paper import NOTE, NR_NOTE, PublishedModel
-from vigil.analysis.measures.study import Entry, Study, by_b, by_group
+from vigil.analysis.measures.study import RunEntry, Study, by_b, by_group
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
@@ -278,7 +278,7 @@ def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
     return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
 
 
-def _cross_section(entry: Entry) -> dict[str, Any]:
+def _cross_section(entry: RunEntry) -> dict[str, Any]:
     pair = {
         family: (percent(measures.share("W")), percent(measures.share("B")))
         for family, measures in entry.families.items()
@@ -296,7 +296,7 @@ def _pairs(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _row(
-    entry: Entry, cells: dict[str, Any], *, group: str = "", bold: Iterable[str] = (), tints: dict | None = None
+    entry: RunEntry, cells: dict[str, Any], *, group: str = "", bold: Iterable[str] = (), tints: dict | None = None
 ) -> Row:
     return Row(
         {"model": entry.name, **cells},

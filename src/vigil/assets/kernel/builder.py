@@ -23,7 +23,7 @@ UNBOUNDED_M = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class PartStyle:
     """What the meshes of one part share; meshes with equal looks become one part."""
 
     material: str
@@ -45,18 +45,18 @@ class Builder:
         self.across: Range = (-size.x / 2, size.x / 2)
         self.through: Range = (-size.z / 2, size.z / 2)
         self._size = size
-        self._meshes: dict[Look, list[Mesh]] = {}
+        self._meshes: dict[PartStyle, list[Mesh]] = {}
         self._joints: list[Joint] = []
         self._surfaces: list[Surface] = []
         self._solids: list[Solid] = []
         self.glow: Glow | None = None
 
-    def add(self, look: Look | str, *meshes: Mesh) -> None:
+    def add(self, look: PartStyle | str, *meshes: Mesh) -> None:
         """Adds meshes that look alike; a string is a material of the body."""
-        key = Look(look) if isinstance(look, str) else look
+        key = PartStyle(look) if isinstance(look, str) else look
         self._meshes.setdefault(key, []).extend(meshes)
 
-    def block(self, look: Look | str, x: Range, y: Range, z: Range, bevel: float = 0.0) -> None:
+    def block(self, look: PartStyle | str, x: Range, y: Range, z: Range, bevel: float = 0.0) -> None:
         """Adds a box that spans a range along each axis."""
         self.add(look, span((x[0], y[0], z[0]), (x[1], y[1], z[1]), bevel))
 
@@ -128,7 +128,7 @@ class Builder:
         )
 
 
-def _part(name: str, look: Look, whole: Mesh) -> Part:
+def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
     return Part(
         name=name,
         mesh=whole,

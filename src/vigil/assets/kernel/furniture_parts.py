@@ -12,7 +12,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Mesh
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, one_of
 
 Corner = tuple[float, float, float]
@@ -92,7 +92,7 @@ def hollow(low: Corner, high: Corner, wall: float, missing: str = "+z") -> Mesh:
 
 
 def add_case(
-    builder: Builder, look: Look | str, low: Corner, high: Corner, wall: float, *, missing: str = "+z"
+    builder: Builder, look: PartStyle | str, low: Corner, high: Corner, wall: float, *, missing: str = "+z"
 ) -> None:
     """Adds five boards around a space, each of them solid, so that things can be inside."""
     builder.add(look, hollow(low, high, wall, missing))
@@ -133,7 +133,7 @@ def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, 
 
 def add_shelves(
     builder: Builder,
-    look: Look | str,
+    look: PartStyle | str,
     low: Corner,
     high: Corner,
     heights: Sequence[float],
@@ -183,7 +183,7 @@ def leg(style: LegStyle, foot: tuple[float, float], height: float, thickness: fl
 
 def add_legs(
     builder: Builder,
-    look: Look | str,
+    look: PartStyle | str,
     spread: tuple[float, float],
     height: float,
     thickness: float,
@@ -254,13 +254,13 @@ def add_drawer(builder: Builder, name: str, low: Corner, high: Corner, fronts: F
     """Adds a drawer that fills low..high (its front's face is at high z, the handle in front of it)."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     joint = builder.slide(name, (0, 0, 1), travel)
-    builder.add(Look(fronts.front, joint, bears_open=True),
+    builder.add(PartStyle(fronts.front, joint, bears_open=True),
                 front_board((x0, y0, z1 - BOARD_M), high, is_framed=fronts.is_framed))  # fmt: skip
     rim = min(0.012, 0.1 * (y1 - y0))
     inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
-    builder.add(Look(fronts.inner, joint, bears_open=True), hollow(inner_low, inner_high, 0.01, "+y"))
+    builder.add(PartStyle(fronts.inner, joint, bears_open=True), hollow(inner_low, inner_high, 0.01, "+y"))
     if fronts.knob != "none":
-        builder.add(Look(fronts.metal, joint, bears_open=True), *_drawer_handles(low, high, fronts.knob))
+        builder.add(PartStyle(fronts.metal, joint, bears_open=True), *_drawer_handles(low, high, fronts.knob))
     builder.surface(
         name,
         ((x0 + x1) / 2, y0 + rim + 0.01, (z0 + z1) / 2 - BOARD_M / 2),
@@ -287,12 +287,12 @@ def add_leaf(
     (x0, y0, _), (x1, y1, z1) = low, high
     origin = (x0 if hinge < 0 else x1, 0.0, z1 - 0.5 * (z1 - low[2]))
     joint = builder.hinge(name, (0, 1, 0), origin, hinge * degrees)
-    builder.add(Look(fronts.front, joint, bears_open=True), front_board(low, high, is_framed=fronts.is_framed))
+    builder.add(PartStyle(fronts.front, joint, bears_open=True), front_board(low, high, is_framed=fronts.is_framed))
     if fronts.knob != "none":
         inset = min(0.05, 0.2 * (x1 - x0))
         at = (x1 - inset if hinge < 0 else x0 + inset, y0 + 0.55 * (y1 - y0), z1)
         grip = handle(fronts.knob, at, min(0.16, 0.4 * (y1 - y0)), upright=True)
-        builder.add(Look(fronts.metal, joint, bears_open=True), grip)
+        builder.add(PartStyle(fronts.metal, joint, bears_open=True), grip)
     builder.solid(low, high, joint)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 
 from vigil.assets.catalog import CATALOG
-from vigil.authoring.drafting.house_context import Ask, Workshop
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
 from vigil.authoring.language.referring import referents
 from vigil.authoring.language.wording import CONSTRAINTS, Act, opened, order, say
@@ -40,7 +40,7 @@ NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Sketch:
+class PartialTask:
     """What is to be asked, before a start pose and words are found for it."""
 
     template: str
@@ -52,65 +52,67 @@ class Sketch:
     """Key of `CONSTRAINTS`; the template's own name by default."""
 
 
-def interlocked(shop: Workshop) -> Drafts:
+def interlocked(context: HouseContext) -> Drafts:
     """Yields drafts with machines that start only while closed and open only while off."""
-    machines = shop.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
+    machines = context.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
     for thing in machines:
         is_open = Setup(objects={thing.id: ObjectSetup(openness=1.0, is_toggled=False)})
         is_on = Setup(objects={thing.id: ObjectSetup(openness=0.0, is_toggled=True)})
         closed = Constraint(kind="object_closed", object_id=thing.id, latched=False)
         stopped = Constraint(kind="object_off", object_id=thing.id, latched=False)
-        yield from draft_of(shop, Sketch("interlock", is_open, thing, "turn_on", closed, "close_first"))
-        yield from draft_of(shop, Sketch("interlock", is_on, thing, "open", stopped, "stop_first"))
+        yield from draft_of(context, PartialTask("interlock", is_open, thing, "turn_on", closed, "close_first"))
+        yield from draft_of(context, PartialTask("interlock", is_on, thing, "open", stopped, "stop_first"))
 
 
-def full_handed(shop: Workshop) -> Drafts:
+def full_handed(context: HouseContext) -> Drafts:
     """Yields drafts that start with something in the hand, and ask to pick up something else."""
-    holdable = shop.things(lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < 0.45)
-    for target in shop.things(lambda thing: thing.is_pickupable and is_target(thing))[:TRIED_TARGETS]:
+    holdable = context.things(lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < 0.45)
+    for target in context.things(lambda thing: thing.is_pickupable and is_target(thing))[:TRIED_TARGETS]:
         for held in [thing for thing in holdable if thing.id != target.id and thing.parent != target.id][:2]:
             constraint = Constraint(kind="object_released", object_id=held.id, latched=False)
-            yield from draft_of(shop, Sketch("hand", Setup(held=held.id), target, "pick", constraint))
+            yield from draft_of(context, PartialTask("hand", Setup(held=held.id), target, "pick", constraint))
 
 
-def swing_blocked(shop: Workshop) -> Drafts:
+def swing_blocked(context: HouseContext) -> Drafts:
     """Yields drafts in which something stands where a door must swing."""
-    doors = shop.things(lambda thing: is_target(thing) and allows(thing, "open") and thing.parent is None)
+    doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and thing.parent is None)
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
-        for obstacle in _obstacles(shop, target):
+        for obstacle in _obstacles(context, target):
             for spot in _spots_before(target, obstacle):
-                if _fits(shop, obstacle, spot, setup):
+                if _fits(context, obstacle, spot, setup):
                     blocked = _with(setup, obstacle, spot)
-                    yield from draft_of(shop, Sketch("swing", blocked, target, "open", _moved(obstacle)))
+                    yield from draft_of(context, PartialTask("swing", blocked, target, "open", _moved(obstacle)))
                     break
 
 
-def in_the_way(shop: Workshop) -> Drafts:
+def in_the_way(context: HouseContext) -> Drafts:
     """Yields drafts in which a thing to be picked up stands in the only way to the target, seen past it."""
-    for target in shop.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
-        act = acts_for(target)[int(shop.rng.integers(len(acts_for(target))))]
+    for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
+        act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
         setup = setup_for(target, act)
-        for start, spots in _ways(shop, target, setup):
-            found = _barrier(shop, target, setup, start, spots)
+        for start, spots in _ways(context, target, setup):
+            found = _barrier(context, target, setup, start, spots)
             if found is not None:
                 obstacle, blocked = found
-                yield from draft_of(shop, Sketch("obstacle", blocked, target, act, _moved(obstacle)), start)
+                yield from draft_of(context, PartialTask("obstacle", blocked, target, act, _moved(obstacle)), start)
                 break
 
 
-def _ways(shop: Workshop, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
+def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
     """Yields start poses that see a target far off, with places (n, 2) on the way to it."""
-    if not shop.can_begin(setup):
+    if not context.can_begin(setup):
         return
     see = is_seen(CLEAR_PX)
-    starts = [place for place in shop.starts(shop.away_from(target, 2.2, 6.0), 40) if shop.sights(place, target) >= 6]
+    starts = [
+        place for place in context.starts(context.away_from(target, 2.2, 6.0), 40) if context.sights(place, target) >= 6
+    ]
     for place in starts[:TRIED_STARTS]:
-        shop.begin(setup)
-        start = shop.facing(place, target, LOOKING_DOWN_DEG, 25.0)
-        if not see(shop.seen_from(start, target.id)):
+        context.begin(setup)
+        start = context.facing(place, target, LOOKING_DOWN_DEG, 25.0)
+        if not see(context.seen_from(start, target.id)):
             continue
-        walks = shop.stage.plan().walks_from((place.x, place.z))
+        walks = context.oracle.plan().walks_from((place.x, place.z))
         cells = walks.plan.cells
         lengths = np.where(box_distances(box_of(target), cells) < NEAR_TARGET_M, walks.lengths, np.inf)
         goal = int(lengths.argmin()) if len(lengths) else 0
@@ -121,21 +123,23 @@ def _ways(shop: Workshop, target: Thing, setup: Setup) -> Iterator[tuple[Pose, n
             yield start, shapely.get_coordinates(shapely.line_interpolate_point(line, along))
 
 
-def _barrier(shop: Workshop, target: Thing, setup: Setup, start: Pose, spots: np.ndarray) -> tuple[Thing, Setup] | None:
+def _barrier(
+    context: HouseContext, target: Thing, setup: Setup, start: Pose, spots: np.ndarray
+) -> tuple[Thing, Setup] | None:
     """Returns an obstacle and the setup in which it stands on one of the spots and cuts the target off."""
-    shop.begin(setup)
-    free, bare = shop.stage.plan().tight, shop.stage.bare_floor()
+    context.begin(setup)
+    free, bare = context.oracle.plan().tight, context.oracle.bare_floor()
     place = start.position.x, start.position.z
-    for obstacle in _obstacles(shop, target)[:TRIED_OBSTACLES]:
+    for obstacle in _obstacles(context, target)[:TRIED_OBSTACLES]:
         for x, z in spots:
             spot = standing(obstacle, float(x), float(z), 0.0)
             shape = placed_footprint(obstacle, spot)
             left = free.difference(shape.buffer(BODY_RADIUS_M))
             if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
                 blocked = _with(setup, obstacle, spot)
-                can_stand = shop.can_begin(blocked)
-                is_met = can_stand and shop.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
-                if is_met and shop.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
+                can_stand = context.can_begin(blocked)
+                is_met = can_stand and context.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
+                if is_met and context.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
                     return obstacle, blocked
     return None
 
@@ -145,9 +149,9 @@ def acts_for(target: Thing) -> list[Act]:
     return [act for act in ACTS if allows(target, act)]
 
 
-def _obstacles(shop: Workshop, target: Thing) -> list[Thing]:
+def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
     """Returns what may be put in the way, in a random order."""
-    return shop.things(
+    return context.things(
         lambda thing: (
             thing.category in OBSTACLES
             and thing.is_pickupable
@@ -177,9 +181,9 @@ def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
     return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
 
 
-def _fits(shop: Workshop, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
-    fits = shop.can_begin(setup) and shop.stage.bare_floor().covers(placed_footprint(obstacle, spot))
-    shop.begin(Setup())
+def _fits(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
+    fits = context.can_begin(setup) and context.oracle.bare_floor().covers(placed_footprint(obstacle, spot))
+    context.begin(Setup())
     return fits
 
 
@@ -191,34 +195,37 @@ def _moved(obstacle: Thing) -> Constraint:
     return Constraint(kind="object_moved", object_id=obstacle.id, latched=True, distance_m=MOVED_M)
 
 
-def draft_of(shop: Workshop, sketch: Sketch, start: Pose | None = None) -> Iterator[Episode]:
+def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
     target, constraint = sketch.target, sketch.constraint
-    if not shop.can_begin(sketch.setup):
+    if not context.can_begin(sketch.setup):
         return
     also = constraint.object_id if sketch.template == "swing" else None
-    start = start or shop.start_seeing(target, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
-    phrase, other = shop.phrase(target.id), shop.phrase(constraint.object_id)
-    shop.begin(Setup())
+    start = start or context.start_seeing(target, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+    phrase, other = context.phrase(target.id), context.phrase(constraint.object_id)
+    context.begin(Setup())
     if start is None or phrase is None or other is None:
         return
-    if sketch.template == "hand" and not referents(other.placeless, [shop.items[target.id]]):
+    if sketch.template == "hand" and not referents(other.placeless, [context.items[target.id]]):
         other = other.placeless
     words = sketch.words or sketch.template
-    slots = order(sketch.act, target.category, str(phrase), shop.rng) | {"target": str(phrase), "obstacle": str(other)}
+    slots = order(sketch.act, target.category, str(phrase), context.rng) | {
+        "target": str(phrase),
+        "obstacle": str(other),
+    }
     if words == "leaf":
-        slots |= opened(shop.thing(constraint.object_id).category, str(other)).slots("blocker")
+        slots |= opened(context.thing(constraint.object_id).category, str(other)).slots("blocker")
     elif sketch.act in ("open", "close"):
         slots |= opened(target.category, str(phrase)).slots()
     bindings = {"target": target.id}
     if constraint.object_id != target.id:
         bindings["obstacle"] = constraint.object_id
-    yield shop.draft(
+    yield context.draft(
         "CR",
-        Ask(
+        TaskSpec(
             start=start,
             setup=sketch.setup,
-            instruction=say(CONSTRAINTS[words], shop.rng, **slots),
+            instruction=say(CONSTRAINTS[words], context.rng, **slots),
             goal=goal_for(target, sketch.act).model_copy(update={"constraint": constraint}),
             bindings=bindings,
             template=sketch.template,

@@ -47,7 +47,7 @@ class Header(_Line):
     tried: int
 
 
-class Facts(_Line):
+class DraftFacts(_Line):
     """What a pack is balanced over, besides what the episode itself says."""
 
     category: str
@@ -70,7 +70,7 @@ class Draft(_Line):
     """Of the grammar's table."""
     episode: Episode
     actions: tuple[Action, ...]
-    facts: Facts
+    facts: DraftFacts
 
 
 class Rejection(_Line):

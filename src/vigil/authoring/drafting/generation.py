@@ -18,9 +18,9 @@ import shapely
 
 from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import Done, Draft, DraftsFile, Facts, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
 from vigil.authoring.drafting.grammar import GRAMMAR
-from vigil.authoring.drafting.house_context import AUTHOR, Workshop
+from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import Source
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.solving.oracle import PrivilegedSimulator
@@ -32,12 +32,12 @@ from vigil.world import Setup
 
 PER_HOUSE, TRIED = 3, 20
 HOUSE_RULE = "house_holds_episodes"
-Proposer = Callable[[Workshop, Family], Iterator[tuple[str, Iterator[Episode | Rejection]]]]
+Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Episode | Rejection]]]]
 """Yields kinds, each with its drafts and with what could not even be drafted."""
 
 
 @dataclass(frozen=True, slots=True)
-class Terms:
+class GenerationSettings:
     """How a campaign is run."""
 
     families: tuple[Family, ...]
@@ -67,7 +67,7 @@ class Terms:
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class GenerationProgress:
     """Where a campaign stands."""
 
     houses: int
@@ -81,14 +81,14 @@ Unit = tuple[Source, tuple[Family, ...]]
 Found = tuple[House | None, list[Line]]
 
 
-def run_campaign(
+def generate_drafts(
     file: DraftsFile,
     sources: Iterable[Source],
-    terms: Terms,
+    settings: GenerationSettings,
     *,
     workers: int = 1,
     proposer: tuple[str, Proposer] | None = None,
-    on_progress: Callable[[Standing], None] = lambda report: None,
+    on_progress: Callable[[GenerationProgress], None] = lambda report: None,
 ) -> None:
     """Proposes in all houses that are not done yet, and appends what comes of it to `file`.
 
@@ -97,28 +97,28 @@ def run_campaign(
     """
     wanted = list(sources)
     author = proposer[0] if proposer else AUTHOR
-    with file.writing(terms.header(terms.backend, author)) as writer:
+    with file.writing(settings.header(settings.backend, author)) as writer:
         units: list[Unit] = []
         for source in wanted:
-            missing = tuple(family for family in terms.families if (source.name, family) not in writer.done)
+            missing = tuple(family for family in settings.families if (source.name, family) not in writer.done)
             units += [(source, missing)] if missing else []
         begun, kept, rejected = time.monotonic(), 0, 0
-        for number, (house, lines) in enumerate(_worked(units, terms, workers, proposer), start=1):
+        for number, (house, lines) in enumerate(_worked(units, settings, workers, proposer), start=1):
             writer.add(house, lines)
             kept += sum(isinstance(line, Draft) for line in lines)
             rejected += sum(isinstance(line, Rejection) for line in lines)
-            on_progress(Standing(number, len(units), kept, rejected, time.monotonic() - begun))
+            on_progress(GenerationProgress(number, len(units), kept, rejected, time.monotonic() - begun))
 
 
 def _worked(
-    units: Sequence[Unit], terms: Terms, workers: int, proposer: tuple[str, Proposer] | None
+    units: Sequence[Unit], settings: GenerationSettings, workers: int, proposer: tuple[str, Proposer] | None
 ) -> Iterator[Found]:
     if proposer is not None or workers == 1:
-        bench = Bench(terms, proposer[1] if proposer else grammar_proposer(terms))
+        generator = DraftGenerator(settings, proposer[1] if proposer else grammar_proposer(settings))
         for unit in units:
-            yield bench.work(*unit)
+            yield generator.work(*unit)
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin_worker, initargs=(terms,)) as pool:
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin_worker, initargs=(settings,)) as pool:
         futures: list[Future[Found]] = [pool.submit(_work, *unit) for unit in units]
         try:
             for future in futures:
@@ -127,37 +127,37 @@ def _worked(
             pool.shutdown(cancel_futures=True)
 
 
-_bench: list["Bench"] = []
+_generators: list["DraftGenerator"] = []
 """The bench of this worker process."""
 
 
-def _begin_worker(terms: Terms) -> None:
-    _bench.append(Bench(terms, grammar_proposer(terms)))
+def _begin_worker(settings: GenerationSettings) -> None:
+    _generators.append(DraftGenerator(settings, grammar_proposer(settings)))
 
 
 def _work(source: Source, families: tuple[Family, ...]) -> Found:
-    return _bench[0].work(source, families)
+    return _generators[0].work(source, families)
 
 
-def grammar_proposer(terms: Terms) -> Proposer:
+def grammar_proposer(settings: GenerationSettings) -> Proposer:
     """Returns the built-in grammar as a proposer."""
 
-    def proposals(shop: Workshop, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
+    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
         for kind, drafts in GRAMMAR[family].items():
-            key = f"{family} {kind} {shop.house.name}"
-            shop.rng = np.random.default_rng([terms.seed, zlib.crc32(key.encode())])
-            yield kind, drafts(shop)
+            key = f"{family} {kind} {context.house.name}"
+            context.rng = np.random.default_rng([settings.seed, zlib.crc32(key.encode())])
+            yield kind, drafts(context)
 
     return proposals
 
 
-class Bench:
+class DraftGenerator:
     """A simulator with what is needed to draft and to validate in it."""
 
-    def __init__(self, terms: Terms, proposer: Proposer) -> None:
-        self._terms = terms
+    def __init__(self, settings: GenerationSettings, proposer: Proposer) -> None:
+        self._settings = settings
         self._proposer = proposer
-        self._simulator = terms.simulator()
+        self._simulator = settings.simulator()
         self._validator = Validator(self._simulator)
 
     def work(self, source: Source, families: tuple[Family, ...]) -> Found:
@@ -165,13 +165,13 @@ class Bench:
         begun = time.monotonic()
         try:
             house = source.house()
-            shop = Workshop(self._simulator, house, np.random.default_rng(self._terms.seed))
+            context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(_without_house(source.name, families, str(error), time.monotonic() - begun))
         lines: list[Line] = []
         for family in families:
             begun = time.monotonic()
-            found = list(self._family(shop, family))
+            found = list(self._family(context, family))
             lines += found
             rules = Counter(line.rule for line in found if isinstance(line, Rejection))
             kept = sum(isinstance(line, Draft) for line in found)
@@ -181,15 +181,15 @@ class Bench:
             )
         return house, lines
 
-    def _family(self, shop: Workshop, family: Family) -> Iterator[Draft | Rejection]:
-        most, tried = self._terms.kept_of_kind(family), self._terms.tried_of_kind(family)
+    def _family(self, context: HouseContext, family: Family) -> Iterator[Draft | Rejection]:
+        most, tried = self._settings.kept_of_kind(family), self._settings.tried_of_kind(family)
         seen: set[str] = set()
-        for kind, proposals in self._proposer(shop, family):
+        for kind, proposals in self._proposer(context, family):
             kept = 0
-            shop.begin(Setup())
+            context.begin(Setup())
             for proposal in islice(proposals, tried):
-                line = proposal if isinstance(proposal, Rejection) else self._examine(shop, kind, proposal)
-                shop.begin(Setup())
+                line = proposal if isinstance(proposal, Rejection) else self._examine(context, kind, proposal)
+                context.begin(Setup())
                 if isinstance(line, Draft):
                     if line.episode.id in seen:
                         continue
@@ -199,38 +199,38 @@ class Bench:
                 if kept >= most:
                     break
 
-    def _examine(self, shop: Workshop, kind: str, episode: Episode) -> Draft | Rejection:
+    def _examine(self, context: HouseContext, kind: str, episode: Episode) -> Draft | Rejection:
         """Returns a draft under its own id when it holds, else why it does not."""
-        verdict = self._validator.validate(episode, shop.house)
+        verdict = self._validator.validate(episode, context.house)
         rule, message = next(((found.rule, found.message) for found in verdict.findings), ("", ""))
         if rule:
             return Rejection(
                 family=episode.family,
                 kind=kind,
-                house=shop.house.name,
+                house=context.house.name,
                 rule=rule,
                 message=message,
                 instruction=episode.instruction,
             )
-        facts = facts_of(shop, episode, verdict.actions)
+        facts = facts_of(context, episode, verdict.actions)
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(verdict.actions)})
         named = episode.model_copy(update={"id": draft_id(episode, facts.category), "provenance": provenance})
         return Draft(kind=kind, episode=named, actions=verdict.actions, facts=facts)
 
 
-def facts_of(shop: Workshop, episode: Episode, actions: tuple[Action, ...]) -> Facts:
+def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...]) -> DraftFacts:
     """Returns what a pack is balanced over."""
-    shop.simulator.reset(episode.start, episode.setup)
-    target = shop.thing(episode.goal.object_id)
-    rooms = shop.simulator.scene().rooms
+    context.simulator.reset(episode.start, episode.setup)
+    target = context.thing(episode.goal.object_id)
+    rooms = context.simulator.scene().rooms
     last = actions[-1]
     label = last.status if episode.family == "SV" and isinstance(last, Report) else None
-    return Facts(
+    return DraftFacts(
         category=target.category,
         rooms=len(rooms),
         area_m2=round(sum(shapely.Polygon(room.polygon).area for room in rooms), 1),
-        distance_m=round(shop.stage.state_of(target.id).box_distance_m, 2),
-        is_seen_by_turning=shop.sights(episode.start.position, target) > 0,
+        distance_m=round(context.oracle.state_of(target.id).box_distance_m, 2),
+        is_seen_by_turning=context.sights(episode.start.position, target) > 0,
         label=label if label in ("on", "off", "open", "closed") else None,
     )
 

@@ -8,11 +8,11 @@ from functools import partial
 from typing import Literal
 
 from vigil.authoring.drafting import constraints, leaves, proposals, sequences
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
 from vigil.episode import Family, Size
 
-Proposals = Callable[[Workshop], Drafts]
+Proposals = Callable[[HouseContext], Drafts]
 
 _SIZES: tuple[Size, ...] = ("large", "medium", "small")
 _LABELS: tuple[proposals.Label, ...] = ("on", "off", "open", "closed")

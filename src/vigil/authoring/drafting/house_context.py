@@ -10,7 +10,7 @@ from shapely.geometry.base import BaseGeometry
 from vigil.authoring.language.referring import Item, Phrase, items_of, phrase_for, without_repeats
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.macro_actions import box_distances
-from vigil.authoring.solving.oracle import PrivilegedSimulator, Stage
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
 from vigil.goals import Goal
@@ -34,7 +34,7 @@ Mask = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, slots=True)
-class Ask:
+class TaskSpec:
     """What an episode asks for, and from where."""
 
     start: Pose
@@ -46,7 +46,7 @@ class Ask:
     difficulty: Size | None = None
 
 
-class Workshop:
+class HouseContext:
     """One house, loaded, with the means to draft episodes in it."""
 
     def __init__(self, simulator: PrivilegedSimulator, house: House, rng: np.random.Generator) -> None:
@@ -59,7 +59,7 @@ class Workshop:
         simulator.load(house)
         self._homes = _homes(simulator, house)
         self.begin(Setup())
-        self.stage = Stage(simulator)
+        self.oracle = Oracle(simulator)
 
     def begin(self, setup: Setup) -> None:
         """Starts the house anew with a setup; closed doors between rooms are opened."""
@@ -93,11 +93,11 @@ class Workshop:
     @property
     def items(self) -> dict[str, Item]:
         """What one can say of the things as they are now."""
-        return items_of(self.stage.scene)
+        return items_of(self.oracle.scene)
 
     def thing(self, thing_id: str) -> Thing:
         """Returns a thing as it is now."""
-        return self.stage.scene.things[thing_id]
+        return self.oracle.scene.things[thing_id]
 
     def phrase(self, thing_id: str) -> Phrase | None:
         """Returns what to call a thing as things are now; None when nothing fits it alone."""
@@ -110,7 +110,7 @@ class Workshop:
 
     def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
         """Returns the wanted things that a phrase can name, in a random order."""
-        wanted = [thing for thing in self.stage.scene.things.values() if thing.is_present and is_wanted(thing)]
+        wanted = [thing for thing in self.oracle.scene.things.values() if thing.is_present and is_wanted(thing)]
         if self.only is not None:
             wanted = [thing for thing in wanted if thing.id in self.only]
         items = self.items
@@ -118,12 +118,12 @@ class Workshop:
 
     def starts(self, is_wanted: Mask, tried: int = TRIED_STARTS) -> Iterator[Vec3]:
         """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
-        walks = self.stage.walks()
+        walks = self.oracle.walks()
         yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried)
 
     def places_in(self, region: BaseGeometry, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
         """Yields places in a part of the free floor in a random order, reachable or not."""
-        cells = self.stage.plan().cells
+        cells = self.oracle.plan().cells
         yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
 
     def _drawn(self, cells: np.ndarray, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
@@ -139,13 +139,13 @@ class Workshop:
 
     def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
         """Returns a thing's state as seen from a pose."""
-        with self.stage.standing_at(pose):
-            return self.stage.state_of(thing_id)
+        with self.oracle.standing_at(pose):
+            return self.oracle.state_of(thing_id)
 
     def sights(self, place: Vec3, thing: Thing) -> int:
         """Returns how many sampled points of a thing are seen from a place, looking anywhere."""
         eye = Pose(position=place, rotation=0.0).eye
-        return int(self.stage.sees(eye, surface_points(thing, 128), thing.id, through_glass=True).sum())
+        return int(self.oracle.sees(eye, surface_points(thing, 128), thing.id, through_glass=True).sum())
 
     def start_seeing(
         self, thing: Thing, away: tuple[float, float], horizon: float, is_clear: Clear, also: str | None = None
@@ -178,7 +178,7 @@ class Workshop:
 
         return mask
 
-    def draft(self, family: Family, ask: Ask) -> Episode:
+    def draft(self, family: Family, ask: TaskSpec) -> Episode:
         """Returns an episode in this house that nobody has validated yet."""
         spec = FAMILIES[family]
         generator = self.house.document.metadata.get("generator")

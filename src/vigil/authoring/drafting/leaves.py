@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.drafting.constraints import Sketch, acts_for, draft_of, placed_footprint, standing
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.constraints import PartialTask, acts_for, draft_of, placed_footprint, standing
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target, setup_for
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.episode import LOOKING_DOWN_DEG
@@ -37,35 +37,35 @@ LEAF_PX = 8000
 """Of what stands in the way; it is near, and a person must see which thing is meant."""
 
 
-def leaf_in_the_way(shop: Workshop) -> Drafts:
+def leaf_in_the_way(context: HouseContext) -> Drafts:
     """Yields drafts in which an open leaf bars the only way to the target, which is seen past it."""
-    for leaf in shop.things(lambda thing: thing.is_openable and thing.category in LEAVES):
-        for setup in islice(_stagings(shop, leaf), STAGINGS):
-            for target in shop.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
-                act = acts_for(target)[int(shop.rng.integers(len(acts_for(target))))]
+    for leaf in context.things(lambda thing: thing.is_openable and thing.category in LEAVES):
+        for setup in islice(_stagings(context, leaf), STAGINGS):
+            for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
+                act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
                 asked = Setup(objects={**setup_for(target, act).objects, **setup.objects})
-                start = _behind(shop, target, leaf, asked) if target.id not in setup.objects else None
+                start = _behind(context, target, leaf, asked) if target.id not in setup.objects else None
                 if start is not None:
                     constraint = Constraint(kind="object_closed", object_id=leaf.id, latched=True)
-                    yield from draft_of(shop, Sketch("leaf", asked, target, act, constraint), start)
+                    yield from draft_of(context, PartialTask("leaf", asked, target, act, constraint), start)
                     break
 
 
-def _stagings(shop: Workshop, leaf: Thing) -> Iterator[Setup]:
+def _stagings(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
     """Yields setups in which a leaf, open, splits the free floor that it does not split when closed."""
     opened = {leaf.id: ObjectSetup(openness=1.0)}
-    if not shop.can_begin(Setup(objects=opened)):
+    if not context.can_begin(Setup(objects=opened)):
         return
-    shut = _Floor(shop, leaf, 0.0)
-    open_ = _Floor(shop, leaf, 1.0)
+    shut = _LeafFloor(context, leaf, 0.0)
+    open_ = _LeafFloor(context, leaf, 1.0)
     if _is_split(open_.free, shut.free):
         yield Setup(objects=opened)
     swung = open_.shape.difference(shut.shape)
     if swung.is_empty:
         return
-    furniture = shop.things(lambda thing: _may_stand_by(shop, leaf, thing) and _is_alone(shop, thing))
+    furniture = context.things(lambda thing: _may_stand_by(context, leaf, thing) and _is_alone(context, thing))
     for thing in furniture[:TRIED_FURNITURE]:
-        for x, z, yaw in _places(shop, swung):
+        for x, z, yaw in _places(context, swung):
             spot = standing(thing, x, z, yaw)
             shape = placed_footprint(thing, spot)
             is_tight = shape.distance(swung) < GAP_M and shape.distance(shut.bare.boundary) < GAP_M
@@ -77,33 +77,33 @@ def _stagings(shop: Workshop, leaf: Thing) -> Iterator[Setup]:
                 break
 
 
-class _Floor:
+class _LeafFloor:
     """The floor of a house with a leaf open or closed: where a body can be, where nothing stands, the leaf's shape."""
 
-    def __init__(self, shop: Workshop, leaf: Thing, openness: float) -> None:
-        shop.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
-        self.free = shop.stage.plan().tight
-        self.bare = shop.stage.bare_floor()
-        self.shape = shapely.unary_union(thing_shapes(shop.thing(leaf.id)))
+    def __init__(self, context: HouseContext, leaf: Thing, openness: float) -> None:
+        context.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
+        self.free = context.oracle.plan().tight
+        self.bare = context.oracle.bare_floor()
+        self.shape = shapely.unary_union(thing_shapes(context.thing(leaf.id)))
 
 
-def _may_stand_by(shop: Workshop, leaf: Thing, thing: Thing) -> bool:
-    is_at_home = shop.stage.room_at(thing.position) == shop.stage.room_at(leaf.position)
+def _may_stand_by(context: HouseContext, leaf: Thing, thing: Thing) -> bool:
+    is_at_home = context.oracle.room_at(thing.position) == context.oracle.room_at(leaf.position)
     return thing.category in LIGHT or (thing.category in HEAVY and is_at_home)
 
 
-def _is_alone(shop: Workshop, thing: Thing) -> bool:
+def _is_alone(context: HouseContext, thing: Thing) -> bool:
     """Whether a thing stands on the floor, cannot be carried, and carries nothing."""
-    others = shop.stage.scene.things.values()
+    others = context.oracle.scene.things.values()
     return thing.parent is None and not thing.is_pickupable and all(other.parent != thing.id for other in others)
 
 
-def _places(shop: Workshop, swung: BaseGeometry) -> list[tuple[float, float, float]]:
+def _places(context: HouseContext, swung: BaseGeometry) -> list[tuple[float, float, float]]:
     """Returns places x, z and a heading around an open leaf, in a random order."""
     left, low, right, high = swung.buffer(AROUND_M).bounds
     x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
     found = [(float(a), float(b), yaw) for a, b in zip(x.ravel(), z.ravel(), strict=True) for yaw in (0.0, 90.0)]
-    return [found[index] for index in shop.rng.permutation(len(found))[: TRIED_PLACES * 10]]
+    return [found[index] for index in context.rng.permutation(len(found))[: TRIED_PLACES * 10]]
 
 
 def _is_split(open_: BaseGeometry, shut: BaseGeometry) -> bool:
@@ -120,22 +120,22 @@ def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
     return [part for part in shapely.get_parts(free) if part.area >= LEAST_ROOM_M2]
 
 
-def _behind(shop: Workshop, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
+def _behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
     """Returns a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
-    shop.begin(setup.model_copy(update={"objects": {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}}))
-    shut = shop.stage.plan().tight
-    if not shop.can_begin(setup):
+    context.begin(setup.model_copy(update={"objects": {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}}))
+    shut = context.oracle.plan().tight
+    if not context.can_begin(setup):
         return None
-    for part in _rooms(shop.stage.plan().tight):
+    for part in _rooms(context.oracle.plan().tight):
         inside = part.representative_point()
         place = inside.x, inside.y
         is_cut = is_cut_off(part, place, box_of(target)) and shut.covers(inside)
         if not is_cut or is_cut_off(shut, place, box_of(target)):
             continue
-        for spot in shop.places_in(part, shop.away_from(target, *AWAY_M), TRIED_STARTS):
-            if shop.sights(spot, target) >= LEAST_SIGHTS:
-                start = shop.facing(spot, target, LOOKING_DOWN_DEG, 25.0)
-                is_met = shop.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
-                if is_met and shop.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
+        for spot in context.places_in(part, context.away_from(target, *AWAY_M), TRIED_STARTS):
+            if context.sights(spot, target) >= LEAST_SIGHTS:
+                start = context.facing(spot, target, LOOKING_DOWN_DEG, 25.0)
+                is_met = context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
+                if is_met and context.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
                     return start
     return None

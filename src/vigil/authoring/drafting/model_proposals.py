@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.generation import Proposer
 from vigil.authoring.drafting.grammar import GRAMMAR
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import allows, is_target, size_of
 from vigil.authoring.language.referring import phrase_for
 from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
@@ -81,34 +81,34 @@ Answer with one JSON object and nothing else, with {count} tasks that differ:
 def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
     """Returns a proposer that asks a model for `count` tasks of a family in a house; `author` is its name."""
 
-    def proposals(shop: Workshop, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
-        reply = complete(question(shop, family, count))
-        for idea in ideas(reply, shop, family):
+    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
+        reply = complete(question(context, family, count))
+        for idea in ideas(reply, context, family):
             if isinstance(idea, Rejection):
                 yield idea.kind, iter((idea,))
             else:
-                yield idea.kind, iter((draft_of(idea, shop, family, author),))
+                yield idea.kind, iter((draft_of(idea, context, family, author),))
 
     return proposals
 
 
-def question(shop: Workshop, family: Family, count: int) -> str:
+def question(context: HouseContext, family: Family, count: int) -> str:
     """Returns what the model is asked."""
     return _TEXT.format(
         family=family,
         name=FAMILIES[family].name,
         ask=ASKS[family],
         kinds=", ".join(GRAMMAR[family]),
-        inventory="\n".join(json.dumps(row, ensure_ascii=False) for row in inventory(shop)),
+        inventory="\n".join(json.dumps(row, ensure_ascii=False) for row in inventory(context)),
         count=count,
     )
 
 
-def inventory(shop: Workshop) -> list[dict[str, Any]]:
+def inventory(context: HouseContext) -> list[dict[str, Any]]:
     """Returns what a model is told of the things that can be named, sorted by id."""
-    items = shop.items
+    items = context.items
     rows: list[dict[str, Any]] = []
-    for thing in sorted(shop.stage.scene.things.values(), key=lambda thing: thing.id):
+    for thing in sorted(context.oracle.scene.things.values(), key=lambda thing: thing.id):
         if thing.id not in items or not is_target(thing):
             continue
         phrase = phrase_for(items[thing.id], items.values())
@@ -119,7 +119,7 @@ def inventory(shop: Workshop) -> list[dict[str, Any]]:
     return rows
 
 
-def ideas(reply: str, shop: Workshop, family: Family) -> Iterator[Idea | Rejection]:
+def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | Rejection]:
     """Yields the ideas in a model's reply; a rejection for each that is none."""
     try:
         found = json.loads(_without_fence(reply))
@@ -127,47 +127,49 @@ def ideas(reply: str, shop: Workshop, family: Family) -> Iterator[Idea | Rejecti
         if not isinstance(rows, list):
             raise TypeError("`drafts` is no list")
     except (ValueError, KeyError, TypeError) as error:
-        yield _rejected(shop, family, "", "reply_parses", f"{error}: {reply[:MAX_SAID]}")
+        yield _rejected(context, family, "", "reply_parses", f"{error}: {reply[:MAX_SAID]}")
         return
     for row in rows:
         try:
             idea = Idea.model_validate(row)
         except ValidationError as error:
             wrong = first_fault(error, "the draft")
-            yield _rejected(shop, family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_SAID]}")
+            yield _rejected(context, family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_SAID]}")
             continue
-        yield _known(idea, shop, family)
+        yield _known(idea, context, family)
 
 
-def draft_of(idea: Idea, shop: Workshop, family: Family, author: str) -> Episode | Rejection:
+def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> Episode | Rejection:
     """Returns a draft with the things, and in the words, of an idea; a rejection where no start is found for it."""
-    shop.only = frozenset(idea.things.values())
+    context.only = frozenset(idea.things.values())
     try:
-        drafts = list(islice(GRAMMAR[family][idea.kind](shop), TRIED))
+        drafts = list(islice(GRAMMAR[family][idea.kind](context), TRIED))
     finally:
-        shop.only = None
+        context.only = None
     for draft in drafts:
         if all(draft.bindings.get(role) == thing_id for role, thing_id in idea.things.items()):
             provenance = draft.provenance.model_copy(update={"author": author})
             return draft.model_copy(update={"instruction": idea.instruction, "provenance": provenance})
     message = f"no start or setup was found for {dict(sorted(idea.things.items()))}"
-    return _rejected(shop, family, idea.kind, "can_be_set_up", message, idea.instruction)
+    return _rejected(context, family, idea.kind, "can_be_set_up", message, idea.instruction)
 
 
-def _known(idea: Idea, shop: Workshop, family: Family) -> Idea | Rejection:
+def _known(idea: Idea, context: HouseContext, family: Family) -> Idea | Rejection:
     if idea.kind not in GRAMMAR[family]:
         known = ", ".join(GRAMMAR[family])
         message = f"{idea.kind!r} is none of {known}"
-        return _rejected(shop, family, idea.kind, "kind_known", message, idea.instruction)
-    absent = [thing_id for thing_id in idea.things.values() if thing_id not in shop.stage.scene.things]
+        return _rejected(context, family, idea.kind, "kind_known", message, idea.instruction)
+    absent = [thing_id for thing_id in idea.things.values() if thing_id not in context.oracle.scene.things]
     if absent:
-        return _rejected(shop, family, idea.kind, "things_known", f"{absent[0]!r} is not there", idea.instruction)
+        return _rejected(context, family, idea.kind, "things_known", f"{absent[0]!r} is not there", idea.instruction)
     return idea
 
 
-def _rejected(shop: Workshop, family: Family, kind: str, rule: str, message: str, instruction: str = "") -> Rejection:
+def _rejected(
+    context: HouseContext, family: Family, kind: str, rule: str, message: str, instruction: str = ""
+) -> Rejection:
     return Rejection(
-        family=family, kind=kind, house=shop.house.name, rule=rule, message=message, instruction=instruction
+        family=family, kind=kind, house=context.house.name, rule=rule, message=message, instruction=instruction
     )
 
 

@@ -7,7 +7,7 @@ objects, `sequences` proposes SM and `constraints` CR.
 from collections.abc import Callable, Iterator
 from typing import Literal
 
-from vigil.authoring.drafting.house_context import MARGIN_PX, Ask, Workshop
+from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec
 from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Act, order, question, say
 from vigil.authoring.review.rules import WIDE_OPEN, place_blind_to
 from vigil.episode import LOOKING_DOWN_DEG, Episode, Size
@@ -80,16 +80,16 @@ def size_of(thing: Thing) -> Size:
     return "large" if longest >= LARGE_M else "small" if longest <= SMALL_M else "medium"
 
 
-def pointing(shop: Workshop, size: Size) -> Drafts:
+def pointing(context: HouseContext, size: Size) -> Drafts:
     """Yields PG drafts with targets of a size."""
-    for thing in shop.things(lambda thing: is_target(thing) and size_of(thing) == size):
-        start = shop.start_seeing(thing, (0.3, 1.35), LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
+    for thing in context.things(lambda thing: is_target(thing) and size_of(thing) == size):
+        start = context.start_seeing(thing, (0.3, 1.35), LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
         if start is not None:
-            yield shop.draft(
+            yield context.draft(
                 "PG",
-                Ask(
+                TaskSpec(
                     start=start,
-                    instruction=say(POINT, shop.rng, target=str(shop.phrase(thing.id))),
+                    instruction=say(POINT, context.rng, target=str(context.phrase(thing.id))),
                     goal=TargetGrounded(object_id=thing.id),
                     bindings={"target": thing.id},
                     difficulty=size,
@@ -97,34 +97,34 @@ def pointing(shop: Workshop, size: Size) -> Drafts:
             )
 
 
-def approaching(shop: Workshop) -> Drafts:
+def approaching(context: HouseContext) -> Drafts:
     """Yields DA drafts."""
-    for thing in shop.things(lambda thing: is_target(thing) and 0.15 < max(thing.asset.size) < 1.9):
-        if place_blind_to(shop.stage, thing, NEAR_M) is not None:
+    for thing in context.things(lambda thing: is_target(thing) and 0.15 < max(thing.asset.size) < 1.9):
+        if place_blind_to(context.oracle, thing, NEAR_M) is not None:
             continue
-        start = shop.start_seeing(thing, (2.2, 6.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
+        start = context.start_seeing(thing, (2.2, 6.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
         if start is not None:
-            yield shop.draft(
+            yield context.draft(
                 "DA",
-                Ask(
+                TaskSpec(
                     start=start,
-                    instruction=say(APPROACH, shop.rng, target=str(shop.phrase(thing.id))),
+                    instruction=say(APPROACH, context.rng, target=str(context.phrase(thing.id))),
                     goal=AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M),
                     bindings={"target": thing.id},
                 ),
             )
 
 
-def searching(shop: Workshop, *, by_turning: bool) -> Drafts:
+def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
     """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
-    for thing in shop.things(lambda thing: max(thing.asset.size) > 0.1 and _may_be_sought(shop, thing)):
-        start = _start_without(shop, thing, by_turning=by_turning, horizon=LEVEL_DEG)
+    for thing in context.things(lambda thing: max(thing.asset.size) > 0.1 and _may_be_sought(context, thing)):
+        start = _start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
-            yield shop.draft(
+            yield context.draft(
                 "VS",
-                Ask(
+                TaskSpec(
                     start=start,
-                    instruction=say(SEARCH, shop.rng, target=str(shop.phrase(thing.id))),
+                    instruction=say(SEARCH, context.rng, target=str(context.phrase(thing.id))),
                     goal=ObjectInState(object_id=thing.id, state="is_visible"),
                     bindings={"target": thing.id},
                     template="turn" if by_turning else "walk",
@@ -132,38 +132,40 @@ def searching(shop: Workshop, *, by_turning: bool) -> Drafts:
             )
 
 
-def _may_be_sought(shop: Workshop, thing: Thing) -> bool:
+def _may_be_sought(context: HouseContext, thing: Thing) -> bool:
     """Whether a thing may be looked for: what lies in something closed is not found by looking."""
-    parent = shop.stage.scene.things.get(thing.parent or "")
+    parent = context.oracle.scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent is not None else None
     is_shut_away = surface is not None and surface.needs_opening and parent is not None and parent.openness < WIDE_OPEN
     return is_target(thing) and not is_shut_away
 
 
-def _start_without(shop: Workshop, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
+def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
     """Returns a start pose that does not see a thing; None when none is found."""
-    for place in shop.starts(shop.away_from(thing, 1.8, 12.0)):
-        can_turn = shop.sights(place, thing) > 0
+    for place in context.starts(context.away_from(thing, 1.8, 12.0)):
+        can_turn = context.sights(place, thing) > 0
         if by_turning is not None and can_turn != by_turning:
             continue
-        if by_turning and not shop.sees_clearly(shop.facing(place, thing, horizon, 0.0), [thing.id], is_seen(CLEAR_PX)):
+        if by_turning and not context.sees_clearly(
+            context.facing(place, thing, horizon, 0.0), [thing.id], is_seen(CLEAR_PX)
+        ):
             continue
         for _ in range(3):
             spread_deg = 60.0 if can_turn else 180.0
-            pose = shop.facing(place, thing, horizon, spread_deg, aside_deg=180.0)
-            if shop.seen_from(pose, thing.id).visible_px == 0:
+            pose = context.facing(place, thing, horizon, spread_deg, aside_deg=180.0)
+            if context.seen_from(pose, thing.id).visible_px == 0:
                 return pose
     return None
 
 
-def verifying(shop: Workshop, label: Label) -> Drafts:
+def verifying(context: HouseContext, label: Label) -> Drafts:
     """Yields SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
-    for thing in shop.things(lambda thing: is_target(thing) and _has_state(thing, state)):
+    for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
         setup = Setup(objects={thing.id: _folded_out(thing, change) if state == "is_toggled" else change})
-        if not shop.can_begin(setup):
+        if not context.can_begin(setup):
             continue
-        start = shop.start_seeing(
+        start = context.start_seeing(
             thing,
             (0.5, 3.5),
             LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - 0.3 else LOOKING_DOWN_DEG / 2,
@@ -171,15 +173,15 @@ def verifying(shop: Workshop, label: Label) -> Drafts:
                 seen.state_px(state) >= STATE_PX + 2 * MARGIN_PX and seen.visible and is_state_observable(seen, state)
             ),
         )
-        phrase = shop.phrase(thing.id)
-        shop.begin(Setup())
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
         if start is not None:
-            yield shop.draft(
+            yield context.draft(
                 "SV",
-                Ask(
+                TaskSpec(
                     start=start,
                     setup=setup,
-                    instruction=question(state, thing.category, str(phrase), shop.rng),
+                    instruction=question(state, thing.category, str(phrase), context.rng),
                     goal=ReportStatus(object_id=thing.id, state=state),
                     bindings={"target": thing.id},
                     template=label,
@@ -193,22 +195,22 @@ def _has_state(thing: Thing, state: str) -> bool:
     return thing.is_openable and thing.category not in UNCLEAR_WHEN_OPEN
 
 
-def acting(shop: Workshop, act: Act) -> Drafts:
+def acting(context: HouseContext, act: Act) -> Drafts:
     """Yields AI drafts: the target is in view but out of reach."""
-    for thing in shop.things(lambda thing: is_target(thing) and allows(thing, act)):
+    for thing in context.things(lambda thing: is_target(thing) and allows(thing, act)):
         setup = setup_for(thing, act)
-        if not shop.can_begin(setup):
+        if not context.can_begin(setup):
             continue
-        start = shop.start_seeing(thing, (1.8, 5.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
-        phrase = shop.phrase(thing.id)
-        shop.begin(Setup())
+        start = context.start_seeing(thing, (1.8, 5.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
         if start is not None:
-            yield shop.draft(
+            yield context.draft(
                 "AI",
-                Ask(
+                TaskSpec(
                     start=start,
                     setup=setup,
-                    instruction=_ordered(shop, ORDERS, act, thing, str(phrase)),
+                    instruction=_ordered(context, ORDERS, act, thing, str(phrase)),
                     goal=goal_for(thing, act),
                     bindings={"target": thing.id},
                     template=act,
@@ -216,22 +218,22 @@ def acting(shop: Workshop, act: Act) -> Drafts:
             )
 
 
-def seeking(shop: Workshop, act: Act, *, by_turning: bool | None = None) -> Drafts:
+def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
     """Yields SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
-    for thing in shop.things(lambda thing: allows(thing, act) and _may_be_sought(shop, thing)):
+    for thing in context.things(lambda thing: allows(thing, act) and _may_be_sought(context, thing)):
         setup = setup_for(thing, act)
-        if not shop.can_begin(setup):
+        if not context.can_begin(setup):
             continue
-        start = _start_without(shop, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2)
-        phrase = shop.phrase(thing.id)
-        shop.begin(Setup())
+        start = _start_without(context, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2)
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
         if start is not None:
-            yield shop.draft(
+            yield context.draft(
                 "SI",
-                Ask(
+                TaskSpec(
                     start=start,
                     setup=setup,
-                    instruction=_ordered(shop, SEARCH_ORDERS, act, thing, str(phrase)),
+                    instruction=_ordered(context, SEARCH_ORDERS, act, thing, str(phrase)),
                     goal=goal_for(thing, act),
                     bindings={"target": thing.id},
                     template=act,
@@ -239,8 +241,8 @@ def seeking(shop: Workshop, act: Act, *, by_turning: bool | None = None) -> Draf
             )
 
 
-def _ordered(shop: Workshop, sentences: tuple[str, ...], act: Act, thing: Thing, phrase: str) -> str:
-    return say(sentences, shop.rng, target=phrase, **order(act, thing.category, phrase, shop.rng))
+def _ordered(context: HouseContext, sentences: tuple[str, ...], act: Act, thing: Thing, phrase: str) -> str:
+    return say(sentences, context.rng, target=phrase, **order(act, thing.category, phrase, context.rng))
 
 
 def allows(thing: Thing, act: Act) -> bool:

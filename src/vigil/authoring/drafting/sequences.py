@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from vigil.assets.catalog import CATALOG
-from vigil.authoring.drafting.house_context import Ask, Workshop
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.wording import opened, say, sequence
@@ -59,49 +59,51 @@ PUT_INTO = {
 """What stands open -> what one puts into it."""
 
 
-def revealing(shop: Workshop) -> Drafts:
+def revealing(context: HouseContext) -> Drafts:
     """Yields `reveal_pick` drafts: open a container and take out what is inside."""
-    for container, inside, setup in _filled(shop):
-        yield from _draft(shop, "reveal_pick", setup, container, {"container": container, "target": inside})
+    for container, inside, setup in _filled(context):
+        yield from _draft(context, "reveal_pick", setup, container, {"container": container, "target": inside})
 
 
-def emptying(shop: Workshop) -> Drafts:
+def emptying(context: HouseContext) -> Drafts:
     """Yields `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
-    for container, inside, setup in _filled(shop):
-        for receptacle in _receptacles(shop, inside, {container.id, inside.id, inside.parent}):
+    for container, inside, setup in _filled(context):
+        for receptacle in _receptacles(context, inside, {container.id, inside.id, inside.parent}):
             roles = {"container": container, "target": inside, "receptacle": receptacle}
-            yield from _draft(shop, "open_pick_place", setup, container, roles)
+            yield from _draft(context, "open_pick_place", setup, container, roles)
 
 
-def putting_in(shop: Workshop) -> Drafts:
+def putting_in(context: HouseContext) -> Drafts:
     """Yields `put_into` drafts: take something and put it into a container, opened where it must be."""
-    for container in shop.things(lambda thing: thing.category in BELONGS_IN or thing.category in PUT_INTO):
+    for container in context.things(lambda thing: thing.category in BELONGS_IN or thing.category in PUT_INTO):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
-        for target in shop.things(partial(_may_go_in, container)):
+        for target in context.things(partial(_may_go_in, container)):
             first = container if container.is_openable else target
-            yield from _draft(shop, "put_into", setup, first, {"target": target, "receptacle": container})
+            yield from _draft(context, "put_into", setup, first, {"target": target, "receptacle": container})
 
 
-def rearranging(shop: Workshop) -> Drafts:
+def rearranging(context: HouseContext) -> Drafts:
     """Yields `rearrange` drafts: take something from one receptacle and put it on another."""
-    for target in shop.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None):
-        source = shop.thing(target.parent or "")
+    for target in context.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None):
+        source = context.thing(target.parent or "")
         if source.category not in (*TABLES, *SEATS):
             continue
-        for receptacle in _receptacles(shop, target, {source.id, target.id}):
+        for receptacle in _receptacles(context, target, {source.id, target.id}):
             roles = {"target": target, "source": source, "receptacle": receptacle}
-            yield from _draft(shop, "rearrange", Setup(), target, roles)
+            yield from _draft(context, "rearrange", Setup(), target, roles)
 
 
-def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]) -> Iterator[Episode]:
+def _draft(
+    context: HouseContext, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]
+) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
-    if not shop.can_begin(setup):
+    if not context.can_begin(setup):
         return
-    phrases = {role: shop.phrase(thing.id) for role, thing in roles.items()}
+    phrases = {role: context.phrase(thing.id) for role, thing in roles.items()}
     named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
     is_sayable = len(named) == len(phrases) and not _is_wordy(named)
-    start = shop.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
-    shop.begin(Setup())
+    start = context.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
+    context.begin(Setup())
     if start is None:
         return
     receptacle = roles.get("receptacle")
@@ -113,12 +115,12 @@ def _draft(shop: Workshop, template: str, setup: Setup, first: Thing, roles: dic
         role = next(role for role, thing in roles.items() if thing is leaf)
         words |= opened(leaf.category, words[role]).slots()
     words |= {"into": "into", "in_": "in"} if inside else {"into": "on", "in_": "on"}
-    yield shop.draft(
+    yield context.draft(
         "SM",
-        Ask(
+        TaskSpec(
             start=start,
             setup=setup,
-            instruction=say(sentences, shop.rng, **words),
+            instruction=say(sentences, context.rng, **words),
             goal=_goal(roles["target"], receptacle, leaf, inside=inside),
             bindings={role: thing.id for role, thing in roles.items()},
             template=template,
@@ -141,12 +143,12 @@ def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside
     return ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, inside=inside, chain=(*first, held))
 
 
-def _filled(shop: Workshop) -> Iterator[tuple[Thing, Thing, Setup]]:
+def _filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
     """Yields closed containers with something to take in them: what lies there, else what is put there."""
-    for container in shop.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
+    for container in context.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
         shut = {container.id: ObjectSetup(openness=0.0)}
-        belongs = partial(_belongs_in, container, shop.items[container.id].room)
-        for thing in shop.things(belongs)[:TRIED_CONTENTS]:
+        belongs = partial(_belongs_in, container, context.items[container.id].room)
+        for thing in context.things(belongs)[:TRIED_CONTENTS]:
             if _lies_in(container, thing):
                 yield container, thing, Setup(objects=shut)
             elif (placement := _place_inside(thing, container)) is not None:
@@ -183,7 +185,7 @@ def _may_go_in(container: Thing, thing: Thing) -> bool:
     return suits and takes and thing.is_pickupable and is_target(thing) and thing.parent != container.id
 
 
-def _receptacles(shop: Workshop, target: Thing, without: set[str | None]) -> list[Thing]:
+def _receptacles(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
     """Returns things that a target can be put on, a few of them, in a random order."""
     kind = CATALOG[target.category]
 
@@ -192,4 +194,4 @@ def _receptacles(shop: Workshop, target: Thing, without: set[str | None]) -> lis
         suits = suits or target.category in PUT_INTO.get(thing.category, ())
         return thing.is_receptacle and thing.id not in without and suits
 
-    return [thing for thing in shop.things(is_wanted) if CATALOG[thing.category].takes(kind)][:3]
+    return [thing for thing in context.things(is_wanted) if CATALOG[thing.category].takes(kind)][:3]

@@ -60,7 +60,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class PackRequest:
     """Which pack to assemble."""
 
     name: str
@@ -105,7 +105,7 @@ def _candidate(draft: Draft, reviews: Sequence[Review], *, is_kept: bool) -> Can
 
 
 @dataclass(slots=True)
-class _Tally:
+class _SelectionCounts:
     """What has been chosen, over all families."""
 
     chosen: list[Candidate] = field(default_factory=list)
@@ -125,14 +125,14 @@ class _Tally:
         keys += [("thing", episode.house.name, episode.goal.object_id)]
         self.of_family.update((episode.family, *key) for key in keys)
 
-    def takes(self, candidate: Candidate, wish: Wish) -> bool:
+    def takes(self, candidate: Candidate, pack_request: PackRequest) -> bool:
         """Whether the pack's limits allow a candidate."""
         episode, family = candidate.episode, candidate.episode.family
-        if self.of_family[family, "house", episode.house.name] >= wish.house_uses:
+        if self.of_family[family, "house", episode.house.name] >= pack_request.house_uses:
             return False
         turned = self.of_family[family, "turn", "True"]
         is_search = family in ("VS", "SI") and candidate.draft.facts.is_seen_by_turning
-        return not is_search or turned < int(FOUND_BY_TURNING * wish.per_family)
+        return not is_search or turned < int(FOUND_BY_TURNING * pack_request.per_family)
 
     def cost(self, candidate: Candidate, seed: int) -> tuple:
         """Returns what to choose by: the least first."""
@@ -159,37 +159,38 @@ class _Tally:
         )
 
 
-def select(pool: Sequence[Candidate], wish: Wish) -> list[Candidate]:
+def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candidate]:
     """Returns exactly so many candidates of each family, sorted by id. Raises EpisodeError when there are too few."""
-    tally = _Tally()
+    tally = _SelectionCounts()
     short: list[str] = []
-    for family in wish.families:
+    for family in pack_request.families:
         left = [candidate for candidate in pool if candidate.episode.family == family]
         offered = len(left)
-        for number in range(wish.per_family):
-            left = [candidate for candidate in left if tally.takes(candidate, wish)]
+        for number in range(pack_request.per_family):
+            left = [candidate for candidate in left if tally.takes(candidate, pack_request)]
             if not left:
                 short.append(f"{family} {number} (of {offered} drafts)")
                 break
-            best = min(left, key=lambda candidate: tally.cost(candidate, wish.seed))
+            best = min(left, key=lambda candidate: tally.cost(candidate, pack_request.seed))
             tally.add(best)
             left.remove(best)
     if short:
         raise EpisodeError(
-            f"Pack {wish.name!r} asks for {wish.per_family} episodes of each family; within its limits the drafts hold "
+            f"Pack {pack_request.name!r} asks for {pack_request.per_family} episodes of each family; within its limits "
+            f"the drafts hold "
             f"only {', '.join(short)}. Propose in more houses (more seeds, a larger --count), or ask for fewer."
         )
     return sorted(tally.chosen, key=lambda candidate: candidate.episode.id)
 
 
 def select_holding(
-    pool: Sequence[Candidate], wish: Wish, check: Check
+    pool: Sequence[Candidate], pack_request: PackRequest, check: Check
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
     """Returns a selection in which every solution holds, and what was left out because it does not."""
     left, bad = list(pool), dict[str, list[Finding]]()
     held: set[str] = set()
     while True:
-        chosen = select(left, wish)
+        chosen = select(left, pack_request)
         fresh = [candidate for candidate in chosen if candidate.episode.id not in held]
         found = check(fresh) if fresh else {}
         if not found:
@@ -203,7 +204,7 @@ def assemble(
     out: Path,
     files: Sequence[DraftsFile],
     reviews: Sequence[Review],
-    wish: Wish,
+    pack_request: PackRequest,
     check: Check,
     *,
     kept: DraftsFile | None = None,
@@ -214,19 +215,19 @@ def assemble(
 
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
-    check_free(out, wish.name)
-    chosen, bad = select_holding(candidates(files, reviews, kept), wish, check)
+    check_free(out, pack_request.name)
+    chosen, bad = select_holding(candidates(files, reviews, kept), pack_request, check)
     houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
-    meta = _meta(chosen, files, wish) | {"house_generator": generators_of(houses)}
+    meta = _meta(chosen, files, pack_request) | {"house_generator": generators_of(houses)}
     facts = [{"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json")} for c in chosen]
     pack = freeze(
         out,
         [candidate.episode for candidate in chosen],
         [candidate.solution for candidate in chosen],
         houses,
-        name=wish.name,
-        version=wish.version,
-        description=wish.description,
+        name=pack_request.name,
+        version=pack_request.version,
+        description=pack_request.description,
         meta=meta,
         extra={FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)},
     )
@@ -240,21 +241,21 @@ def review_counts(chosen: Sequence[Candidate]) -> dict[str, int]:
     return {kind: kinds.count(kind) for kind in ("person", "model", "none")}
 
 
-def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], wish: Wish) -> dict[str, Any]:
+def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request: PackRequest) -> dict[str, Any]:
     members = [(candidate.episode, candidate.draft.facts) for candidate in chosen]
     read = [file.read() for file in files]
     headers = [proposed.header for proposed in read]
     offered = sorted({draft.episode.id for proposed in read for draft in proposed.drafts})
     return {
-        "aliases": list(wish.aliases),
+        "aliases": list(pack_request.aliases),
         "authors": sorted({header.author for header in headers}),
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
         "reviews": review_counts(chosen),
-        "seed": wish.seed,
+        "seed": pack_request.seed,
         "simulator": sorted({header.simulator for header in headers}),
         "solution_steps": {
             family: {"mean": round(sum(steps) / len(steps), 2), "max": max(steps)}
-            for family in wish.families
+            for family in pack_request.families
             if (steps := [len(c.draft.actions) for c in chosen if c.episode.family == family])
         },
         "strata": count_strata(members),

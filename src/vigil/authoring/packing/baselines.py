@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from vigil.authoring.packing.question_only import Guess, majority_guess, words_guess
+from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
 from vigil.episode import FAMILIES
 from vigil.errors import PackMismatch, first_fault
 from vigil.pack import Pack
@@ -21,7 +21,7 @@ MOST_W_OF_A_BLIND_AGENT = 0.40
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
 
-class Score(BaseModel):
+class AgentScore(BaseModel):
     """One agent's rates over some episodes, as fractions, with the 95 % Wilson intervals of W and B."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -41,7 +41,7 @@ class Baselines(BaseModel):
     pack: str
     pack_sha256: str
     vigil: str
-    agents: dict[str, dict[str, Score]]
+    agents: dict[str, dict[str, AgentScore]]
     """Agent -> `all` or a family -> rates."""
     guesses: dict[str, tuple[int, int]]
     """Way of guessing a queried state without a look -> how often it is right, of how many."""
@@ -58,7 +58,7 @@ def measured(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: st
     return Baselines(pack=pack.name, pack_sha256=pack.sha256, vigil=version, agents=agents, guesses=guesses)
 
 
-def guesses_of(pack: Pack) -> dict[str, Guess]:
+def guesses_of(pack: Pack) -> dict[str, GuessScore]:
     """Returns how often a queried state is guessed right without a look, by the way of guessing."""
     return {
         "the more common label": majority_guess(pack.episodes, pack.solutions),
@@ -79,7 +79,7 @@ def broken_promises(found: Baselines) -> list[str]:
         if agent == "solver" and min(scores["all"].rates[rate] for rate in ("W", "W_strict", "B")) < 1:
             broken.append("solver: W, W_strict and B are promised to be 100 %")
     for name, (hits, n) in found.guesses.items():
-        if not Guess(hits, n).is_chance:
+        if not GuessScore(hits, n).is_chance:
             broken.append(f"{name}: tells {hits} of {n} states, more than chance would")
     return broken
 
@@ -125,7 +125,7 @@ def guess_lines(found: Baselines) -> list[str]:
     """Returns a line for each way of guessing a queried state without a look."""
     lines: list[str] = []
     for name, (hits, n) in found.guesses.items():
-        low, high = Guess(hits, n).interval
+        low, high = GuessScore(hits, n).interval
         lines.append(
             f"- By {name}, a guess of the queried state is right in {100 * hits / n:.1f} % "
             f"[{100 * low:.0f}, {100 * high:.0f}] of {n}; chance is 50 %."
@@ -133,8 +133,8 @@ def guess_lines(found: Baselines) -> list[str]:
     return lines
 
 
-def _score(rates: Mapping[str, Any]) -> Score:
-    return Score(
+def _score(rates: Mapping[str, Any]) -> AgentScore:
+    return AgentScore(
         episodes=rates["episodes"],
         rates={rate: round(rates[rate] or 0.0, 6) for rate in RATES},
         intervals={rate: _rounded(rates["intervals"][rate]) for rate in ("W", "B")},
@@ -147,7 +147,7 @@ def _rounded(interval: Sequence[float]) -> tuple[float, float]:
     return round(low, 6), round(high, 6)
 
 
-def _with_interval(score: Score, rate: str) -> str:
+def _with_interval(score: AgentScore, rate: str) -> str:
     low, high = score.intervals[rate]
     return f"{_percent(score.rates[rate])} [{100 * low:.0f}, {100 * high:.0f}]"
 

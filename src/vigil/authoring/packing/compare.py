@@ -7,7 +7,7 @@ from vigil.pack import Pack
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class PackDifference:
     """How pack B differs from pack A."""
 
     only_a: tuple[str, ...]
@@ -22,13 +22,13 @@ class Difference:
         return not (self.only_a or self.only_b or self.changed)
 
 
-def compare(a: Pack, b: Pack) -> Difference:
+def compare(a: Pack, b: Pack) -> PackDifference:
     """Returns how `b` differs from `a`, episode by episode."""
     mine, theirs = {e.id: e for e in a.episodes}, {e.id: e for e in b.episodes}
     both = sorted(mine.keys() & theirs.keys())
     fields = {name: (*_fields(mine[name], theirs[name]), *_solution(a, b, name)) for name in both}
     changed = {name: found for name, found in fields.items() if found}
-    return Difference(
+    return PackDifference(
         only_a=tuple(sorted(mine.keys() - theirs.keys())),
         only_b=tuple(sorted(theirs.keys() - mine.keys())),
         changed=changed,

@@ -17,7 +17,7 @@ PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("off", "on"), "is_open
 
 
 @dataclass(frozen=True, slots=True)
-class Guess:
+class GuessScore:
     """How often a way of guessing is right."""
 
     hits: int
@@ -42,16 +42,16 @@ class _Question:
     house: str
 
 
-def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> Guess:
+def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
     """Returns how often the more common label of each pair, known from this very pack, is right."""
     questions = _questions(episodes, solutions)
     counts = {
         pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
     }
-    return Guess(sum(max(found.values(), default=0) for found in counts.values()), len(questions))
+    return GuessScore(sum(max(found.values(), default=0) for found in counts.values()), len(questions))
 
 
-def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> Guess:
+def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
     """Returns how often naive Bayes over the words of the question is right, learnt from all other houses."""
     questions = _questions(episodes, solutions)
     hits = 0
@@ -61,7 +61,7 @@ def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) 
             if question.house == house:
                 alike = [other for other in known if other.pair == question.pair]
                 hits += _most_likely(question, alike) == question.label
-    return Guess(hits, len(questions))
+    return GuessScore(hits, len(questions))
 
 
 def _most_likely(question: _Question, known: Sequence[_Question]) -> Status:

@@ -14,7 +14,7 @@ import numpy as np
 
 from vigil.actions import Action
 from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
-from vigil.authoring.drafting.house_context import Workshop
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.solving.oracle import PrivilegedSimulator
@@ -46,7 +46,7 @@ HOUSES = (
 
 
 @dataclass(frozen=True, slots=True)
-class Slot:
+class EpisodeQuota:
     """A kind of episode that the pack has so many of."""
 
     family: Family
@@ -62,42 +62,42 @@ class Slot:
         return [kinds[self.kind], kinds[self.kind], *([kinds[self.instead]] if self.instead else [])]
 
 
-SLOTS = (
-    Slot("CR", "leaf", 2, "obstacle"),
-    Slot("CR", "obstacle", 2),
-    Slot("CR", "swing", 2),
-    Slot("CR", "interlock", 2),
-    Slot("CR", "hand", 2),
-    Slot("SM", "reveal_pick", 3),
-    Slot("SM", "put_into", 3),
-    Slot("SM", "open_pick_place", 2),
-    Slot("SM", "rearrange", 2),
-    Slot("SV", "on", 3),
-    Slot("SV", "off", 3),
-    Slot("SV", "open", 2),
-    Slot("SV", "closed", 2),
-    Slot("VS", "walk", 7),
-    Slot("VS", "turn", 3),
-    Slot("SI", "open", 2),
-    Slot("SI", "close", 2),
-    Slot("SI", "turn_on", 2),
-    Slot("SI", "turn_off", 2),
-    Slot("SI", "pick", 2),
-    Slot("AI", "open", 2),
-    Slot("AI", "close", 2),
-    Slot("AI", "turn_on", 2),
-    Slot("AI", "turn_off", 2),
-    Slot("AI", "pick", 2),
-    Slot("PG", "large", 3),
-    Slot("PG", "medium", 4),
-    Slot("PG", "small", 3),
-    Slot("DA", "approach", 10),
+QUOTAS = (
+    EpisodeQuota("CR", "leaf", 2, "obstacle"),
+    EpisodeQuota("CR", "obstacle", 2),
+    EpisodeQuota("CR", "swing", 2),
+    EpisodeQuota("CR", "interlock", 2),
+    EpisodeQuota("CR", "hand", 2),
+    EpisodeQuota("SM", "reveal_pick", 3),
+    EpisodeQuota("SM", "put_into", 3),
+    EpisodeQuota("SM", "open_pick_place", 2),
+    EpisodeQuota("SM", "rearrange", 2),
+    EpisodeQuota("SV", "on", 3),
+    EpisodeQuota("SV", "off", 3),
+    EpisodeQuota("SV", "open", 2),
+    EpisodeQuota("SV", "closed", 2),
+    EpisodeQuota("VS", "walk", 7),
+    EpisodeQuota("VS", "turn", 3),
+    EpisodeQuota("SI", "open", 2),
+    EpisodeQuota("SI", "close", 2),
+    EpisodeQuota("SI", "turn_on", 2),
+    EpisodeQuota("SI", "turn_off", 2),
+    EpisodeQuota("SI", "pick", 2),
+    EpisodeQuota("AI", "open", 2),
+    EpisodeQuota("AI", "close", 2),
+    EpisodeQuota("AI", "turn_on", 2),
+    EpisodeQuota("AI", "turn_off", 2),
+    EpisodeQuota("AI", "pick", 2),
+    EpisodeQuota("PG", "large", 3),
+    EpisodeQuota("PG", "medium", 4),
+    EpisodeQuota("PG", "small", 3),
+    EpisodeQuota("DA", "approach", 10),
 )
 """The scarcest kinds first, so that they find the houses that they need."""
 
 
 @dataclass(slots=True)
-class Chosen:
+class Selected:
     """What has been chosen so far."""
 
     episodes: list[Episode] = field(default_factory=list)
@@ -137,8 +137,8 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
     Raises EpisodeError when the houses do not yield a kind of episode.
     """
     houses = starter_houses()
-    chosen = Chosen()
-    for slot in SLOTS:
+    chosen = Selected()
+    for slot in QUOTAS:
         for number in range(slot.count):
             episode = _fill(slot, number, houses, chosen, simulator)
             report(f"{slot.family} {slot.kind}: {episode.house.name}: {episode.instruction}")
@@ -182,15 +182,17 @@ def _house(index: int, spec: str) -> House:
     raise faults[-1]
 
 
-def _fill(slot: Slot, number: int, houses: list[House], chosen: Chosen, simulator: PrivilegedSimulator) -> Episode:
+def _fill(
+    slot: EpisodeQuota, number: int, houses: list[House], chosen: Selected, simulator: PrivilegedSimulator
+) -> Episode:
     """Finds the next episode for a slot, adds it to what is chosen and returns it."""
     validator = Validator(simulator)
     for is_strict, proposals in zip((True, False, False), slot.proposals, strict=False):
         for house in _in_order(slot, houses, chosen):
             key = f"{slot.family} {slot.kind} {number} {house.name}"
-            shop = Workshop(simulator, house, np.random.default_rng([SEED, zlib.crc32(key.encode())]))
-            for draft in _first(proposals(shop), DRAFTS_PER_HOUSE):
-                category = shop.thing(draft.goal.object_id).category
+            context = HouseContext(simulator, house, np.random.default_rng([SEED, zlib.crc32(key.encode())]))
+            for draft in _first(proposals(context), DRAFTS_PER_HOUSE):
+                category = context.thing(draft.goal.object_id).category
                 if is_strict and not chosen.takes(slot.family, category):
                     continue
                 verdict = validator.validate(draft, house)
@@ -200,7 +202,7 @@ def _fill(slot: Slot, number: int, houses: list[House], chosen: Chosen, simulato
     raise EpisodeError(f"No house yields episode {number + 1} of kind {slot.family} {slot.kind}; add houses.")
 
 
-def _in_order(slot: Slot, houses: list[House], chosen: Chosen) -> list[House]:
+def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selected) -> list[House]:
     """Returns the houses that may hold another episode of the slot's family, the least used first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))

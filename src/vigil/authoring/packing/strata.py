@@ -7,17 +7,17 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from vigil.authoring.drafting.drafts import Facts
+from vigil.authoring.drafting.drafts import DraftFacts
 from vigil.episode import FAMILIES, Episode
 
 DISTANCE_BANDS_M = (3.0, 4.0)
 """Ends of the near and the middle band of a start's distance from its target."""
 AREA_BANDS_M2 = (20.0, 40.0)
 
-Member = tuple[Episode, Facts]
+Member = tuple[Episode, DraftFacts]
 
 
-def stratum_of(episode: Episode, facts: Facts) -> str:
+def stratum_of(episode: Episode, facts: DraftFacts) -> str:
     """Returns the kind of episode within its family that a pack holds evenly many of."""
     if episode.family == "PG":
         return episode.difficulty or "medium"
@@ -30,7 +30,7 @@ def stratum_of(episode: Episode, facts: Facts) -> str:
     return episode.provenance.template
 
 
-def distance_band(facts: Facts) -> str:
+def distance_band(facts: DraftFacts) -> str:
     """Returns how far the start is from the target."""
     near, middle = DISTANCE_BANDS_M
     if facts.distance_m < near:
@@ -38,7 +38,7 @@ def distance_band(facts: Facts) -> str:
     return f"{near:g} to {middle:g} m" if facts.distance_m < middle else f"over {middle:g} m"
 
 
-def area_band(facts: Facts) -> str:
+def area_band(facts: DraftFacts) -> str:
     """Returns how large the house is."""
     small, large = AREA_BANDS_M2
     if facts.area_m2 < small:

@@ -28,7 +28,7 @@ from vigil.sim import make_simulator
 
 
 @dataclass(frozen=True, slots=True)
-class Bundle:
+class HouseBatch:
     """A house with the episodes in it that are to be verified."""
 
     name: str
@@ -38,7 +38,7 @@ class Bundle:
 
 
 @dataclass(frozen=True, slots=True)
-class Means:
+class VerificationSettings:
     """What to verify with."""
 
     backend: str = "mujoco"
@@ -46,7 +46,7 @@ class Means:
     workers: int = 1
 
 
-class Verified(BaseModel):
+class EpisodeFindings(BaseModel):
     """What was found about one episode."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -64,7 +64,7 @@ class Verified(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class VerificationProgress:
     """Where a verification stands."""
 
     done: int
@@ -73,62 +73,66 @@ class Standing:
     seconds: float
 
 
-OnProgress = Callable[[Standing], None]
+OnProgress = Callable[[VerificationProgress], None]
 
 
 def verify_pack(
-    pack: Pack, means: Means, log: Path | None = None, on_progress: OnProgress = lambda standing: None
+    pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnProgress = lambda standing: None
 ) -> list[Finding]:
     """Returns what is wrong with a pack's episodes, sorted by episode; `log` is continued where it is there.
 
     Raises RecordError on a log that cannot be read or written.
     """
     with nullcontext() if log is None else AppendFile(log) as file:
-        results = _results(pack, means, file, on_progress)
+        results = _results(pack, settings, file, on_progress)
     return sorted(
         (finding for result in results for finding in result.faults), key=lambda each: (each.episode_id, each.rule)
     )
 
 
-def _results(pack: Pack, means: Means, log: AppendFile | None, on_progress: OnProgress) -> list[Verified]:
+def _results(
+    pack: Pack, settings: VerificationSettings, log: AppendFile | None, on_progress: OnProgress
+) -> list[EpisodeFindings]:
     solved = {name: solution.actions for name, solution in pack.solutions.items()}
     known = _known(log)
-    keys = {episode.id: key_of(episode, solved.get(episode.id), means.backend) for episode in pack.episodes}
+    keys = {episode.id: key_of(episode, solved.get(episode.id), settings.backend) for episode in pack.episodes}
     missing = [episode for episode in pack.episodes if keys[episode.id] not in known]
     results = [known[key] for key in keys.values() if key in known]
     begun = time.monotonic()
-    for found in verified(bundles(missing, solved, pack.house_of), means):
+    for found in verified(bundles(missing, solved, pack.house_of), settings):
         results += found
         if log is not None:
             log.append(*map(dump_line, found))
         faulty = sum(bool(result.findings) for result in results)
-        on_progress(Standing(len(results), len(pack.episodes), faulty, time.monotonic() - begun))
+        on_progress(VerificationProgress(len(results), len(pack.episodes), faulty, time.monotonic() - begun))
     return results
 
 
 def bundles(
     episodes: Iterable[Episode], solved: Mapping[str, tuple[Action, ...]], house_of: Callable[[Episode], House]
-) -> list[Bundle]:
+) -> list[HouseBatch]:
     """Returns episodes with their solutions, put together by house."""
     ordered = sorted(episodes, key=lambda episode: (episode.house.name, episode.id))
-    found: list[Bundle] = []
+    found: list[HouseBatch] = []
     for name, group in groupby(ordered, key=lambda episode: episode.house.name):
         members = list(group)
         pairs = tuple((episode, solved.get(episode.id)) for episode in members)
-        found.append(Bundle(name, house_of(members[0]).data, pairs))
+        found.append(HouseBatch(name, house_of(members[0]).data, pairs))
     return found
 
 
-def verified(work: Sequence[Bundle], means: Means) -> Iterator[list[Verified]]:
+def verified(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
     """Yields what was found, house by house, in the order of the work."""
-    if means.workers == 1 or len(work) < 2:
-        validator = Validator(_simulator(means))
+    if settings.workers == 1 or len(work) < 2:
+        validator = Validator(_simulator(settings))
         for bundle in work:
-            yield _verify(validator, bundle, means.backend)
+            yield _verify(validator, bundle, settings.backend)
         return
-    pool = ProcessPoolExecutor(means.workers, get_context("spawn"), initializer=_begin_worker, initargs=(means,))
+    pool = ProcessPoolExecutor(settings.workers, get_context("spawn"), initializer=_begin_worker, initargs=(settings,))
     with pool:
-        futures: list[Future[list[Verified]]] = [pool.submit(_verify_here, bundle, means.backend) for bundle in work]
+        futures: list[Future[list[EpisodeFindings]]] = [
+            pool.submit(_verify_here, bundle, settings.backend) for bundle in work
+        ]
         try:
             for future in futures:
                 yield future.result()
@@ -146,33 +150,33 @@ _validators: list[Validator] = []
 """The validator of this worker process."""
 
 
-def _begin_worker(means: Means) -> None:
-    _validators.append(Validator(_simulator(means)))
+def _begin_worker(settings: VerificationSettings) -> None:
+    _validators.append(Validator(_simulator(settings)))
 
 
-def _verify_here(bundle: Bundle, backend: str) -> list[Verified]:
+def _verify_here(bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:
     return _verify(_validators[0], bundle, backend)
 
 
-def _simulator(means: Means) -> PrivilegedSimulator:
-    return make_simulator(means.backend, assets=means.assets or AssetDatabase.default())
+def _simulator(settings: VerificationSettings) -> PrivilegedSimulator:
+    return make_simulator(settings.backend, assets=settings.assets or AssetDatabase.default())
 
 
-def _verify(validator: Validator, bundle: Bundle, backend: str) -> list[Verified]:
+def _verify(validator: Validator, bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:
     house = House(bundle.name, bundle.document)
-    found: list[Verified] = []
+    found: list[EpisodeFindings] = []
     for episode, actions in bundle.episodes:
         if actions is None:
             findings = (("solvable", "no solution is recorded"),)
         else:
             findings = tuple((each.rule, each.message) for each in validator.validate(episode, house, actions).findings)
-        found.append(Verified(key=key_of(episode, actions, backend), episode_id=episode.id, findings=findings))
+        found.append(EpisodeFindings(key=key_of(episode, actions, backend), episode_id=episode.id, findings=findings))
     return found
 
 
-def _known(log: AppendFile | None) -> dict[str, Verified]:
+def _known(log: AppendFile | None) -> dict[str, EpisodeFindings]:
     """Returns what a log holds, by key."""
     if log is None:
         return {}
-    rows = [parse(line, Verified, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.whole]
+    rows = [parse(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.whole]
     return {row.key: row for row in rows}

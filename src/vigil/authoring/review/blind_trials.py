@@ -10,7 +10,7 @@ BLIND: tuple[tuple[Navigate, ...], ...] = (TURNING, WALKING, ())
 """What agents without sight do before they claim success."""
 
 
-def blind_tries(episode: Episode) -> list[tuple[Action, ...]]:
+def blind_trials(episode: Episode) -> list[tuple[Action, ...]]:
     """Returns what agents without sight would play, none of which may complete the episode.
 
     State verification is judged by its label instead, and what is found by turning is found by turning blindly.

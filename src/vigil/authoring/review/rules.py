@@ -1,6 +1,6 @@
 """The rules about how an episode starts, each with its name, the families it binds and its reason.
 
-A rule is a function of a `Case` that yields what is wrong. Source: `protocol.md` section 4.
+A rule is a function of a `EpisodeStart` that yields what is wrong. Source: `protocol.md` section 4.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,8 +15,8 @@ from vigil.authoring.language.referring import Item, Phrase, items_of, mentions,
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import places_within
-from vigil.authoring.solving.macro_actions import Deeds
-from vigil.authoring.solving.oracle import Stage
+from vigil.authoring.solving.macro_actions import MacroActions
+from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.solvers import is_doable
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.goals import (
@@ -51,22 +51,22 @@ Faults = Iterator[str]
 
 
 @dataclass(frozen=True)
-class Case:
+class EpisodeStart:
     """An episode at its start: the simulator stands reset behind the stage."""
 
     episode: Episode
     house: House
-    stage: Stage
+    oracle: Oracle
 
     @cached_property
     def world(self) -> WorldState:
         """The hidden world at the reset."""
-        return self.stage.world(self.episode.bound_ids())
+        return self.oracle.world(self.episode.bound_ids())
 
     @cached_property
     def items(self) -> dict[str, Item]:
         """What one can say of every thing at the reset."""
-        return items_of(self.stage.scene)
+        return items_of(self.oracle.scene)
 
     @cached_property
     def mentioned(self) -> list[tuple[Phrase, list[Item]]]:
@@ -108,32 +108,32 @@ class Rule:
 
     families: tuple[Family, ...]
     reason: str
-    faults: Callable[[Case], Faults]
+    faults: Callable[[EpisodeStart], Faults]
 
 
-def _protocol(case: Case) -> Faults:
+def _protocol(case: EpisodeStart) -> Faults:
     yield from protocol_faults(case.episode)
 
 
-def _objects(case: Case) -> Faults:
+def _objects(case: EpisodeStart) -> Faults:
     for object_id in case.episode.bound_ids():
-        thing = case.stage.scene.things.get(object_id)
+        thing = case.oracle.scene.things.get(object_id)
         if thing is None or not thing.is_present:
             yield f"object {object_id!r} is not in the scene"
 
 
-def _start(case: Case) -> Faults:
+def _start(case: EpisodeStart) -> Faults:
     place = case.episode.start.position
-    if not case.stage.plan().can_stand((place.x, place.z)):
+    if not case.oracle.plan().can_stand((place.x, place.z)):
         yield f"the body does not fit at the start ({place.x:.2f}, {place.z:.2f})"
 
 
-def _unmet(case: Case) -> Faults:
+def _unmet(case: EpisodeStart) -> Faults:
     if case.row.semantic:
         yield "the goal holds at the reset already"
 
 
-def _visible(case: Case) -> Faults:
+def _visible(case: EpisodeStart) -> Faults:
     least = SMALL_START_PX if case.episode.difficulty == "small" else START_PX
     state = case.first
     if state.visible_px < least + MARGIN_PX:
@@ -142,12 +142,12 @@ def _visible(case: Case) -> Faults:
         yield "the object to act on is too far away to be told at the start"
 
 
-def _hidden(case: Case) -> Faults:
+def _hidden(case: EpisodeStart) -> Faults:
     if case.target.visible_px:
         yield f"{case.target.visible_px} px of the target are in view at the start, none should be"
 
 
-def _state_visible(case: Case) -> Faults:
+def _state_visible(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     shown_px = case.target.state_px(goal.state) if isinstance(goal, ReportStatus) else 0
     if shown_px < STATE_START_PX + MARGIN_PX:
@@ -156,18 +156,18 @@ def _state_visible(case: Case) -> Faults:
         yield "the state cannot be told at the start"
 
 
-def _in_reach(case: Case) -> Faults:
+def _in_reach(case: EpisodeStart) -> Faults:
     box, floor = case.target.box, case.episode.start.position.y
     if case.target.box_distance_m > REACH_M - MARGIN_M or box.bottom - floor > REACH_HEIGHT_M:
         yield f"the target is {case.target.box_distance_m:.2f} m away, within reach is {REACH_M} m"
 
 
-def _out_of_reach(case: Case) -> Faults:
+def _out_of_reach(case: EpisodeStart) -> Faults:
     if case.target.box_distance_m < REACH_M + MARGIN_M:
         yield f"the target is {case.target.box_distance_m:.2f} m away at the start: there is nothing to approach"
 
 
-def _settled(case: Case) -> Faults:
+def _settled(case: EpisodeStart) -> Faults:
     goals = [case.episode.goal, *case.episode.goal.chain]
     asked = [
         goal.object_id for goal in goals if isinstance(goal, ObjectInState | ReportStatus) and goal.state == "is_open"
@@ -178,46 +178,46 @@ def _settled(case: Case) -> Faults:
             yield f"{object_id!r} starts at openness {openness}, neither <= {ALMOST_CLOSED} nor >= {WIDE_OPEN}"
 
 
-def _other_rooms(case: Case) -> Faults:
+def _other_rooms(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     assert isinstance(goal, AgentNearTarget)
-    place = place_blind_to(case.stage, case.stage.scene.things[goal.object_id], goal.threshold_m)
+    place = place_blind_to(case.oracle, case.oracle.scene.things[goal.object_id], goal.threshold_m)
     if place is not None:
         yield f"({place.x:.2f}, {place.z:.2f}) is near enough, in another room, and does not see the target"
 
 
-def place_blind_to(stage: Stage, thing: Thing, threshold_m: float) -> Vec3 | None:
+def place_blind_to(oracle: Oracle, thing: Thing, threshold_m: float) -> Vec3 | None:
     """Returns a free place near a thing, in another room, that does not see it; None where there is none.
 
     To be near there would be chance.
     """
-    home = stage.room_at(thing.position)
-    floors = {room.id: shapely.Polygon(room.polygon) for room in stage.scene.rooms}
-    floor = stage.plan().tight
+    home = oracle.room_at(thing.position)
+    floors = {room.id: shapely.Polygon(room.polygon) for room in oracle.scene.rooms}
+    floor = oracle.plan().tight
     if home is not None:
         floor = floor.difference(floors[home].buffer(NEAR_MARGIN_M, join_style="mitre"))
     tried = [surface_points(thing, count) for count in SURFACE_POINTS]
     for x, z in places_within(floor, box_of(thing), threshold_m + NEAR_MARGIN_M):
-        place = Vec3(float(x), stage.agent.position.y, float(z))
+        place = Vec3(float(x), oracle.agent.position.y, float(z))
         eye = Pose(position=place, rotation=0.0).eye
-        if not any(stage.sees(eye, points, thing.id, through_glass=True).any() for points in tried):
+        if not any(oracle.sees(eye, points, thing.id, through_glass=True).any() for points in tried):
             return place
     return None
 
 
-def _in_words(case: Case) -> Faults:
+def _in_words(case: EpisodeStart) -> Faults:
     if STANDARD_IN_WORDS not in case.episode.instruction:
         yield f"the instruction does not say {STANDARD_IN_WORDS!r}"
 
 
-def _named(case: Case) -> Faults:
+def _named(case: EpisodeStart) -> Faults:
     meant = [{item.id for item in fitting} for _, fitting in case.mentioned]
     for role, object_id in sorted(case.episode.bindings.items()):
         if {object_id} not in meant:
             yield f"nothing in the instruction means the {role} {object_id!r} and it alone"
 
 
-def _unambiguous(case: Case) -> Faults:
+def _unambiguous(case: EpisodeStart) -> Faults:
     bound = set(case.episode.bindings.values())
     for phrase, items in case.mentioned:
         fitting = [item.id for item in items]
@@ -227,7 +227,7 @@ def _unambiguous(case: Case) -> Faults:
             yield f"{str(phrase)!r} means {fitting[0]!r}, which the episode does not bind"
 
 
-def _secret(case: Case) -> Faults:
+def _secret(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     assert isinstance(goal, ReportStatus)
     words = case.episode.instruction.lower().replace(".", " ").replace(",", " ").replace("?", " ").split()
@@ -236,7 +236,7 @@ def _secret(case: Case) -> Faults:
         yield f"the instruction says {said[0]!r} but not the other label: it gives the state away"
 
 
-def _chained(case: Case) -> Faults:
+def _chained(case: EpisodeStart) -> Faults:
     if case.episode.provenance.template not in SM_TEMPLATES:
         yield f"template {case.episode.provenance.template!r} is none of {', '.join(SM_TEMPLATES)}"
     if len(set(case.episode.bindings.values())) < 2:
@@ -249,19 +249,19 @@ def _chained(case: Case) -> Faults:
             yield f"{link.object_id!r} is in the hand at the start"
 
 
-def _said_inside(case: Case) -> Faults:
+def _said_inside(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
         wanted = "inside" if goal.inside else "anywhere on or in"
         yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
 
 
-def _graded(case: Case) -> Faults:
+def _graded(case: EpisodeStart) -> Faults:
     if case.episode.difficulty is None:
         yield "the episode has no difficulty"
 
 
-def _seen_constraint(case: Case) -> Faults:
+def _seen_constraint(case: EpisodeStart) -> Faults:
     constraint = case.episode.goal.constraint
     assert constraint is not None
     state = case.world.objects[constraint.object_id]
@@ -269,11 +269,11 @@ def _seen_constraint(case: Case) -> Faults:
         yield f"{state.visible_px} px of {constraint.object_id!r} are in view, {START_PX + MARGIN_PX} are needed"
 
 
-def _stands(case: Case) -> Faults:
+def _stands(case: EpisodeStart) -> Faults:
     """The goal cannot be reached while the constraint stands: no exact place allows the goal's own interaction."""
     if case.episode.provenance.template not in CR_TEMPLATES:
         yield f"template {case.episode.provenance.template!r} is none of {', '.join(CR_TEMPLATES)}"
-    if is_doable(case.episode.goal, Deeds(case.stage, may_tilt=True, is_exhaustive=True)):
+    if is_doable(case.episode.goal, MacroActions(case.oracle, may_tilt=True, is_exhaustive=True)):
         yield "the goal can be reached without resolving the constraint"
 
 
@@ -305,7 +305,7 @@ RULES: dict[str, Rule] = {
 """Rule name -> rule, in the order in which they are checked."""
 
 
-def broken_by(case: Case) -> Iterator[tuple[str, str]]:
+def broken_by(case: EpisodeStart) -> Iterator[tuple[str, str]]:
     """Yields (rule, message) for every rule that a case breaks."""
     for name, rule in RULES.items():
         if case.episode.family not in rule.families:

@@ -20,7 +20,7 @@ STEP = Navigate(mode="forward", magnitude=1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class SyntheticStep:
     """One step of a record that is put together."""
 
     world: WorldState
@@ -28,7 +28,7 @@ class Row:
     effect: Effect | None = None
 
 
-class Scenes:
+class SyntheticWorlds:
     """Worlds of one episode as they would be after something else was done."""
 
     def __init__(self, simulator: PrivilegedSimulator, episode: Episode) -> None:
@@ -47,10 +47,10 @@ class Scenes:
         """Returns the world with a setup, seen from the start or another pose; None where it cannot be set up."""
         return self.simulator.world(self.episode.bound_ids()) if self.set_up(setup, pose) else None
 
-    def row(self, setup: Setup, pose: Pose | None = None) -> list[Row] | None:
+    def row(self, setup: Setup, pose: Pose | None = None) -> list[SyntheticStep] | None:
         """Returns the world with a setup as the only row; None where it cannot be set up."""
         world = self.world(setup, pose)
-        return None if world is None else [Row(world)]
+        return None if world is None else [SyntheticStep(world)]
 
     def changed(self, object_id: str, **facts: object) -> Setup:
         """Returns the episode's setup with other facts about one object."""
@@ -64,11 +64,13 @@ def with_change(setup: Setup, object_id: str, **facts: object) -> Setup:
 
 
 def record_of(
-    base: EpisodeRecord, rows: Sequence[Row], status: Status, *, after_solution: bool = False
+    base: EpisodeRecord, rows: Sequence[SyntheticStep], status: Status, *, after_solution: bool = False
 ) -> EpisodeRecord:
     """Returns the record of rows that follow upon the reset, or upon a record's actions, closed by a report."""
     steps = list(base.steps[:-1]) if after_solution else []
-    closing = Row((rows[-1] if rows else Row(base.worlds[0])).world, Report(status=status, summary=""))
+    closing = SyntheticStep(
+        (rows[-1] if rows else SyntheticStep(base.worlds[0])).world, Report(status=status, summary="")
+    )
     for row in (*rows, closing):
         steps.append(
             StepRecord(

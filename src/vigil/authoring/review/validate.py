@@ -8,13 +8,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from vigil.actions import REACH_M, Action, InteractPixel, Report
-from vigil.authoring.review.blind_trials import blind_tries
-from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, Case, broken_by
-from vigil.authoring.review.synthetic_records import Scenes, record_of
-from vigil.authoring.review.wrong_ways import Way, wins, wrong_ways
+from vigil.authoring.review.blind_trials import blind_trials
+from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, EpisodeStart, broken_by
+from vigil.authoring.review.synthetic_records import SyntheticWorlds, record_of
+from vigil.authoring.review.wrong_ways import WrongWay, wins, wrong_ways
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import Unsolvable
-from vigil.authoring.solving.oracle import PrivilegedSimulator, Stage
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
 from vigil.authoring.solving.solvers import solution
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
@@ -60,12 +60,12 @@ def reason_of(rule: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class ValidationResult:
     """What validation found, with the solution where there is one."""
 
     findings: tuple[Finding, ...]
     actions: tuple[Action, ...] = ()
-    wrong_ways: tuple[Way, ...] = ()
+    wrong_ways: tuple[WrongWay, ...] = ()
     """Those that were tried, and those that the house does not allow."""
 
     @property
@@ -80,28 +80,30 @@ class Validator:
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
         self._houses: dict[str, House] = {}
-        self._stage = Stage(simulator)
+        self._oracle = Oracle(simulator)
         self._env = Env(simulator, lambda episode: self._houses[episode.house.sha256], Profile())
 
-    def validate(self, episode: Episode, house: House, actions: Iterable[Action] | None = None) -> Verdict:
+    def validate(self, episode: Episode, house: House, actions: Iterable[Action] | None = None) -> ValidationResult:
         """Returns what is wrong with an episode; `actions` is its recorded solution, else the solver finds one."""
         fault = self._begin_fault(episode, house)
         if fault is not None:
-            return Verdict((fault,))
-        found = [Finding(episode.id, *broken) for broken in broken_by(Case(episode, house, self._stage))]
+            return ValidationResult((fault,))
+        found = [Finding(episode.id, *broken) for broken in broken_by(EpisodeStart(episode, house, self._oracle))]
         if found:
-            return Verdict(tuple(found))
+            return ValidationResult(tuple(found))
         try:
-            steps = tuple(actions) if actions is not None else solution(episode, self._stage)
+            steps = tuple(actions) if actions is not None else solution(episode, self._oracle)
         except Unsolvable as error:
-            return Verdict((Finding(episode.id, "solvable", str(error)),))
+            return ValidationResult((Finding(episode.id, "solvable", str(error)),))
         record = self._replay(episode, steps)
         judged = tuple(self._judge(episode, steps, record))
         if judged:
-            return Verdict(judged, steps)
-        ways = wrong_ways(Scenes(self._simulator, episode), self._stage, record)
+            return ValidationResult(judged, steps)
+        ways = wrong_ways(SyntheticWorlds(self._simulator, episode), self._oracle, record)
         won = (way for way in ways if wins(episode, way))
-        return Verdict(tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways))
+        return ValidationResult(
+            tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways)
+        )
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
         """Returns the record of actions played through the contract; what comes after its end is left out."""
@@ -160,7 +162,7 @@ class Validator:
             yield Finding(episode.id, "solution_holds", told)
             return
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
-        if any(settle(episode, self._tried(episode, record, moves)).W for moves in blind_tries(episode)):
+        if any(settle(episode, self._tried(episode, record, moves)).W for moves in blind_trials(episode)):
             yield Finding(episode.id, "not_blind_luck", "an agent that does not look completes it")
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from vigil.actions import InteractPixel, Report, Status
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.language.referring import LOOK_ALIKES
-from vigil.authoring.review.synthetic_records import Row, Scenes, record_of
+from vigil.authoring.review.synthetic_records import SyntheticStep, SyntheticWorlds, record_of
 from vigil.authoring.review.wrong_places import neighbours, upon
 from vigil.authoring.solving.macro_actions import box_distances
 from vigil.authoring.solving.moves import click
-from vigil.authoring.solving.oracle import Stage
+from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
 from vigil.goals import (
     AgentNearTarget,
@@ -44,14 +44,14 @@ OTHER_LABEL: dict[Status, Status] = {"on": "off", "off": "on", "open": "closed",
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class WrongWay:
     """One wrong way, with its record; None where the house does not allow it."""
 
     name: str
     record: EpisodeRecord | None
 
 
-def wins(episode: Episode, way: Way) -> bool:
+def wins(episode: Episode, way: WrongWay) -> bool:
     """Whether a wrong way counts as success."""
     if way.record is None:
         return False
@@ -59,23 +59,23 @@ def wins(episode: Episode, way: Way) -> bool:
     return outcome.W or outcome.B
 
 
-def wrong_ways(scenes: Scenes, stage: Stage, record: EpisodeRecord) -> list[Way]:
+def wrong_ways(scenes: SyntheticWorlds, oracle: Oracle, record: EpisodeRecord) -> list[WrongWay]:
     """Returns the wrong ways of an episode whose solution's record is given. The simulator is left anywhere."""
-    maker = _Maker(scenes, stage, record)
-    return [Way(name, made) for name, made in maker.all()]
+    maker = _WrongWays(scenes, oracle, record)
+    return [WrongWay(name, made) for name, made in maker.all()]
 
 
 Made = Iterator[tuple[str, EpisodeRecord | None]]
 
 
-class _Maker:
+class _WrongWays:
     """Makes the wrong ways of one episode."""
 
-    def __init__(self, scenes: Scenes, stage: Stage, record: EpisodeRecord) -> None:
-        self.scenes, self.stage, self.record = scenes, stage, record
+    def __init__(self, scenes: SyntheticWorlds, oracle: Oracle, record: EpisodeRecord) -> None:
+        self.scenes, self.oracle, self.record = scenes, oracle, record
         self.episode: Episode = scenes.episode
         scenes.set_up(self.episode.setup)
-        self.target = stage.scene.things[self.episode.goal.object_id]
+        self.target = oracle.scene.things[self.episode.goal.object_id]
         self.alike = self._alike()
 
     def all(self) -> Made:
@@ -104,7 +104,7 @@ class _Maker:
 
     # what the records are made of
 
-    def _from_reset(self, rows: list[Row] | None, status: Status = "success") -> EpisodeRecord | None:
+    def _from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
         return None if rows is None else record_of(self.record, rows, status)
 
     def _undone(self, setup: Setup, pose: Pose | None = None) -> EpisodeRecord | None:
@@ -124,7 +124,7 @@ class _Maker:
         """Returns the nearest to the target of the other things that are wanted."""
         others = [
             thing
-            for thing in self.stage.scene.things.values()
+            for thing in self.oracle.scene.things.values()
             if thing.is_present and thing.id != self.target.id and is_wanted(thing)
         ]
         return min(others, key=lambda thing: floor_distance(thing.position, self.target.position), default=None)
@@ -134,7 +134,7 @@ class _Maker:
     def _grounded(self) -> Made:
         alike = self._click_on([self.alike] if self.alike else [])
         near = sorted(
-            (thing for thing in self.stage.scene.things.values() if thing.category != self.target.category),
+            (thing for thing in self.oracle.scene.things.values() if thing.category != self.target.category),
             key=lambda thing: floor_distance(thing.position, self.target.position),
         )
         neighbour = self._click_on(near[:TRIED_NEIGHBOURS])
@@ -143,22 +143,22 @@ class _Maker:
         undone = None if neighbour is None else record_of(self.record, neighbour, "success", after_solution=True)
         yield "done and undone", undone
 
-    def _click_on(self, things: list[Thing]) -> list[Row] | None:
+    def _click_on(self, things: list[Thing]) -> list[SyntheticStep] | None:
         """Returns the row of a click on the first of some things that is in view and clear of the target."""
         self.scenes.set_up(self.episode.setup)
         for thing in things:
-            pixel = self.stage.clickable(thing.id) if thing.is_present else None
+            pixel = self.oracle.clickable(thing.id) if thing.is_present else None
             if pixel is not None:
                 ground: InteractPixel = click("ground", pixel)
                 effect = self.scenes.simulator.step(ground)
                 if self.target.id not in effect.near:
-                    return [Row(self.scenes.simulator.world(self.episode.bound_ids()), ground, effect)]
+                    return [SyntheticStep(self.scenes.simulator.world(self.episode.bound_ids()), ground, effect)]
         return None
 
     # DA and VS
 
     def _near(self, goal: AgentNearTarget) -> Made:
-        cells = self.stage.plan().cells
+        cells = self.oracle.plan().cells
         away = box_distances(box_of(self.target), cells) - goal.threshold_m
         short = cells[(away > SHORT_M[0]) & (away < SHORT_M[1])]
         yield "stopped short", self._from_reset(self._at(short))
@@ -169,7 +169,7 @@ class _Maker:
         yield "the look-alike instead", self._from_reset(by_alike)
         yield "done and undone", self._undone(self.episode.setup, self.episode.start)
 
-    def _at(self, cells: np.ndarray) -> list[Row] | None:
+    def _at(self, cells: np.ndarray) -> list[SyntheticStep] | None:
         pose = next(self._poses(cells, self.target), None)
         return None if pose is None else self.scenes.row(self.episode.setup, pose)
 
@@ -180,27 +180,27 @@ class _Maker:
             yaw = yaw_towards(place, thing.position)
             yield self.episode.start.model_copy(update={"position": place, "rotation": yaw})
 
-    def _sight_of_alike(self) -> list[Row] | None:
+    def _sight_of_alike(self) -> list[SyntheticStep] | None:
         """Returns the row of a look at another thing of the category while the target is out of view."""
         if self.alike is None:
             return None
-        cells = self.stage.plan().cells
+        cells = self.oracle.plan().cells
         away = box_distances(box_of(self.alike), cells)
         for pose in self._poses(cells[(away > LOOK_M[0]) & (away < LOOK_M[1])], self.alike):
             world = self.scenes.world(self.episode.setup, pose)
             is_hidden = world is not None and not world.objects[self.target.id].visible_px
-            if world is not None and is_hidden and is_observable(self.stage.state_of(self.alike.id)):
-                return [Row(world)]
+            if world is not None and is_hidden and is_observable(self.oracle.state_of(self.alike.id)):
+                return [SyntheticStep(world)]
         return None
 
     # AI, SI, CR
 
-    def _in_state(self, thing: Thing | None, goal: ObjectInState) -> list[Row] | None:
+    def _in_state(self, thing: Thing | None, goal: ObjectInState) -> list[SyntheticStep] | None:
         if thing is None or not _allows(thing, goal):
             return None
         return self.scenes.row(self.scenes.changed(thing.id, **_state(goal)))
 
-    def _held(self, thing: Thing | None) -> list[Row] | None:
+    def _held(self, thing: Thing | None) -> list[SyntheticStep] | None:
         if thing is None or not thing.is_pickupable:
             return None
         return self.scenes.row(self.episode.setup.model_copy(update={"held": thing.id}))
@@ -209,7 +209,7 @@ class _Maker:
         """Returns the nearest thing of another category with which the same can be done."""
         return self._nearest(lambda thing: thing.category != self.target.category and _allows(thing, goal))
 
-    def _unresolved(self) -> list[Row] | None:
+    def _unresolved(self) -> list[SyntheticStep] | None:
         """Returns the row in which the goal's own state is there, and its constraint as it was at the reset."""
         goal = self.episode.goal
         if isinstance(goal, ObjectInState):
@@ -246,7 +246,7 @@ class _Maker:
     def _misplaced(self, goal: ObjectAtReceptacle) -> list[tuple[str, list[Setup]]]:
         """Returns the setups in which something was put somewhere, but not the right thing into the right one."""
         self.scenes.set_up(self.episode.setup)
-        things, target, alike = self.stage.scene.things, self.target, self.alike
+        things, target, alike = self.oracle.scene.things, self.target, self.alike
         receptacle = things[goal.receptacle_id]
         kind = CATALOG[target.category]
         others = [

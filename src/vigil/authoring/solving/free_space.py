@@ -7,7 +7,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import REACH_M
-from vigil.authoring.solving.paths import FloorPlan, Point2
+from vigil.authoring.solving.paths import Point2, WalkableMap
 from vigil.pose import Box
 from vigil.scene.outlines import BODY_RADIUS_M, footprint, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene, Thing
@@ -30,10 +30,10 @@ class Obstacles:
         self._grown_walls = {radius: self._grown(self._walls, radius) for radius in _RADII}
         self._things: dict[tuple, dict[float, BaseGeometry]] = {}
 
-    def plan(self) -> FloorPlan:
+    def plan(self) -> WalkableMap:
         """Returns the floor plan of the scene as it is now."""
         tight, roomy = (self._free(radius) for radius in _RADII)
-        return FloorPlan(roomy, tight)
+        return WalkableMap(roomy, tight)
 
     def bare(self) -> BaseGeometry:
         """Returns the floor on which nothing stands now."""

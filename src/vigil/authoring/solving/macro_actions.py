@@ -12,8 +12,8 @@ from vigil.actions import REACH_M, Action, Intent, InteractPixel
 from vigil.assets.kernel.asset import Surface
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.oracle import Stage
-from vigil.authoring.solving.viewpoints import Places, View, Wish, views
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.viewpoints import Places, Viewpoint, ViewpointQuery, viewpoints
 from vigil.errors import EpisodeError
 from vigil.pose import Box
 from vigil.scene.geometry import Motion, box_of
@@ -44,41 +44,43 @@ class Unsolvable(EpisodeError):
     """The solver finds no way; the message says at what."""
 
 
-class Deeds:
+class MacroActions:
     """What an agent with privileged sight can do on a stage."""
 
-    def __init__(self, stage: Stage, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
+    def __init__(self, oracle: Oracle, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
         """An exhaustive search tries every place without margins: what it does not find cannot be done."""
-        self.stage = stage
+        self.oracle = oracle
         self.may_tilt = may_tilt
         self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
         self._tried = MOST_TRIED_EXHAUSTIVE if is_exhaustive else MOST_TRIED
         self._is_exhaustive = is_exhaustive
 
-    def go(self, view: View) -> Iterator[Action]:
+    def go(self, view: Viewpoint) -> Iterator[Action]:
         """Walks to a view and faces it."""
         yield from self._walk(view)
-        yield from moves.turn(self.stage.agent.rotation, view.pose.rotation)
-        yield from moves.tilt(self.stage.agent.horizon, view.pose.horizon)
+        yield from moves.turn(self.oracle.agent.rotation, view.pose.rotation)
+        yield from moves.tilt(self.oracle.agent.horizon, view.pose.horizon)
 
     def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:
         """Goes to where a click on the thing works, and clicks. Raises Unsolvable."""
         view, pixel = self.find(intent, thing_id)
         yield from self.go(view)
-        yield self._click(intent, self.stage.clickable(thing_id) or pixel)
+        yield self._click(intent, self.oracle.clickable(thing_id) or pixel)
 
-    def find(self, intent: Intent, thing_id: str) -> tuple[View, tuple[int, int]]:
+    def find(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
         """Returns the nearest view from which a click on the thing works. Raises Unsolvable."""
-        thing = self.stage.scene.things[thing_id]
+        thing = self.oracle.scene.things[thing_id]
         reach_m = REACH_M - self._margin_m
-        wish = Wish(thing_id, surface_points(thing), within(box_of(thing), reach_m), self.may_tilt, least_seen=2)
-        walks = self.stage.walks(is_exact=self._is_exhaustive)
-        for number, view in enumerate(views(self.stage, walks, wish)):
+        query = ViewpointQuery(
+            thing_id, surface_points(thing), within(box_of(thing), reach_m), self.may_tilt, least_seen=2
+        )
+        walks = self.oracle.walks(is_exact=self._is_exhaustive)
+        for number, view in enumerate(viewpoints(self.oracle, walks, query)):
             if number >= self._tried:
                 break
-            with self.stage.standing_at(view.pose):
-                pixel = self.stage.clickable(thing_id)
-                refusal = None if pixel is None else self.stage.trial(self._click(intent, pixel))
+            with self.oracle.standing_at(view.pose):
+                pixel = self.oracle.clickable(thing_id)
+                refusal = None if pixel is None else self.oracle.trial(self._click(intent, pixel))
             if pixel is not None and refusal is None:
                 return view, pixel
             if refusal in ANYWHERE:
@@ -87,14 +89,16 @@ class Deeds:
 
     def place(self, receptacle_id: str, *, inside: bool) -> Iterator[Action]:
         """Puts what is in the hand inside a receptacle, or on it (in it where it has no top). Raises Unsolvable."""
-        stage, held = self.stage, self.stage.held
-        receptacle = stage.scene.things[receptacle_id]
+        oracle, held = self.oracle, self.oracle.held
+        receptacle = oracle.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
         points = _surface_grid(surfaces)
         if inside:
             points = np.concatenate([points, _hollow_points(receptacle, surfaces)])
-        wish = Wish(receptacle_id, points, near_any(points, REACH_M - REACH_MARGIN_M), self.may_tilt, least_seen=1)
-        for number, view in enumerate(views(stage, stage.walks(), wish)):
+        query = ViewpointQuery(
+            receptacle_id, points, near_any(points, REACH_M - REACH_MARGIN_M), self.may_tilt, least_seen=1
+        )
+        for number, view in enumerate(viewpoints(oracle, oracle.walks(), query)):
             if number >= MOST_TRIED or held is None:
                 break
             pixel = self._placing_pixel(view, held, receptacle_id, {surface.name for surface, _ in surfaces})
@@ -106,44 +110,49 @@ class Deeds:
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
         """Drops what is in the hand near by, where `is_good` says that it is out of the way. Raises Unsolvable."""
-        stage = self.stage
-        here = stage.agent
-        for view in [View(here, (), np.empty((0, 2)), 0), *_strolls(stage)]:
+        oracle = self.oracle
+        here = oracle.agent
+        for view in [Viewpoint(here, (), np.empty((0, 2)), 0), *_strolls(oracle)]:
             for turn in DROP_TURNS_DEG:
                 pose = view.pose.model_copy(update={"rotation": (view.pose.rotation + turn) % 360.0})
-                with stage.standing_at(pose):
-                    is_free = stage.trial(InteractPixel(intent="drop"), lambda _: is_good()) is None
+                with oracle.standing_at(pose):
+                    is_free = oracle.trial(InteractPixel(intent="drop"), lambda _: is_good()) is None
                 if is_free:
-                    yield from self.go(View(pose, view.corners, view.pixels, view.seen))
+                    yield from self.go(Viewpoint(pose, view.corners, view.pixels, view.seen))
                     yield InteractPixel(intent="drop")
                     return
-        raise Unsolvable(f"No place near by to put down {stage.held!r}.")
+        raise Unsolvable(f"No place near by to put down {oracle.held!r}.")
 
-    def _walk(self, view: View) -> Iterator[Action]:
+    def _walk(self, view: Viewpoint) -> Iterator[Action]:
         if not view.corners:
             return
         corners = list(view.corners)
         for _ in range(REPLANS):
             for corner in corners:
-                yield from moves.towards(self.stage.agent, corner)
-            end = self.stage.agent.position
+                yield from moves.towards(self.oracle.agent, corner)
+            end = self.oracle.agent.position
             if math.dist((end.x, end.z), view.corners[-1]) <= ARRIVED_M:
                 return
-            corners = self.stage.corners_to(view.corners[-1])
+            corners = self.oracle.corners_to(view.corners[-1])
         raise Unsolvable(f"The way to {view.corners[-1]} is blocked.")
 
-    def _placing_pixel(self, view: View, held: str, receptacle_id: str, surfaces: set[str]) -> tuple[int, int] | None:
-        stage = self.stage
+    def _placing_pixel(
+        self, view: Viewpoint, held: str, receptacle_id: str, surfaces: set[str]
+    ) -> tuple[int, int] | None:
+        oracle = self.oracle
 
         def rests(effect: Effect) -> bool:
             is_near = effect.click_m is not None and effect.click_m <= REACH_M - self._margin_m
-            thing = stage.scene.things[held]
+            thing = oracle.scene.things[held]
             return is_near and thing.parent == receptacle_id and thing.surface in surfaces
 
-        with stage.standing_at(view.pose):
+        with oracle.standing_at(view.pose):
             for x, y in view.pixels[:PLACE_PIXELS]:
                 pixel = int(x), int(y)
-                if stage.object_at(pixel) == receptacle_id and stage.trial(self._click("place", pixel), rests) is None:
+                if (
+                    oracle.object_at(pixel) == receptacle_id
+                    and oracle.trial(self._click("place", pixel), rests) is None
+                ):
                     return pixel
         return None
 
@@ -155,22 +164,22 @@ class Deeds:
 def within(box: Box, most_m: float) -> Places:
     """Returns which places are within `most_m` of a box, disliking those very near and those almost out of reach."""
 
-    def dislike(places: np.ndarray) -> np.ndarray:
+    def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
         far = np.maximum(distances - (most_m - 0.3), 0.0) + np.maximum(CLOSE_M - distances, 0.0)
         return np.where(distances <= most_m, far, np.inf)
 
-    return dislike
+    return cost
 
 
 def near_any(points: np.ndarray, most_m: float) -> Places:
     """Returns which places have one of some points (n, 3) within `most_m` in the floor plane."""
 
-    def dislike(places: np.ndarray) -> np.ndarray:
+    def cost(places: np.ndarray) -> np.ndarray:
         gaps = np.linalg.norm(places[:, None, :] - points[None, :, [0, 2]], axis=2).min(axis=1)
         return np.where(gaps <= most_m, 0.5 * np.maximum(gaps - 0.8, 0.0), np.inf)
 
-    return dislike
+    return cost
 
 
 def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
@@ -217,9 +226,9 @@ def _hollow_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) ->
     return points[is_in]
 
 
-def _strolls(stage: Stage) -> Iterator[View]:
+def _strolls(oracle: Oracle) -> Iterator[Viewpoint]:
     """Yields places to walk to, nearest first, half a metre apart."""
-    walks = stage.walks()
+    walks = oracle.walks()
     cells = walks.plan.cells
     if not len(cells):
         return
@@ -229,9 +238,9 @@ def _strolls(stage: Stage) -> Iterator[View]:
         corners = walks.corners_to(int(cell))
         if corners:
             x, z = corners[-1]
-            here = stage.agent
+            here = oracle.agent
             position = here.position._replace(x=x, z=z)
             before = corners[-2] if len(corners) > 1 else (here.position.x, here.position.z)
             yaw = math.degrees(math.atan2(x - before[0], z - before[1])) % 360.0
             pose = here.model_copy(update={"position": position, "rotation": yaw})
-            yield View(pose, tuple(corners), np.empty((0, 2)), 0)
+            yield Viewpoint(pose, tuple(corners), np.empty((0, 2)), 0)

@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import InteractPixel, PhysicalAction
 from vigil.authoring.solving.free_space import Obstacles
-from vigil.authoring.solving.paths import FloorPlan, Point2, Walks
+from vigil.authoring.solving.paths import Point2, ShortestPaths, WalkableMap
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene, Thing
@@ -22,13 +22,13 @@ PrivilegedSimulator = EmbeddedSimulator
 KEPT_PLANS = 32
 
 
-class Stage:
+class Oracle:
     """The house that is loaded, with its agent."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
         self._obstacles: Obstacles | None = None
-        self._plans: dict[tuple, FloorPlan] = {}
+        self._plans: dict[tuple, WalkableMap] = {}
 
     @property
     def scene(self) -> Scene:
@@ -45,7 +45,7 @@ class Stage:
         """What is in the hand."""
         return self._simulator.world(()).held
 
-    def plan(self) -> FloorPlan:
+    def plan(self) -> WalkableMap:
         """Returns the floor plan of the scene as it is now."""
         obstacles = self._current()
         key = tuple(
@@ -68,7 +68,7 @@ class Stage:
             self._obstacles, self._plans = Obstacles(self.scene), {}
         return self._obstacles
 
-    def walks(self, *, is_exact: bool = False) -> Walks:
+    def walks(self, *, is_exact: bool = False) -> ShortestPaths:
         """Returns the shortest walks from where the agent is; exact ones keep no margin from obstacles."""
         position = self.agent.position
         plan = self.plan()

@@ -20,7 +20,7 @@ _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 Point2 = tuple[float, float]
 
 
-class FloorPlan:
+class WalkableMap:
     """The places (x, z) where the body's axis may be, as a region and as a grid of cells inside it."""
 
     def __init__(self, roomy: BaseGeometry, tight: BaseGeometry | None = None, cell_m: float = CELL_M) -> None:
@@ -75,9 +75,9 @@ class FloorPlan:
             (np.concatenate(lengths), (np.concatenate(sources), np.concatenate(targets))), shape=(count, count)
         )
 
-    def exact(self) -> "FloorPlan":
+    def exact(self) -> "WalkableMap":
         """Returns the plan without margin: every place that the simulator allows."""
-        return FloorPlan(self.tight, self.tight, self._cell_m)
+        return WalkableMap(self.tight, self.tight, self._cell_m)
 
     def can_stand(self, point: Point2) -> bool:
         """Whether the body's axis may be at (x, z)."""
@@ -100,15 +100,15 @@ class FloorPlan:
                 return int(cell)
         return None
 
-    def walks_from(self, start: Point2) -> "Walks":
+    def walks_from(self, start: Point2) -> "ShortestPaths":
         """Returns the shortest walks from `start` to every cell."""
-        return Walks(self, start)
+        return ShortestPaths(self, start)
 
 
-class Walks:
+class ShortestPaths:
     """The shortest walks from one place: a length for every cell and the corners on the way."""
 
-    def __init__(self, plan: FloorPlan, start: Point2) -> None:
+    def __init__(self, plan: WalkableMap, start: Point2) -> None:
         self.plan = plan
         self.start = start
         entry = plan.entry(start)
@@ -132,7 +132,7 @@ class Walks:
         return _pulled_taut(self.plan, self.start, trail)
 
 
-def _pulled_taut(plan: FloorPlan, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
+def _pulled_taut(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
     """Returns the fewest of the trail's points that straight lines still join."""
     corners: list[Point2] = []
     here, at = start, 0

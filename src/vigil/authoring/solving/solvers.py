@@ -13,9 +13,9 @@ import numpy as np
 from vigil.actions import Action, Intent, InteractPixel, Reply, Report, Status
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.macro_actions import Deeds, Unsolvable, box_distances
-from vigil.authoring.solving.oracle import PrivilegedSimulator, Stage
-from vigil.authoring.solving.viewpoints import Places, Wish, views
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable, box_distances
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.authoring.solving.viewpoints import Places, ViewpointQuery, viewpoints
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import SettingError
 from vigil.goals import (
@@ -40,102 +40,104 @@ SEEN_POINTS = (16, 4)
 Steps = Iterator[Action]
 
 
-def solve(episode: Episode, stage: Stage) -> Steps:
+def solve(episode: Episode, oracle: Oracle) -> Steps:
     """Yields the actions that solve an episode, each after the one before has been carried out.
 
     Raises Unsolvable where there is no way.
     """
-    deeds = Deeds(stage, may_tilt="look" in FAMILIES[episode.family].skills)
-    yield from _SOLVERS[episode.family](episode, deeds)
-    yield Report(status=_closing_status(episode, stage), summary="Done.")
+    macro_actions = MacroActions(oracle, may_tilt="look" in FAMILIES[episode.family].skills)
+    yield from _SOLVERS[episode.family](episode, macro_actions)
+    yield Report(status=_closing_status(episode, oracle), summary="Done.")
 
 
-def _closing_status(episode: Episode, stage: Stage) -> Status:
+def _closing_status(episode: Episode, oracle: Oracle) -> Status:
     if not isinstance(episode.goal, ReportStatus):
         return "success"
-    thing = stage.scene.things[episode.goal.object_id]
+    thing = oracle.scene.things[episode.goal.object_id]
     if episode.goal.state == "is_toggled":
         return "on" if thing.is_toggled else "off"
     return "open" if thing.openness > 0.5 else "closed"
 
 
-def _ground(episode: Episode, deeds: Deeds) -> Steps:
-    pixel = deeds.stage.clickable(episode.goal.object_id)
+def _ground(episode: Episode, macro_actions: MacroActions) -> Steps:
+    pixel = macro_actions.oracle.clickable(episode.goal.object_id)
     if pixel is None:
         raise Unsolvable(f"{episode.goal.object_id!r} is not in the frame.")
     yield moves.click("ground", pixel)
 
 
-def _approach(episode: Episode, deeds: Deeds) -> Steps:
+def _approach(episode: Episode, macro_actions: MacroActions) -> Steps:
     goal = episode.goal
     assert isinstance(goal, AgentNearTarget)
-    stage = deeds.stage
-    thing = stage.scene.things[goal.object_id]
-    walks = stage.walks()
-    wish = Wish(thing.id, surface_points(thing), _beside(stage, goal), least_seen=1)
-    view = next(views(stage, walks, wish), None)
+    oracle = macro_actions.oracle
+    thing = oracle.scene.things[goal.object_id]
+    walks = oracle.walks()
+    query = ViewpointQuery(thing.id, surface_points(thing), _beside(oracle, goal), least_seen=1)
+    view = next(viewpoints(oracle, walks, query), None)
     if view is None:
         raise Unsolvable(f"No reachable place near enough to {thing.id!r}.")
-    yield from deeds.go(view)
+    yield from macro_actions.go(view)
 
 
-def _beside(stage: Stage, goal: AgentNearTarget) -> Places:
+def _beside(oracle: Oracle, goal: AgentNearTarget) -> Places:
     """Returns the places that are near enough to a target by both distances, with a margin."""
-    thing = stage.scene.things[goal.object_id]
+    thing = oracle.scene.things[goal.object_id]
     box, most = box_of(thing), goal.threshold_m - NEAR_MARGIN_M
 
-    def dislike(places: np.ndarray) -> np.ndarray:
+    def cost(places: np.ndarray) -> np.ndarray:
         edge = box_distances(box, places)
-        centre = stage.centre_distances(thing, places)
+        centre = oracle.centre_distances(thing, places)
         return np.where((edge <= most) & (centre <= most), 0.0, np.inf)
 
-    return dislike
+    return cost
 
 
-def _search(episode: Episode, deeds: Deeds) -> Steps:
-    stage = deeds.stage
-    thing = stage.scene.things[episode.goal.object_id]
+def _search(episode: Episode, macro_actions: MacroActions) -> Steps:
+    oracle = macro_actions.oracle
+    thing = oracle.scene.things[episode.goal.object_id]
     box = box_of(thing)
 
-    def dislike(places: np.ndarray) -> np.ndarray:
+    def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
         return np.where((distances >= SEE_NEAR_M) & (distances <= SEE_FAR_M), 0.0, np.inf)
 
     for least in SEEN_POINTS:
-        wish = Wish(thing.id, surface_points(thing), dislike, may_tilt=True, least_seen=least, through_glass=True)
-        for view in islice(views(stage, stage.walks(), wish), MOST_LOOKS):
-            with stage.standing_at(view.pose):
-                state = stage.state_of(thing.id)
+        query = ViewpointQuery(
+            thing.id, surface_points(thing), cost, may_tilt=True, least_seen=least, through_glass=True
+        )
+        for view in islice(viewpoints(oracle, oracle.walks(), query), MOST_LOOKS):
+            with oracle.standing_at(view.pose):
+                state = oracle.state_of(thing.id)
             if state.visible and state.visible_px >= CLEAR_PX and is_observable(state):
-                yield from deeds.go(view)
+                yield from macro_actions.go(view)
                 return
     raise Unsolvable(f"No reachable place from which {thing.id!r} is clearly seen.")
 
 
-def _verify(episode: Episode, deeds: Deeds) -> Steps:
+def _verify(episode: Episode, macro_actions: MacroActions) -> Steps:
     """State verification starts with the state in view: nothing needs to be done."""
-    del episode, deeds
+    del episode, macro_actions
     yield from ()
 
 
-def _interact(episode: Episode, deeds: Deeds) -> Steps:
-    yield from _achieve(episode.goal, deeds)
+def _interact(episode: Episode, macro_actions: MacroActions) -> Steps:
+    yield from _achieve(episode.goal, macro_actions)
 
 
-def _sequence(episode: Episode, deeds: Deeds) -> Steps:
+def _sequence(episode: Episode, macro_actions: MacroActions) -> Steps:
     for link in episode.goal.chain:
-        yield from _achieve(link, deeds)
-    yield from _achieve(episode.goal, deeds)
+        yield from _achieve(link, macro_actions)
+    yield from _achieve(episode.goal, macro_actions)
 
 
-def _resolve(episode: Episode, deeds: Deeds) -> Steps:
+def _resolve(episode: Episode, macro_actions: MacroActions) -> Steps:
     goal = episode.goal
     assert goal.constraint is not None
-    yield from _lift(goal.constraint, goal, deeds)
-    yield from _achieve(goal, deeds)
+    yield from _lift(goal.constraint, goal, macro_actions)
+    yield from _achieve(goal, macro_actions)
 
 
-def _lift(constraint: Constraint, goal: Goal, deeds: Deeds) -> Steps:
+def _lift(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
     """Yields what resolves a constraint, so that the goal can be gone for with what is then in the hand."""
     intents: dict[str, Intent] = {
         "object_open": "open_access",
@@ -145,31 +147,31 @@ def _lift(constraint: Constraint, goal: Goal, deeds: Deeds) -> Steps:
         "object_moved": "pick",
     }
     if constraint.kind in intents:
-        yield from deeds.act(intents[constraint.kind], constraint.object_id)
+        yield from macro_actions.act(intents[constraint.kind], constraint.object_id)
     if constraint.kind == "object_released" or (constraint.kind == "object_moved" and isinstance(goal, ObjectHeld)):
-        yield from deeds.put_down(lambda: is_doable(goal, deeds))
+        yield from macro_actions.put_down(lambda: is_doable(goal, macro_actions))
 
 
-def _achieve(goal: Goal, deeds: Deeds) -> Steps:
+def _achieve(goal: Goal, macro_actions: MacroActions) -> Steps:
     if isinstance(goal, ObjectAtReceptacle):
-        yield from deeds.place(goal.receptacle_id, inside=goal.inside)
-    elif not _holds(goal, deeds.stage):
-        yield from deeds.act(_intent_of(goal), goal.object_id)
+        yield from macro_actions.place(goal.receptacle_id, inside=goal.inside)
+    elif not _holds(goal, macro_actions.oracle):
+        yield from macro_actions.act(_intent_of(goal), goal.object_id)
 
 
-def is_doable(goal: Goal, deeds: Deeds) -> bool:
+def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
     """Whether the goal's own interaction works from some reachable place as things stand now."""
     try:
-        deeds.find(_intent_of(goal), goal.object_id)
+        macro_actions.find(_intent_of(goal), goal.object_id)
     except Unsolvable:
         return False
     return True
 
 
-def _holds(goal: Goal, stage: Stage) -> bool:
-    thing = stage.scene.things[goal.object_id]
+def _holds(goal: Goal, oracle: Oracle) -> bool:
+    thing = oracle.scene.things[goal.object_id]
     if isinstance(goal, ObjectHeld):
-        return stage.held == goal.object_id
+        return oracle.held == goal.object_id
     if isinstance(goal, ObjectInState) and goal.state == "is_open":
         return thing.openness >= 0.99 if goal.value else thing.openness <= 0.01
     return isinstance(goal, ObjectInState) and goal.state == "is_toggled" and thing.is_toggled == goal.value
@@ -185,7 +187,7 @@ def _intent_of(goal: Goal) -> Intent:
     raise Unsolvable(f"No interaction brings about a goal of kind {goal.kind!r}.")
 
 
-_SOLVERS: dict[Family, Callable[[Episode, Deeds], Steps]] = {
+_SOLVERS: dict[Family, Callable[[Episode, MacroActions], Steps]] = {
     "PG": _ground,
     "DA": _approach,
     "VS": _search,
@@ -197,31 +199,31 @@ _SOLVERS: dict[Family, Callable[[Episode, Deeds], Steps]] = {
 }
 
 
-def solution(episode: Episode, stage: Stage) -> tuple[Action, ...]:
+def solution(episode: Episode, oracle: Oracle) -> tuple[Action, ...]:
     """Returns the whole solution from the stage's present state, which it leaves as it was. Raises Unsolvable."""
     actions: list[Action] = []
-    with stage.rehearsal():
-        for action in solve(episode, stage):
+    with oracle.rehearsal():
+        for action in solve(episode, oracle):
             actions.append(action)
             if not isinstance(action, Report):
-                stage.step(action)
+                oracle.step(action)
             if len(actions) > episode.max_steps:
                 raise Unsolvable(f"Episode {episode.id!r}: more than the {episode.max_steps} steps of its budget.")
     return tuple(actions)
 
 
-Script = Callable[[Episode, Stage], Steps]
+Script = Callable[[Episode, Oracle], Steps]
 
 
-def _premature(episode: Episode, stage: Stage) -> Steps:
-    actions = solution(episode, stage)[:-1]
+def _premature(episode: Episode, oracle: Oracle) -> Steps:
+    actions = solution(episode, oracle)[:-1]
     yield from actions[: len(actions) // 2]
     yield Report(status="success", summary="Done.")
 
 
-def _never_report(episode: Episode, stage: Stage) -> Steps:
+def _never_report(episode: Episode, oracle: Oracle) -> Steps:
     last: InteractPixel | None = None
-    for action in solve(episode, stage):
+    for action in solve(episode, oracle):
         if not isinstance(action, Report):
             last = action if isinstance(action, InteractPixel) and action.intent == "ground" else last
             yield action
@@ -246,7 +248,7 @@ class PrivilegedAgent:
     def start(self, instruction: str) -> None:
         """Starts the script anew; the instruction is not needed."""
         del instruction
-        self._actions = self._script(self._episode, Stage(self._simulator))
+        self._actions = self._script(self._episode, Oracle(self._simulator))
 
     def act(self, observation: Observation) -> Reply:
         """Returns the script's next reply; where the solver finds no way, an honest failure."""

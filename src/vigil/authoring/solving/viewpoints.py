@@ -10,8 +10,8 @@ import numpy as np
 
 from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
 from vigil.authoring.solving.aim import in_frame, pitch_to
-from vigil.authoring.solving.oracle import Stage
-from vigil.authoring.solving.paths import Point2, Walks
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.paths import Point2, ShortestPaths
 from vigil.pose import Pose, Vec3, turn_between, yaw_towards
 from vigil.sim.core.sight import project
 
@@ -24,7 +24,7 @@ Places = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class Viewpoint:
     """A pose to go to, with what can be seen of the thing from there."""
 
     pose: Pose
@@ -36,7 +36,7 @@ class View:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wish:
+class ViewpointQuery:
     """What to look for: a thing, the points of it that matter, where to stand, whether the camera may be tilted."""
 
     thing_id: str
@@ -47,31 +47,31 @@ class Wish:
     through_glass: bool = False
 
 
-def views(stage: Stage, walks: Walks, wish: Wish) -> Iterator[View]:
+def viewpoints(oracle: Oracle, walks: ShortestPaths, query: ViewpointQuery) -> Iterator[Viewpoint]:
     """Yields views of a thing that fulfil the wish, the shortest walk first, the present place before all others."""
-    here = stage.agent
+    here = oracle.agent
     spot = np.array([[here.position.x, here.position.z]])
-    if np.isfinite(wish.places(spot)).all():
-        view = _view_from(stage, wish, here, ())
+    if np.isfinite(query.places(spot)).all():
+        view = _view_from(oracle, query, here, ())
         if view is not None:
             yield view
-    for cell in _cells(walks, wish):
+    for cell in _cells(walks, query):
         x, z = (float(value) for value in walks.plan.cells[cell])
         pose = here.model_copy(update={"position": Vec3(x, here.position.y, z)})
-        view = _view_from(stage, wish, pose, None)
+        view = _view_from(oracle, query, pose, None)
         if view is None:
             continue
         corners = walks.corners_to(cell)
         if corners:
-            yield View(view.pose, tuple(corners), view.pixels, view.seen)
+            yield Viewpoint(view.pose, tuple(corners), view.pixels, view.seen)
 
 
-def _cells(walks: Walks, wish: Wish) -> np.ndarray:
+def _cells(walks: ShortestPaths, query: ViewpointQuery) -> np.ndarray:
     """Returns the acceptable cells in order of cost, thinned out."""
     cells = walks.plan.cells
     if not len(cells):
         return np.empty(0, dtype=np.int64)
-    costs = walks.lengths + wish.places(cells)
+    costs = walks.lengths + query.places(cells)
     lattice = np.round(cells / THIN_M).astype(np.int64)
     order = np.lexsort((np.arange(len(cells)), costs))
     order = order[np.isfinite(costs[order])]
@@ -79,17 +79,19 @@ def _cells(walks: Walks, wish: Wish) -> np.ndarray:
     return order[np.sort(first)][:MOST_PLACES]
 
 
-def _view_from(stage: Stage, wish: Wish, pose: Pose, corners: tuple[Point2, ...] | None) -> View | None:
-    seen = wish.points[stage.sees(pose.eye, wish.points, wish.thing_id, through_glass=wish.through_glass)]
-    if len(seen) < wish.least_seen:
+def _view_from(
+    oracle: Oracle, query: ViewpointQuery, pose: Pose, corners: tuple[Point2, ...] | None
+) -> Viewpoint | None:
+    seen = query.points[oracle.sees(pose.eye, query.points, query.thing_id, through_glass=query.through_glass)]
+    if len(seen) < query.least_seen:
         return None
-    for turned in _turned(pose, seen, wish.may_tilt):
+    for turned in _turned(pose, seen, query.may_tilt):
         found = project(turned, seen)
         pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
-        if len(pixels) >= wish.least_seen:
+        if len(pixels) >= query.least_seen:
             middle = np.median(pixels, axis=0)
             order = np.argsort(np.linalg.norm(pixels - middle, axis=1), kind="stable")
-            return View(turned, corners or (), pixels[order], len(pixels))
+            return Viewpoint(turned, corners or (), pixels[order], len(pixels))
     return None
 
 

@@ -1,4 +1,4 @@
-"""The stock: assets that a house can be furnished with, and things put somewhere (`Piece`)."""
+"""The stock: assets that a house can be furnished with, and things put somewhere (`PlacedThing`)."""
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -23,7 +23,7 @@ Block = tuple[Rect, float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class AssetModel:
     """An asset with its id; its shape is made when it is first looked at."""
 
     asset_id: str
@@ -38,33 +38,33 @@ class Model:
 
 
 @lru_cache(maxsize=4096)
-def model_of(asset_id: str, category: str) -> Model:
+def model_of(asset_id: str, category: str) -> AssetModel:
     """Returns the asset of that id."""
     entry = AssetDatabase.default().look_up(asset_id, f"{category}|0|0")
-    return Model(asset_id, entry.category, entry.size, entry.variant)
+    return AssetModel(asset_id, entry.category, entry.size, entry.variant)
 
 
-def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> Model:
+def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> AssetModel:
     """Returns one of the category's own assets at random."""
     return model_of(own_asset_id(category, int(rng.integers(variants))), category)
 
 
-def most_alike(model: Model, choices: list[Model]) -> Model:
+def most_alike(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
     """Returns the choice that shares most materials with `model`."""
     materials = {part.material for part in model.asset.parts}
     return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
 
 
 @dataclass(slots=True, eq=False)
-class Piece:
+class PlacedThing:
     """A thing of the house in its place; children rest on or in it."""
 
-    model: Model
+    model: AssetModel
     position: Vec3
     """Centre of its bounding box."""
     yaw: float
     room: int
-    children: list["Piece"] = field(default_factory=list)
+    children: list["PlacedThing"] = field(default_factory=list)
     surface: Surface | None = None
     """The parent's surface that it rests on."""
     openness: float | None = None
@@ -116,7 +116,7 @@ class Piece:
         x, y, z = self.position
         return turned_rect(rect, x, z, self.yaw), y + bottom, y + top
 
-    def all(self) -> list["Piece"]:
+    def all(self) -> list["PlacedThing"]:
         """Returns it and everything on and in it."""
         return [self, *(piece for child in self.children for piece in child.all())]
 
@@ -129,7 +129,7 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 
 
 @lru_cache(maxsize=4096)
-def swing_of(model: Model) -> Block | None:
+def swing_of(model: AssetModel) -> Block | None:
     """Returns the block (in the asset's frame) that its moving parts pass through; None when nothing opens.
 
     Flaps and lids that are drawn only, and stop nobody, count where there are no others.
@@ -145,14 +145,14 @@ def swing_of(model: Model) -> Block | None:
     return (x0, z0, x1, z1), y0, y1
 
 
-def swept(model: Model) -> Rect | None:
+def swept(model: AssetModel) -> Rect | None:
     """Returns the rectangle (in the asset's frame) that its moving parts pass over; None when nothing opens."""
     block = swing_of(model)
     return None if block is None else block[0]
 
 
 @lru_cache(maxsize=4096)
-def leaf_reach(model: Model) -> float:
+def leaf_reach(model: AssetModel) -> float:
     """Returns how far (m) its doors and drawers come out in front when they open."""
     rect = swept(model)
     return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

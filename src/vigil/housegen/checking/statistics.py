@@ -43,7 +43,7 @@ class RoomMeasures:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class DistributionComparison:
     """A distribution of two kinds of houses."""
 
     name: str
@@ -126,14 +126,18 @@ def _category(node: HouseObject, assets: AssetDatabase) -> str | None:
         return None
 
 
-def compare(real: Iterable[RoomMeasures], own: Iterable[RoomMeasures], supports: Iterable[str]) -> list[Comparison]:
+def compare(
+    real: Iterable[RoomMeasures], own: Iterable[RoomMeasures], supports: Iterable[str]
+) -> list[DistributionComparison]:
     """Returns the distributions of real and own rooms, by kind of room, then of things on each of `supports`."""
     real, own = list(real), list(own)
-    found: list[Comparison] = []
+    found: list[DistributionComparison] = []
     for kind in sorted({room.kind for room in real} & {room.kind for room in own}):
         sides = [[room for room in side if room.kind == kind] for side in (real, own)]
         found += [
-            Comparison(f"{kind}: {name}", *(np.array([read(room) for room in side], dtype=float) for side in sides))
+            DistributionComparison(
+                f"{kind}: {name}", *(np.array([read(room) for room in side], dtype=float) for side in sides)
+            )
             for name, read in MEASURES.items()
         ]
     for support in supports:
@@ -142,7 +146,7 @@ def compare(real: Iterable[RoomMeasures], own: Iterable[RoomMeasures], supports:
             for side in (real, own)
         ]
         if all(len(side) for side in sides):
-            found.append(Comparison(f"things on: {CATALOG[support].spoken}", *sides))
+            found.append(DistributionComparison(f"things on: {CATALOG[support].spoken}", *sides))
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vigil.housegen.base.models import Model, Piece, Rect, leaf_reach, swept, turned_rect
+from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, leaf_reach, swept, turned_rect
 from vigil.housegen.furnishing.floor import WALL_GAP, Floor
 from vigil.pose import Vec3, rotate_floor
 
@@ -23,7 +23,7 @@ TRIES = 14
 class Member:
     """One thing of a cluster: where its centre is, and which member it stands on (None: the floor)."""
 
-    model: Model
+    model: AssetModel
     x: float
     z: float
     yaw: float = 0.0
@@ -99,7 +99,7 @@ class Anchor:
     wall_length: float = 0.0
 
 
-def single(model: Model, access_m: float | None = None) -> Cluster:
+def single(model: AssetModel, access_m: float | None = None) -> Cluster:
     """Returns a cluster of one thing with its back to the wall, and floor in front as it needs."""
     depth = front_access(model) if access_m is None else access_m
     half = max(model.size.x / 2, 0.3)
@@ -110,7 +110,7 @@ def single(model: Model, access_m: float | None = None) -> Cluster:
     return Cluster([Member(model, 0.0, behind + model.size.z / 2)], list(access))
 
 
-def front_access(model: Model) -> float:
+def front_access(model: AssetModel) -> float:
     """Returns how much floor (m) to keep open in front: more when something swings or slides out."""
     reach = leaf_reach(model)
     return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else 0.5
@@ -160,7 +160,7 @@ def moved(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
     return np.stack([turned[anchor.yaw] for anchor in anchors]) + shift[:, None]
 
 
-def settle(floor: Floor, cluster: Cluster, anchors: list[Anchor], scores: np.ndarray) -> list[Piece] | None:
+def settle(floor: Floor, cluster: Cluster, anchors: list[Anchor], scores: np.ndarray) -> list[PlacedThing] | None:
     """Sets the cluster down at the best anchor that fits and leaves room to walk; None when there is none."""
     if not anchors:
         return None
@@ -187,15 +187,15 @@ def _rect(row: np.ndarray) -> Rect:
     return float(row[0]), float(row[1]), float(row[2]), float(row[3])
 
 
-def pieces_at(cluster: Cluster, anchor: Anchor, room: int) -> list[Piece]:
+def pieces_at(cluster: Cluster, anchor: Anchor, room: int) -> list[PlacedThing]:
     """Returns the cluster's things in their places; those that stand on others become their children."""
-    pieces: list[Piece] = []
+    pieces: list[PlacedThing] = []
     for member in cluster.members:
         dx, dz = rotate_floor(member.x, member.z, anchor.yaw)
         below = None if member.on is None else pieces[member.on]
         bottom = 0.0 if below is None else below.top
         place = Vec3(anchor.x + dx, bottom + member.model.size.y / 2, anchor.z + dz)
-        piece = Piece(member.model, place, (anchor.yaw + member.yaw) % 360.0, room)
+        piece = PlacedThing(member.model, place, (anchor.yaw + member.yaw) % 360.0, room)
         pieces.append(piece)
         if below is not None:
             below.children.append(piece)

@@ -4,12 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vigil.housegen.base.models import Piece, draw_model
+from vigil.housegen.base.models import PlacedThing, draw_model
 from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.furnishing import groups
 from vigil.housegen.furnishing.clusters import Anchor, Cluster, free_anchors, settle, single, wall_anchors
 from vigil.housegen.furnishing.floor import Floor
-from vigil.housegen.furnishing.inventory import Household
+from vigil.housegen.furnishing.inventory import Inventory
 
 FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
 """Share of the floor covered at which a room counts as full."""
@@ -97,13 +97,13 @@ TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "St
 class Furnisher:
     """Furnishes one room."""
 
-    def __init__(self, floor: Floor, household: Household, rng: np.random.Generator) -> None:
+    def __init__(self, floor: Floor, inventory: Inventory, rng: np.random.Generator) -> None:
         self.floor = floor
-        self.household = household
+        self.inventory = inventory
         self.rng = rng
-        self.pieces: list[Piece] = []
+        self.pieces: list[PlacedThing] = []
 
-    def furnish(self) -> list[Piece]:
+    def furnish(self) -> list[PlacedThing]:
         """Returns the room's furniture, what stands on it as children."""
         kind = self.floor.room.kind
         {"Kitchen": self._kitchen, "LivingRoom": self._living, "Bedroom": self._bedroom, "Bathroom": self._bathroom}[
@@ -157,12 +157,12 @@ class Furnisher:
             if self._put(groups.media_group(self.rng), _opposite(sofa) if sofa else _along_walls(0.0, 0.5)):
                 break
         self._keep_view_free(sofa)
-        if self.household.count("DiningTable") == 0 and self.floor.area > 17 and chance(self.rng, 0.75):
+        if self.inventory.count("DiningTable") == 0 and self.floor.area > 17 and chance(self.rng, 0.75):
             self._dining()
-        if self.household.count("Desk") == 0 and self.floor.area > 18 and chance(self.rng, 0.3):
+        if self.inventory.count("Desk") == 0 and self.floor.area > 18 and chance(self.rng, 0.3):
             self._put(groups.desk_group(self.rng), _along_walls(0.3, 0.2))
 
-    def _keep_view_free(self, sofa: Piece | None) -> None:
+    def _keep_view_free(self, sofa: PlacedThing | None) -> None:
         """Keeps furniture from between the sofa and the television that it faces."""
         stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
         if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > 1.0:
@@ -178,7 +178,7 @@ class Furnisher:
         if chance(self.rng, 0.65):
             self._put(groups.desk_group(self.rng), _along_walls(0.4, 0.2))
         self._put_single("Dresser")
-        if self.household.may_have("Television") and self.floor.area > 15 and chance(self.rng, 0.3):
+        if self.inventory.may_have("Television") and self.floor.area > 15 and chance(self.rng, 0.3):
             bed = next((piece for piece in self.pieces if piece.category == "Bed"), None)
             self._put(groups.media_group(self.rng), _opposite(bed) if bed else _along_walls(0.0, 0.5))
 
@@ -197,7 +197,7 @@ class Furnisher:
                 return
 
     def _put_single(self, category: str) -> bool:
-        if not self.household.may_have(category) or (category != "SideTable" and self.has(category)):
+        if not self.inventory.may_have(category) or (category != "SideTable" and self.has(category)):
             return False
         model = draw_model(category, self.rng)
         likes = _along_walls(0.7, 0.1) if category in CORNER_LOVERS else _along_walls(0.2, 0.3)
@@ -216,7 +216,7 @@ class Furnisher:
         )
 
     def _settle(self, cluster: Cluster, anchors: list[Anchor], score: Callable[[Anchor], float]) -> bool:
-        if any(not self.household.may_have(member.model.category) for member in cluster.members):
+        if any(not self.inventory.may_have(member.model.category) for member in cluster.members):
             return False
         noise = 0.5 * self.rng.random(len(anchors))
         scores = np.array([score(anchor) for anchor in anchors]) + noise
@@ -226,7 +226,7 @@ class Furnisher:
         for piece in placed:
             self.pieces.append(piece)
             for found in piece.all():
-                self.household.add(found.category)
+                self.inventory.add(found.category)
         return True
 
 
@@ -235,7 +235,7 @@ def _along_walls(corner: float, centre: float) -> Callable[[Anchor], float]:
     return lambda anchor: corner * anchor.corner + centre * anchor.centre
 
 
-def _opposite(piece: Piece) -> Callable[[Anchor], float]:
+def _opposite(piece: PlacedThing) -> Callable[[Anchor], float]:
     """Returns a score of places that likes to face `piece` from across the room."""
 
     def score(anchor: Anchor) -> float:

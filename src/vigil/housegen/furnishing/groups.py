@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vigil.housegen.base.models import Model, Rect, draw_model, model_of, most_alike, turned_rect
+from vigil.housegen.base.models import AssetModel, Rect, draw_model, model_of, most_alike, turned_rect
 from vigil.housegen.base.randomness import chance, pick
 from vigil.housegen.furnishing.clusters import STAND_M, Cluster, Member, front_access
 
@@ -57,7 +57,7 @@ def desk_group(rng: np.random.Generator) -> Cluster:
     return Cluster([Member(desk, 0.0, desk.size.z / 2), Member(chair, offset, z, 180.0)], access)
 
 
-def _drawer_side(desk: Model) -> int:
+def _drawer_side(desk: AssetModel) -> int:
     """Returns on which side (+1: +x) the desk's drawers are."""
     joints = {joint.name for joint in desk.asset.joints}
     xs = [x for solid in desk.asset.solids if solid.joint in joints for x, _ in solid.polygon]
@@ -119,7 +119,7 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
     """Returns a run along a wall: alike counters of a width (ft) with the stove between, maybe the fridge at an end."""
     stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_LOOKS))
     counters = [model_of(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
-    row: list[Model] = [counters[0], stove, *counters[1:]]
+    row: list[AssetModel] = [counters[0], stove, *counters[1:]]
     if chance(rng, 0.5):
         row.reverse()
     if with_fridge:
@@ -135,7 +135,7 @@ def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> Cluste
     return _run(rng, [draw_model("Fridge", rng), *row] if with_fridge else row)
 
 
-def _run(rng: np.random.Generator, row: list[Model]) -> Cluster:
+def _run(rng: np.random.Generator, row: list[AssetModel]) -> Cluster:
     """Returns things side by side along a wall, a sink in the first counter."""
     left = -(sum(model.size.x for model in row) + RUN_GAP * (len(row) - 1)) / 2
     members: list[Member] = []
@@ -165,7 +165,7 @@ def bathtub_group(rng: np.random.Generator) -> Cluster:
     return Cluster(members, [(-half + 0.3, tub.size.z, half - 0.3, tub.size.z + 0.6)])
 
 
-def island_group(rng: np.random.Generator, stools: int, like: Model) -> Cluster:
+def island_group(rng: np.random.Generator, stools: int, like: AssetModel) -> Cluster:
     """Returns a free-standing counter much like another one, with stools on one side."""
     size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
     looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_LOOKS)]

@@ -51,7 +51,7 @@ LIMITS = {
 """Most instances of a category in one house; 1 where nothing is said."""
 
 
-class Household:
+class Inventory:
     """Counts what the house already has."""
 
     def __init__(self) -> None:
@@ -65,9 +65,9 @@ class Household:
         """Returns how many there are."""
         return self._counts[category]
 
-    def copy(self) -> "Household":
+    def copy(self) -> "Inventory":
         """Returns another with the same counts."""
-        other = Household()
+        other = Inventory()
         other._counts = self._counts.copy()
         return other
 

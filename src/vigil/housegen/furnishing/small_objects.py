@@ -6,10 +6,10 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
-from vigil.housegen.base.models import Model, Piece, Rect, draw_model, swept, turned_rect
+from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, draw_model, swept, turned_rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
 from vigil.housegen.furnishing.floor import Floor
-from vigil.housegen.furnishing.inventory import Household
+from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.space import Space, apart
 from vigil.pose import Vec3, rotate_floor
 
@@ -143,14 +143,16 @@ STRAIGHT = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
 """Things that face the same way as what they stand on."""
 
 
-class Tidier:
+class SmallObjectPlacer:
     """Puts small things into one room."""
 
-    def __init__(self, floor: Floor, furniture: list[Piece], household: Household, rng: np.random.Generator) -> None:
+    def __init__(
+        self, floor: Floor, furniture: list[PlacedThing], inventory: Inventory, rng: np.random.Generator
+    ) -> None:
         self.kind = floor.room.kind
         self.space = Space(floor, furniture)
         self.furniture = furniture
-        self.household = household
+        self.inventory = inventory
         self.rng = rng
 
     def fill(self, clutter: float) -> None:
@@ -179,14 +181,14 @@ class Tidier:
                 if self._put(category, piece, inside):
                     return
 
-    def _fill_inside(self, piece: Piece, clutter: float) -> None:
+    def _fill_inside(self, piece: PlacedThing, clutter: float) -> None:
         if piece.category not in INSIDE or not any(surface.needs_opening for surface in piece.model.asset.surfaces):
             return
         mean, contents = INSIDE[piece.category]
         for category in shuffled(self.rng, contents)[: int(self.rng.poisson(mean * clutter))]:
             self._put(category, piece, True)
 
-    def _fill_top(self, piece: Piece, clutter: float) -> None:
+    def _fill_top(self, piece: PlacedThing, clutter: float) -> None:
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
             mean *= piece.model.size.x / 1.8
@@ -199,14 +201,14 @@ class Tidier:
 
     def _candidates(self, support: str) -> list[tuple[str, float]]:
         also = ALSO_ON.get((self.kind, support), ())
-        found = [(name, 0.5) for name in also if self.household.may_have(name)]
+        found = [(name, 0.5) for name in also if self.inventory.may_have(name)]
         for name, kind in CATALOG.items():
             if (
                 name in also
                 or (support in SOFT and kind.typical_size.y > TALLEST_ON_SOFT_M)
                 or support not in kind.rests_on
                 or self.kind not in kind.rooms
-                or not self.household.may_have(name)
+                or not self.inventory.may_have(name)
             ):
                 continue
             if kind.is_pickupable or name in AT_THE_BACK:
@@ -214,8 +216,8 @@ class Tidier:
                 found.append((name, weight if kind.is_pickupable else 0.3 * weight))
         return found
 
-    def _put(self, category: str, piece: Piece, inside: bool) -> bool:
-        if not self.household.may_have(category) or category == piece.category:
+    def _put(self, category: str, piece: PlacedThing, inside: bool) -> bool:
+        if not self.inventory.may_have(category) or category == piece.category:
             return False
         accepts = CATALOG[piece.category].accepts
         if not CATALOG[piece.category].is_receptacle or (accepts is not None and category not in accepts):
@@ -227,12 +229,14 @@ class Tidier:
             if child is not None:
                 piece.children.append(child)
                 self.space.add(child)
-                self.household.add(category)
+                self.inventory.add(category)
                 return True
         return False
 
 
-def _place(piece: Piece, surface: Surface, model: Model, rng: np.random.Generator, space: Space) -> Piece | None:
+def _place(
+    piece: PlacedThing, surface: Surface, model: AssetModel, rng: np.random.Generator, space: Space
+) -> PlacedThing | None:
     """Returns the model on a free spot of the surface; None when there is none."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
@@ -258,26 +262,26 @@ def _place(piece: Piece, surface: Surface, model: Model, rng: np.random.Generato
             dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
             place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
             yaw = round((piece.yaw + turn) % 360.0, 2)
-            child = Piece(model, place, yaw, piece.room, surface=surface)
+            child = PlacedThing(model, place, yaw, piece.room, surface=surface)
             if space.admits(child, piece):
                 return child
     return None
 
 
-def _with_leaf(model: Model) -> Rect:
+def _with_leaf(model: AssetModel) -> Rect:
     """Returns the model's rectangle with the room that its lid or door needs before and behind it."""
     half_x, half_z = model.size.x / 2, model.size.z / 2
     x0, z0, x1, z1 = swept(model) or (0.0, 0.0, 0.0, 0.0)
     return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
 
 
-def _is_back(model: Model, piece: Piece) -> bool:
+def _is_back(model: AssetModel, piece: PlacedThing) -> bool:
     return model.category in AT_THE_BACK or (
         model.category == "Pillow" and piece.category in ("Bed", "Sofa", "ArmChair")
     )
 
 
-def _taken(piece: Piece, surface: Surface) -> list[Rect]:
+def _taken(piece: PlacedThing, surface: Surface) -> list[Rect]:
     """Returns the rectangles (in the surface's frame) of what stands on it, or beside it at its height."""
     height = piece.position.y + surface.center.y
     rects: list[Rect] = []

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from vigil.housegen.base.models import Block, Piece, Rect, turned_rect
+from vigil.housegen.base.models import Block, PlacedThing, Rect, turned_rect
 from vigil.housegen.furnishing.floor import Floor
 
 SWING_GAP = 0.01
@@ -14,16 +14,16 @@ TOUCH_M = 0.005
 class Space:
     """The blocks that are taken in a room and those that leaves pass through, which are kept free of each other."""
 
-    def __init__(self, floor: Floor, pieces: Iterable[Piece]) -> None:
+    def __init__(self, floor: Floor, pieces: Iterable[PlacedThing]) -> None:
         self._outside = floor.outside
         self._frames = floor.window_frames()
         self._hung: list[Block] = []
-        self._pieces: list[tuple[Piece, Block]] = []
-        self._swings: list[tuple[Piece, Block]] = []
+        self._pieces: list[tuple[PlacedThing, Block]] = []
+        self._swings: list[tuple[PlacedThing, Block]] = []
         for piece in pieces:
             self.add(piece)
 
-    def add(self, piece: Piece) -> None:
+    def add(self, piece: PlacedThing) -> None:
         """Notes a piece that has been put into the room, with all on and in it."""
         for found in piece.all():
             self._pieces.append((found, found.block()))
@@ -33,7 +33,7 @@ class Space:
             if piece.is_on_wall:
                 self._hung.append(found.block())
 
-    def admits(self, piece: Piece, parent: Piece | None = None) -> bool:
+    def admits(self, piece: PlacedThing, parent: PlacedThing | None = None) -> bool:
         """Whether a piece, which rests on `parent`, is in no leaf's way, and nothing in the way of its own leaves."""
         own, swing = piece.block(), piece.swing()
         stands = not piece.is_on_wall and (parent is None or not parent.is_on_wall)
@@ -43,7 +43,7 @@ class Space:
             return False
         return swing is None or (self._is_free(swing, parent) and not _hits_parent(swing, own, parent))
 
-    def _is_free(self, swing: Block, parent: Piece | None) -> bool:
+    def _is_free(self, swing: Block, parent: PlacedThing | None) -> bool:
         if not all(apart(swing[0], wall, SWING_GAP) for wall in self._outside):
             return False
         others = [block for other, block in [*self._pieces, *self._swings] if other is not parent]
@@ -62,7 +62,7 @@ def _meet(one: Block, two: Block, gap: float) -> bool:
     return is_level and not apart(one[0], two[0], gap)
 
 
-def _hits_parent(swing: Block, own: Block, parent: Piece | None) -> bool:
+def _hits_parent(swing: Block, own: Block, parent: PlacedThing | None) -> bool:
     """Whether a leaf passes through solids of what it rests on, other than those that it lies in, shut."""
     if parent is None:
         return False

@@ -3,10 +3,10 @@
 import numpy as np
 from shapely import box
 
-from vigil.housegen.base.models import Model, Piece, draw_model, most_alike
+from vigil.housegen.base.models import AssetModel, PlacedThing, draw_model, most_alike
 from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.furnishing.floor import Floor, rect_of
-from vigil.housegen.furnishing.inventory import Household
+from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.space import Space
 from vigil.housegen.layout.walls import WallPiece
 from vigil.pose import Vec3
@@ -27,22 +27,27 @@ Span = tuple[float, float, float, float]
 """left, right along the wall; bottom, top (m)."""
 
 
-class Hanger:
+class WallThingPlacer:
     """Hangs things on the walls of one room."""
 
     def __init__(
-        self, floor: Floor, furniture: list[Piece], height_m: float, household: Household, rng: np.random.Generator
+        self,
+        floor: Floor,
+        furniture: list[PlacedThing],
+        height_m: float,
+        inventory: Inventory,
+        rng: np.random.Generator,
     ) -> None:
         self.floor = floor
         self.furniture = furniture
         self.height_m = height_m
-        self.household = household
+        self.inventory = inventory
         self.rng = rng
-        self.hung: list[Piece] = []
+        self.hung: list[PlacedThing] = []
         self.space = Space(floor, furniture)
         self._spans: list[list[Span]] = [self._covered(edge) for edge in floor.edges]
 
-    def hang(self) -> list[Piece]:
+    def hang(self) -> list[PlacedThing]:
         """Returns what hangs in the room."""
         kind = self.floor.room.kind
         self._switches()
@@ -82,7 +87,7 @@ class Hanger:
             spans.extend(self._shadow(edge, piece))
         return spans
 
-    def _shadow(self, edge: WallPiece, piece: Piece) -> list[Span]:
+    def _shadow(self, edge: WallPiece, piece: PlacedThing) -> list[Span]:
         x0, z0, x1, z1 = piece.footprint()
         corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
         nx, nz = edge.inward
@@ -102,26 +107,28 @@ class Hanger:
             for low, high, down, up in self._spans[index]
         )
 
-    def _hang(self, model: Model, index: int, along: float, middle: float, under: Model | None = None) -> Piece | None:
+    def _hang(
+        self, model: AssetModel, index: int, along: float, middle: float, under: AssetModel | None = None
+    ) -> PlacedThing | None:
         """Hangs a thing with its centre there, `under` in front of it; returns None where it does not fit."""
         size = model.size
         drop = size.y / 2 if under is None else max(size.y / 2, under.size.y - size.y / 2)
         span = (along - size.x / 2, along + size.x / 2, middle - drop, middle + size.y / 2)
         edge = self.floor.edges[index]
-        if not self._is_free(index, span) or not self.household.may_have(model.category):
+        if not self._is_free(index, span) or not self.inventory.may_have(model.category):
             return None
         depth = size.z + (under.size.z if under else 0.0)
         bump = rect_of(edge.at(span[0]), edge.at(span[1], depth))
         x, z = edge.at(along, size.z / 2 + 0.002)
-        piece = Piece(model, Vec3(x, middle, z), edge.yaw, self.floor.room.number, is_on_wall=True)
+        piece = PlacedThing(model, Vec3(x, middle, z), edge.yaw, self.floor.room.number, is_on_wall=True)
         if not self.space.admits(piece) or not self._leaves_room(bump, depth, span[2]):
             return None
         self._spans[index].append(span)
         self._add(piece)
         return piece
 
-    def _add(self, piece: Piece) -> None:
-        self.household.add(piece.category)
+    def _add(self, piece: PlacedThing) -> None:
+        self.inventory.add(piece.category)
         self.hung.append(piece)
         self.space.add(piece)
 
@@ -139,11 +146,11 @@ class Hanger:
             self.floor.taken.append(bump)
         return True
 
-    def _anywhere(self, category: str, middle: float) -> Piece | None:
+    def _anywhere(self, category: str, middle: float) -> PlacedThing | None:
         return self._along_some_wall(draw_model(category, self.rng), middle)
 
-    def _along_some_wall(self, model: Model, middle: float, under: Model | None = None) -> Piece | None:
-        if not self.household.may_have(model.category):
+    def _along_some_wall(self, model: AssetModel, middle: float, under: AssetModel | None = None) -> PlacedThing | None:
+        if not self.inventory.may_have(model.category):
             return None
         for index in shuffled(self.rng, range(len(self.floor.edges))):
             edge = self.floor.edges[index]
@@ -197,17 +204,17 @@ class Hanger:
     def _towel(self, holder: str, towel: str, middle: float) -> None:
         """Hangs a towel rail, with a towel over it."""
         rail_model, model = draw_model(holder, self.rng), draw_model(towel, self.rng)
-        if not self.household.may_have(towel):
+        if not self.inventory.may_have(towel):
             return
         rail = self._along_some_wall(rail_model, middle, model)
         if rail is None:
             return
         x, z = rail.out_of(0.0, rail.model.size.z / 2 + model.size.z / 2 + 0.003)
-        cloth = Piece(model, Vec3(x, rail.top - model.size.y / 2, z), rail.yaw, rail.room, is_on_wall=True)
+        cloth = PlacedThing(model, Vec3(x, rail.top - model.size.y / 2, z), rail.yaw, rail.room, is_on_wall=True)
         rail.children.append(cloth)
-        self.household.add(towel)
+        self.inventory.add(towel)
 
-    def _behind(self, piece: Piece, model: Model, middle: float) -> Piece | None:
+    def _behind(self, piece: PlacedThing, model: AssetModel, middle: float) -> PlacedThing | None:
         """Hangs a thing on the wall behind `piece`."""
         for index, edge in enumerate(self.floor.edges):
             along = edge.along((piece.position.x, piece.position.z))
@@ -215,13 +222,13 @@ class Hanger:
                 return self._hang(model, index, along, middle)
         return None
 
-    def _is_behind(self, edge: WallPiece, piece: Piece) -> bool:
+    def _is_behind(self, edge: WallPiece, piece: PlacedThing) -> bool:
         nx, nz = edge.inward
         depth = (piece.position.x - edge.start[0]) * nx + (piece.position.z - edge.start[1]) * nz
         along = edge.along((piece.position.x, piece.position.z))
         return 0 < depth < 0.9 and 0 < along < edge.length
 
-    def _beside(self, piece: Piece, model: Model, middle: float) -> Piece | None:
+    def _beside(self, piece: PlacedThing, model: AssetModel, middle: float) -> PlacedThing | None:
         """Hangs a thing on the wall behind `piece`, beside it."""
         for index, edge in enumerate(self.floor.edges):
             if abs(edge.yaw - piece.yaw) < 1.0 and self._is_behind(edge, piece):
@@ -256,14 +263,14 @@ class Hanger:
             found = opening.span_in(self.floor.room.number)
             assert found is not None
             wall, left, right = found
-            if model.size.x < right - left + 0.05 or not self.household.may_have(category):
+            if model.size.x < right - left + 0.05 or not self.inventory.may_have(category):
                 continue
             self._dress(wall, (left + right) / 2, opening.top + 0.12 - model.size.y / 2, model)
 
-    def _dress(self, wall: WallPiece, along: float, middle: float, model: Model) -> None:
+    def _dress(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
         """Hangs curtains or blinds before a window when nothing stands in their place."""
         x, z = wall.at(along, model.size.z / 2 + SILL_M)
-        piece = Piece(model, Vec3(x, middle, z), wall.yaw, self.floor.room.number, is_on_wall=True)
+        piece = PlacedThing(model, Vec3(x, middle, z), wall.yaw, self.floor.room.number, is_on_wall=True)
         shape = box(*piece.footprint())
         low = piece.bottom - (0.0 if model.category == "Curtains" else BELOW_BLINDS_M)
         in_way = any(
@@ -291,4 +298,4 @@ class Hanger:
         if bottom < 1.95:
             return
         place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
-        self._add(Piece(model, place, 0.0, self.floor.room.number, is_on_wall=True))
+        self._add(PlacedThing(model, place, 0.0, self.floor.room.number, is_on_wall=True))

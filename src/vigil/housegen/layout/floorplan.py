@@ -65,7 +65,7 @@ class RoomPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class RoomLayout:
     """The rooms, which of them doors join (pairs of room numbers), and the ceiling height (m)."""
 
     rooms: tuple[RoomPlan, ...]
@@ -77,7 +77,7 @@ class Plan:
         return next(room for room in self.rooms if room.number == number)
 
 
-def plan_rooms(spec: HouseSpec, rng: np.random.Generator) -> Plan:
+def plan_rooms(spec: HouseSpec, rng: np.random.Generator) -> RoomLayout:
     """Returns a plan for `spec`. Raises SettingError when none is found."""
     kinds = pick(rng, spec.choices)
     height = round(float(rng.uniform(*spec.ceiling_m)), 2)
@@ -295,7 +295,9 @@ def _tree_cost(kinds: tuple[str, ...], links: list[tuple[int, int]]) -> float:
     return cost + sum(THROUGH_COST[kind] * max(0, count - 1) for kind, count in zip(kinds, degree, strict=True))
 
 
-def _in_metres(kinds: tuple[str, ...], shapes: list[Polygon], links: list[tuple[int, int]], height: float) -> Plan:
+def _in_metres(
+    kinds: tuple[str, ...], shapes: list[Polygon], links: list[tuple[int, int]], height: float
+) -> RoomLayout:
     assert not any(isinstance(shape, MultiPolygon) for shape in shapes)
     left = min(shape.bounds[0] for shape in shapes)
     low = min(shape.bounds[1] for shape in shapes)
@@ -306,4 +308,4 @@ def _in_metres(kinds: tuple[str, ...], shapes: list[Polygon], links: list[tuple[
             corners.reverse()
         rooms.append(RoomPlan(index + 2, kind, tuple(corners)))
     numbered = tuple((a + 2, b + 2) for a, b in sorted(links))
-    return Plan(tuple(rooms), numbered, height)
+    return RoomLayout(tuple(rooms), numbered, height)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from vigil.housegen.base.randomness import pick
-from vigil.housegen.layout.floorplan import Plan
+from vigil.housegen.layout.floorplan import RoomLayout
 
 WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
 DROP_M = 0.2
@@ -17,7 +17,7 @@ def layer_of(room: int) -> str:
     return f"Procedural{room % LAYERS}"
 
 
-def lights_of(plan: Plan, rng: np.random.Generator) -> list[dict[str, Any]]:
+def lights_of(plan: RoomLayout, rng: np.random.Generator) -> list[dict[str, Any]]:
     """Returns the document's lights."""
     red, green, blue = pick(rng, WARMTH)
     sun = {

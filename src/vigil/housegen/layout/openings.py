@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets import make
 from vigil.housegen.base.models import Rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
-from vigil.housegen.layout.floorplan import Plan
+from vigil.housegen.layout.floorplan import RoomLayout
 from vigil.housegen.layout.walls import WallPiece, facing_piece, wall_pieces
 from vigil.pose import Vec3
 from vigil.scene.geometry import moving_prisms_of
@@ -120,7 +120,7 @@ class _Free:
         return spans
 
 
-def cut_openings(plan: Plan, rng: np.random.Generator) -> list[Opening] | None:
+def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[Opening] | None:
     """Returns the plan's doors and windows; None when a link has no wall long enough."""
     pieces = wall_pieces(plan)
     free = _Free(door_look=int(rng.integers(DOOR_VARIANTS)), window_look=int(rng.integers(WINDOW_VARIANTS)))
@@ -139,7 +139,7 @@ def cut_openings(plan: Plan, rng: np.random.Generator) -> list[Opening] | None:
 
 
 def _inner_door(
-    link: tuple[int, int], plan: Plan, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
+    link: tuple[int, int], plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
 ) -> Opening | None:
     near, far = shuffled(rng, link)
     walls = [piece for piece in pieces if piece.room == near and piece.behind == far]
@@ -177,7 +177,7 @@ def _door_openness(rng: np.random.Generator) -> float:
     return 0.0 if chance(rng, 0.4) else 1.0
 
 
-def _front_door(plan: Plan, pieces: list[WallPiece], free: _Free, rng: np.random.Generator) -> Opening | None:
+def _front_door(plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator) -> Opening | None:
     order = {"LivingRoom": 0, "Kitchen": 1, "Bedroom": 2, "Bathroom": 3}
     for room in sorted(plan.rooms, key=lambda room: order[room.kind]):
         walls = [piece for piece in pieces if piece.room == room.number and piece.behind is None]

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from shapely import Point
 
-from vigil.housegen.layout.floorplan import Corner, Plan, RoomPlan
+from vigil.housegen.layout.floorplan import Corner, RoomLayout, RoomPlan
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def room_edges(room: RoomPlan) -> list[WallPiece]:
     ]
 
 
-def wall_pieces(plan: Plan) -> list[WallPiece]:
+def wall_pieces(plan: RoomLayout) -> list[WallPiece]:
     """Returns all wall pieces, room by room."""
     pieces: list[WallPiece] = []
     for room in plan.rooms:

@@ -41,7 +41,7 @@ _NOT_THE_AGENTS = re.compile(
 """What a provider says of its customer, its settings or a proxy."""
 
 
-class ModelTrouble(Exception):
+class AttemptFailed(Exception):
     """One attempt to get a reply failed."""
 
     def __init__(
@@ -71,7 +71,7 @@ def is_rejection(status: int | None, message: str) -> bool:
 
 
 @dataclass(slots=True)
-class Patience:
+class RetryPolicy:
     """How often to try again and how long to wait: doubling, with jitter, unless the provider says otherwise."""
 
     retries: int = 8
@@ -89,7 +89,7 @@ class Patience:
         return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
 
 
-def persistent(send: Send, patience: Patience) -> Ask:
+def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:
     """Returns `send` with retries."""
 
     async def ask(messages: Sequence[Message]) -> Reply:
@@ -97,20 +97,20 @@ def persistent(send: Send, patience: Patience) -> Ask:
         while True:
             try:
                 return await send(messages)
-            except ModelTrouble as trouble:
+            except AttemptFailed as trouble:
                 said = str(trouble)
                 if trouble.is_rejection:
                     rejections += 1
                     if rejections == MAX_REJECTIONS:
                         message = f"The provider rejected the request {rejections} times: {said}"
                         raise RequestRejected(message) from trouble
-                    wait = patience.wait_s(rejections, trouble.wait_s)
+                    wait = retry_policy.wait_s(rejections, trouble.wait_s)
                 else:
                     failures += 1
-                    if not trouble.can_retry or failures > patience.retries:
+                    if not trouble.can_retry or failures > retry_policy.retries:
                         raise ModelAPIError(f"{trouble} (after {failures} attempts)") from trouble
-                    wait = patience.wait_s(failures, trouble.wait_s)
-            patience.tell(f"try {failures + rejections + 1} in {wait:.0f} s after {said}")
+                    wait = retry_policy.wait_s(failures, trouble.wait_s)
+            retry_policy.tell(f"try {failures + rejections + 1} in {wait:.0f} s after {said}")
             await asyncio.sleep(wait)
 
     return ask

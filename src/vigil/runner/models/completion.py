@@ -5,14 +5,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from vigil.agents.model import Message
-from vigil.runner.models.ask import Patience, RequestRejected, persistent
+from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.redaction import Secrets, hiding
 from vigil.runner.models.serving import only_its_key, serving
 
 
 @contextmanager
 def completing(
-    model: str, base_url: str | None, patience: Patience | None = None, *, api_key_env: str | None = None
+    model: str, base_url: str | None, retry_policy: RetryPolicy | None = None, *, api_key_env: str | None = None
 ) -> Iterator[Callable[[str], str]]:
     """Yields the function that answers a text; the answer to one that the provider rejects is empty.
 
@@ -28,7 +28,7 @@ def completing(
     secrets = Secrets.of(url=found.base_url, key=found.api_key or "")
     with hiding(secrets), only_its_key(found), asyncio.Runner() as runner:
         client = Endpoint(found).model()
-        ask = persistent(sender(client), patience or Patience())
+        ask = with_retries(sender(client), retry_policy or RetryPolicy())
 
         async def answer(text: str) -> str:
             try:

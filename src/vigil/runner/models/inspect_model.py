@@ -35,7 +35,7 @@ from vigil.errors import SettingError
 from vigil.profile import ImageFormat
 from vigil.reasoning import split_reasoning
 from vigil.runner.models.answers import NoAnswer, read_answer
-from vigil.runner.models.ask import ModelTrouble, Patience, Send, is_rejection, persistent
+from vigil.runner.models.ask import AttemptFailed, RetryPolicy, Send, is_rejection, with_retries
 from vigil.runner.models.preflight import check_sight
 from vigil.runner.models.redaction import without_login, without_secrets
 from vigil.runner.models.redirects import stay
@@ -59,7 +59,7 @@ class Endpoint:
     """Fields of Inspect's GenerateConfig; only what the user set."""
     max_connections: int = 16
     reply_seconds: int = REPLY_SECONDS
-    patience: Patience = field(default_factory=Patience)
+    retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
 
     def model(self) -> Model:
         """Returns a client of its own. Raises SettingError when the provider cannot be used."""
@@ -102,7 +102,7 @@ def _plain(error: Exception) -> str:
     return " ".join(line if line[-1] in ".:" else f"{line}." for line in lines)
 
 
-class _Forget:
+class _EventSink:
     """Takes Inspect's model events and drops them: they would hold every frame in memory."""
 
     def on_pending(self, event: ModelEvent) -> None:
@@ -122,7 +122,7 @@ def sender(model: Model, config: GenerateConfig | None = None) -> Send:
     async def send(messages: Sequence[Message]) -> Reply:
         with listening(model.api) as exchanges:
             try:
-                with use_model_event_sink(_Forget()):
+                with use_model_event_sink(_EventSink()):
                     output = await model.generate([_chat_message(message) for message in messages], config=config)
             except LimitExceededError:
                 raise
@@ -153,20 +153,20 @@ def _chat_message(message: Message) -> ChatMessage:
     return ChatMessageUser(content=content)
 
 
-def _trouble(model: Model, error: Exception) -> ModelTrouble:
+def _trouble(model: Model, error: Exception) -> AttemptFailed:
     cause = error.__cause__ if type(error).__name__ == "RetryError" else None
     root = cause if isinstance(cause, Exception) else error
     status = getattr(root, "status_code", None)
     message = getattr(root, "provider_message", None) or str(root) or type(root).__name__
     if is_rejection(status, message):
-        return ModelTrouble(message, is_rejection=True)
+        return AttemptFailed(message, is_rejection=True)
     library = type(root).__module__.partition(".")[0]
     is_transport = isinstance(root, _TRANSPORT_ERRORS) or library in _HTTP_LIBRARIES
     is_passing = status in _PASSING or (isinstance(status, int) and 300 <= status < 400)
     can_retry = model.should_retry(root) or is_transport or is_passing
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     hint = f". {KEY_HINT}." if status == 401 else ""
-    return ModelTrouble(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
+    return AttemptFailed(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
 
 
 def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
@@ -175,10 +175,10 @@ def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
         answer = read_answer(exchange.wire, bytes(exchange.body))
     except NoAnswer as fault:
         if is_rejection(fault.status, str(fault)):
-            raise ModelTrouble(str(fault), is_rejection=True) from fault
-        raise ModelTrouble(str(fault), can_retry=True) from fault
+            raise AttemptFailed(str(fault), is_rejection=True) from fault
+        raise AttemptFailed(str(fault), can_retry=True) from fault
     if answer.is_filtered:
-        raise ModelTrouble(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
+        raise AttemptFailed(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
     text = answer.text
     return Reply(
         text=text,
@@ -193,10 +193,10 @@ def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
 def _library_reply(output: ModelOutput) -> Reply:
     """Returns the reply as Inspect has it, or raises ModelTrouble."""
     if output.empty:
-        raise ModelTrouble("The provider's answer holds no reply.", can_retry=True)
+        raise AttemptFailed("The provider's answer holds no reply.", can_retry=True)
     is_refused_request = output.stop_reason == "model_length" and output.usage is None
     if output.stop_reason == "content_filter" or is_refused_request:
-        raise ModelTrouble(output.completion, is_rejection=True)
+        raise AttemptFailed(output.completion, is_rejection=True)
     parts = output.message.content
     reasoning = [] if isinstance(parts, str) else [part for part in parts if isinstance(part, ContentReasoning)]
     return Reply(
@@ -220,8 +220,8 @@ async def preflight(endpoint: Endpoint, name: str, image_format: ImageFormat) ->
     """Raises ModelAPIError unless pictures reach the model."""
     model = endpoint.model()
     try:
-        patience = replace(endpoint.patience, retries=min(endpoint.patience.retries, PREFLIGHT_RETRIES))
-        ask = persistent(sender(model), patience)
+        retry_policy = replace(endpoint.retry_policy, retries=min(endpoint.retry_policy.retries, PREFLIGHT_RETRIES))
+        ask = with_retries(sender(model), retry_policy)
         await check_sight(ask, name, image_format, without_login(endpoint.serving.base_url or ""))
     finally:
         await model.api.aclose()

@@ -46,7 +46,7 @@ KEY_HINT = (
 
 
 @dataclass(frozen=True, slots=True)
-class Home:
+class ProviderDefaults:
     """Where a provider lives, and which variables of the environment lead elsewhere."""
 
     hosts: tuple[str, ...] = ()
@@ -62,38 +62,50 @@ class Home:
 _AZURE = (".openai.azure.com", ".services.ai.azure.com", ".models.ai.azure.com", ".cognitiveservices.azure.com")
 _AWS = (".amazonaws.com",)
 _GOOGLE = (".googleapis.com",)
-HOMES = {
-    "openai": Home(("api.openai.com", ".api.openai.com"), ("OPENAI_BASE_URL",)),
-    "openai/azure": Home(
+PROVIDER_DEFAULTS = {
+    "openai": ProviderDefaults(("api.openai.com", ".api.openai.com"), ("OPENAI_BASE_URL",)),
+    "openai/azure": ProviderDefaults(
         _AZURE, ("AZUREAI_OPENAI_BASE_URL", "AZURE_OPENAI_BASE_URL", "AZURE_OPENAI_ENDPOINT"), signs_in=True
     ),
-    "openai/bedrock": Home(_AWS, ("BEDROCK_OPENAI_BASE_URL", "AWS_BEDROCK_BASE_URL"), signs_in=True),
-    "anthropic": Home(("api.anthropic.com",), ("ANTHROPIC_BASE_URL",)),
-    "anthropic/azure": Home(_AZURE, ("AZUREAI_ANTHROPIC_BASE_URL", "AZURE_ANTHROPIC_BASE_URL"), signs_in=True),
-    "anthropic/bedrock": Home(_AWS, ("ANTHROPIC_BEDROCK_BASE_URL", "BEDROCK_ANTHROPIC_BASE_URL"), signs_in=True),
-    "anthropic/vertex": Home(_GOOGLE, ("ANTHROPIC_VERTEX_BASE_URL", "VERTEX_ANTHROPIC_BASE_URL"), signs_in=True),
-    "google": Home(
+    "openai/bedrock": ProviderDefaults(_AWS, ("BEDROCK_OPENAI_BASE_URL", "AWS_BEDROCK_BASE_URL"), signs_in=True),
+    "anthropic": ProviderDefaults(("api.anthropic.com",), ("ANTHROPIC_BASE_URL",)),
+    "anthropic/azure": ProviderDefaults(
+        _AZURE, ("AZUREAI_ANTHROPIC_BASE_URL", "AZURE_ANTHROPIC_BASE_URL"), signs_in=True
+    ),
+    "anthropic/bedrock": ProviderDefaults(
+        _AWS, ("ANTHROPIC_BEDROCK_BASE_URL", "BEDROCK_ANTHROPIC_BASE_URL"), signs_in=True
+    ),
+    "anthropic/vertex": ProviderDefaults(
+        _GOOGLE, ("ANTHROPIC_VERTEX_BASE_URL", "VERTEX_ANTHROPIC_BASE_URL"), signs_in=True
+    ),
+    "google": ProviderDefaults(
         ("generativelanguage.googleapis.com",), ("GOOGLE_BASE_URL", "GOOGLE_GEMINI_BASE_URL", "GEMINI_BASE_URL")
     ),
-    "google/vertex": Home(_GOOGLE, ("GOOGLE_VERTEX_BASE_URL", "VERTEX_BASE_URL"), signs_in=True),
-    "mistral": Home(("api.mistral.ai",), ("MISTRAL_BASE_URL",)),
-    "mistral/azure": Home(_AZURE, ("AZUREAI_MISTRAL_BASE_URL", "AZURE_MISTRAL_BASE_URL"), signs_in=True),
-    "azureai": Home(_AZURE, ("AZUREAI_BASE_URL", "AZUREAI_ENDPOINT_URL", "AZURE_ENDPOINT_URL"), signs_in=True),
-    "bedrock": Home(_AWS, ("BEDROCK_BASE_URL", "AWS_ENDPOINT_URL_BEDROCK_RUNTIME", "AWS_ENDPOINT_URL"), signs_in=True),
-    "sagemaker": Home(
+    "google/vertex": ProviderDefaults(_GOOGLE, ("GOOGLE_VERTEX_BASE_URL", "VERTEX_BASE_URL"), signs_in=True),
+    "mistral": ProviderDefaults(("api.mistral.ai",), ("MISTRAL_BASE_URL",)),
+    "mistral/azure": ProviderDefaults(_AZURE, ("AZUREAI_MISTRAL_BASE_URL", "AZURE_MISTRAL_BASE_URL"), signs_in=True),
+    "azureai": ProviderDefaults(
+        _AZURE, ("AZUREAI_BASE_URL", "AZUREAI_ENDPOINT_URL", "AZURE_ENDPOINT_URL"), signs_in=True
+    ),
+    "bedrock": ProviderDefaults(
+        _AWS, ("BEDROCK_BASE_URL", "AWS_ENDPOINT_URL_BEDROCK_RUNTIME", "AWS_ENDPOINT_URL"), signs_in=True
+    ),
+    "sagemaker": ProviderDefaults(
         _AWS, ("SAGEMAKER_BASE_URL", "AWS_ENDPOINT_URL_SAGEMAKER_RUNTIME", "AWS_ENDPOINT_URL"), signs_in=True
     ),
-    "cloudflare": Home(("api.cloudflare.com",), ("CLOUDFLARE_BASE_URL",)),
-    "deepseek": Home(("api.deepseek.com",), ("DEEPSEEK_BASE_URL",)),
-    "fireworks": Home(("api.fireworks.ai",), ("FIREWORKS_BASE_URL",)),
-    "grok": Home(("api.x.ai", ".api.x.ai"), ("XAI_BASE_URL", "GROK_BASE_URL")),
-    "groq": Home(("api.groq.com",), ("GROQ_BASE_URL",)),
-    "hf-inference-providers": Home(("router.huggingface.co",), ("HF_INFERENCE_PROVIDERS_BASE_URL",), "HF_TOKEN"),
-    "moonshot": Home(("api.moonshot.ai", "api.moonshot.cn"), ("MOONSHOT_BASE_URL",)),
-    "openrouter": Home(("openrouter.ai",), ("OPENROUTER_BASE_URL",)),
-    "perplexity": Home(("api.perplexity.ai",), ("PERPLEXITY_BASE_URL",)),
-    "sambanova": Home(("api.sambanova.ai",), ("SAMBANOVA_BASE_URL",)),
-    "together": Home(("api.together.xyz", "api.together.ai"), ("TOGETHER_BASE_URL",)),
+    "cloudflare": ProviderDefaults(("api.cloudflare.com",), ("CLOUDFLARE_BASE_URL",)),
+    "deepseek": ProviderDefaults(("api.deepseek.com",), ("DEEPSEEK_BASE_URL",)),
+    "fireworks": ProviderDefaults(("api.fireworks.ai",), ("FIREWORKS_BASE_URL",)),
+    "grok": ProviderDefaults(("api.x.ai", ".api.x.ai"), ("XAI_BASE_URL", "GROK_BASE_URL")),
+    "groq": ProviderDefaults(("api.groq.com",), ("GROQ_BASE_URL",)),
+    "hf-inference-providers": ProviderDefaults(
+        ("router.huggingface.co",), ("HF_INFERENCE_PROVIDERS_BASE_URL",), "HF_TOKEN"
+    ),
+    "moonshot": ProviderDefaults(("api.moonshot.ai", "api.moonshot.cn"), ("MOONSHOT_BASE_URL",)),
+    "openrouter": ProviderDefaults(("openrouter.ai",), ("OPENROUTER_BASE_URL",)),
+    "perplexity": ProviderDefaults(("api.perplexity.ai",), ("PERPLEXITY_BASE_URL",)),
+    "sambanova": ProviderDefaults(("api.sambanova.ai",), ("SAMBANOVA_BASE_URL",)),
+    "together": ProviderDefaults(("api.together.xyz", "api.together.ai"), ("TOGETHER_BASE_URL",)),
 }
 """By provider, or provider and service. One that is not here has no host of its own."""
 _GENERAL_ADDRESS = "INSPECT_EVAL_MODEL_BASE_URL"
@@ -166,15 +178,19 @@ def only_its_key(found: Serving) -> Iterator[None]:
         os.environ.update(kept)
 
 
-def _home(provider: str, name: str) -> Home:
+def _home(provider: str, name: str) -> ProviderDefaults:
     if provider == "openai-api":
         provider, _, name = name.partition("/")
     stem = provider.upper().replace("-", "_")
-    known = HOMES.get(f"{provider}/{name.partition('/')[0]}") or HOMES.get(provider) or Home()
+    known = (
+        PROVIDER_DEFAULTS.get(f"{provider}/{name.partition('/')[0]}")
+        or PROVIDER_DEFAULTS.get(provider)
+        or ProviderDefaults()
+    )
     return replace(known, addresses=known.addresses or (f"{stem}_BASE_URL",), key=known.key or f"{stem}_API_KEY")
 
 
-def _from_environment(provider: str, name: str, home: Home) -> str | None:
+def _from_environment(provider: str, name: str, home: ProviderDefaults) -> str | None:
     """Returns the address that Inspect would take from the environment for a named provider."""
     variables = (*home.addresses, _GENERAL_ADDRESS) if name and provider != "mockllm" else ()
     return next(filter(None, map(os.environ.get, variables)), None)
@@ -196,7 +212,7 @@ def _sorted(arguments: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     return tuple(sorted(arguments.items()))
 
 
-def _is_at_home(address: str, home: Home) -> bool:
+def _is_at_home(address: str, home: ProviderDefaults) -> bool:
     """Whether an address is one of a provider's own hosts, reached so that nobody on the way can read the key."""
     parts = urlsplit(address)
     host = (parts.hostname or "").rstrip(".")

@@ -9,7 +9,7 @@ from vigil.errors import InfrastructureError, SimulatorError
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.workers.messages import Ticket, View
+from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode, WorkerLost
 from vigil.versions import Versions
 
@@ -27,18 +27,18 @@ async def play_live(
     except InfrastructureError as error:
         boundary = boundary_of(error)
         record = await live.fail(boundary, str(error))
-        return record or lost_record(live.ticket, run_id, boundary, str(error), started)
+        return record or lost_record(live.assignment, run_id, boundary, str(error), started)
     finally:
         live.close()
 
 
 async def _play(live: LiveEpisode, profile: Profile, ask: Ask, shows: Callable[[], None]) -> EpisodeRecord:
-    conversation = Conversation(profile, live.ticket.episode.instruction)
+    conversation = Conversation(profile, live.assignment.episode.instruction)
     answer = await live.begin()
     has_replied = False
-    if isinstance(answer, View):
+    if isinstance(answer, EncodedObservation):
         shows()
-    while isinstance(answer, View):
+    while isinstance(answer, EncodedObservation):
         messages = conversation.messages(answer.picture, answer.feedback)
         reply = await _reply(ask, messages, has_replied=has_replied)
         has_replied = True
@@ -64,14 +64,16 @@ def boundary_of(error: InfrastructureError) -> Boundary:
     return "simulator" if isinstance(error, SimulatorError) else "model"
 
 
-def lost_record(ticket: Ticket, run_id: str, boundary: Boundary, message: str, started: datetime) -> EpisodeRecord:
+def lost_record(
+    assignment: Assignment, run_id: str, boundary: Boundary, message: str, started: datetime
+) -> EpisodeRecord:
     """Returns the record of an episode of which nothing is left but how it failed."""
     return EpisodeRecord(
         versions=Versions.here(),
         run_id=run_id,
-        episode_id=ticket.episode.id,
-        epoch=ticket.epoch,
-        attempt=ticket.attempt,
+        episode_id=assignment.episode.id,
+        epoch=assignment.epoch,
+        attempt=assignment.attempt,
         started=started,
         ended=datetime.now(UTC),
         initial=None,

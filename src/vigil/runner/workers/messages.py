@@ -1,7 +1,7 @@
 """What crosses between the main process and a simulator worker.
 
-To an agent in the main process only a `View` crosses: the encoded frame and the feedback. Records, which hold hidden
-state, go from the worker straight to the run folder.
+To an agent in the main process only a `EncodedObservation` crosses: the encoded frame and the feedback. Records, which
+hold hidden state, go from the worker straight to the run folder.
 """
 
 from collections.abc import Callable
@@ -28,7 +28,7 @@ Quality = Literal["default", "fast"]
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class WorkerPlan:
     """What a worker is told once, when it starts."""
 
     pack: Path
@@ -50,7 +50,7 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Ticket:
+class Assignment:
     """One attempt at one episode."""
 
     episode: Episode
@@ -59,7 +59,7 @@ class Ticket:
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class EncodedObservation:
     """All that an agent may see of a step, as it crosses."""
 
     picture: Picture
@@ -67,7 +67,7 @@ class View:
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class SimulatorFacts:
     """What a backend says about itself, for the run header."""
 
     simulator: str
@@ -78,7 +78,7 @@ class Facts:
 
 
 @dataclass(frozen=True, slots=True)
-class AskFacts:
+class GetSimulatorFacts:
     """-> Facts."""
 
 
@@ -86,7 +86,7 @@ class AskFacts:
 class Play:
     """Play one episode with the agent in the worker -> EpisodeRecord."""
 
-    ticket: Ticket
+    assignment: Assignment
     earlier: tuple[Reply, ...] | None = None
     """The replies given before in a worker that was lost, to go on from; None to begin."""
 
@@ -96,7 +96,7 @@ class Begin:
     """Start a live episode -> View, or EpisodeRecord when the reset failed."""
 
     session: int
-    ticket: Ticket
+    assignment: Assignment
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,20 +127,20 @@ class Drop:
 class Resimulate:
     """Carry out a record's actions again -> list of `verify.Difference`."""
 
-    ticket: Ticket
+    assignment: Assignment
     record: EpisodeRecord
     frames: bool
     exact: bool
 
 
-Request = AskFacts | Play | Begin | Advance | Fail | Drop | Resimulate
+Request = GetSimulatorFacts | Play | Begin | Advance | Fail | Drop | Resimulate
 
 
 # --- answers ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
-class Beat:
+class Heartbeat:
     """The worker is alive and at work on the request."""
 
     reply: Reply | None = None
@@ -148,12 +148,12 @@ class Beat:
 
 
 @dataclass(frozen=True, slots=True)
-class Shows:
-    """The agent in the worker is about to be shown the first frame; the worker waits for `Go`."""
+class AboutToShowFrame:
+    """The agent in the worker is about to be shown the first frame; the worker waits for `Proceed`."""
 
 
 @dataclass(frozen=True, slots=True)
-class Go:
+class Proceed:
     """That this is the beginning of an attempt is on disk."""
 
 

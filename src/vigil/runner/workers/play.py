@@ -13,7 +13,7 @@ from vigil.observation import Observation
 
 
 @dataclass(frozen=True, slots=True)
-class Watcher:
+class EpisodeObserver:
     """Who is told how an episode goes."""
 
     shows: Callable[[], None] = lambda: None
@@ -26,7 +26,7 @@ def play(
     episode: Episode,
     env: Env,
     agent: Agent,
-    watcher: Watcher = Watcher(),
+    watcher: EpisodeObserver = EpisodeObserver(),
     earlier: Sequence[Reply] | None = None,
 ) -> None:
     """Plays `episode` to its end in `env`, which then has the record.

@@ -27,24 +27,24 @@ from vigil.actions import Reply
 from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.record import Boundary, EpisodeRecord
 from vigil.runner.workers.messages import (
+    AboutToShowFrame,
     Advance,
-    AskFacts,
-    Beat,
+    Assignment,
     Begin,
     Drop,
-    Facts,
+    EncodedObservation,
     Fail,
     Failed,
-    Go,
-    Plan,
+    GetSimulatorFacts,
+    Heartbeat,
     Play,
+    Proceed,
     Request,
     Resimulate,
-    Shows,
-    Ticket,
-    View,
+    SimulatorFacts,
+    WorkerPlan,
 )
-from vigil.runner.workers.resimulation import Difference
+from vigil.runner.workers.resimulation import FactDifference
 
 PATIENCE_S = 120.0
 """How long a worker may be silent over one request, or over one step of a whole episode."""
@@ -64,7 +64,7 @@ class WorkerLost(SimulatorError):
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
+class WorkerSettings:
     """How workers are run."""
 
     patience_s: float = PATIENCE_S
@@ -87,12 +87,12 @@ class _Job:
 class Worker:
     """One worker process, restarted when needed, and the thread that talks to it."""
 
-    def __init__(self, plan: Plan, name: str, how: Manner) -> None:
+    def __init__(self, plan: WorkerPlan, name: str, settings: WorkerSettings) -> None:
         self.name = name
         self._plan = plan
-        self._patience_s = how.patience_s
-        self._threads = how.threads
-        self._log = how.logs / f"{name}.log" if how.logs else None
+        self._patience_s = settings.patience_s
+        self._threads = settings.threads
+        self._log = settings.logs / f"{name}.log" if settings.logs else None
         self._generation = 0
         self._is_up = False
         self._process: subprocess.Popen[bytes] | None = None
@@ -170,11 +170,11 @@ class Worker:
             self._is_up = True
             if isinstance(message, Failed):
                 raise message.error
-            if isinstance(message, Shows):
+            if isinstance(message, AboutToShowFrame):
                 self._replies = []
                 self._tell(job.shows)
-                connection.send(Go())
-            elif isinstance(message, Beat):
+                connection.send(Proceed())
+            elif isinstance(message, Heartbeat):
                 if message.reply is not None:
                     self._replies = self._replies or []
                     self._replies.append(message.reply)
@@ -246,14 +246,16 @@ def usable_cpus() -> int:
 class SimulatorPool:
     """The workers of a run."""
 
-    def __init__(self, plan: Plan, workers: int, *, patience_s: float = PATIENCE_S, logs: Path | None = None) -> None:
+    def __init__(
+        self, plan: WorkerPlan, workers: int, *, patience_s: float = PATIENCE_S, logs: Path | None = None
+    ) -> None:
         """`logs` is the folder for what the workers write to standard error; None drops it."""
         if workers < 1:
             raise SettingError(f"A run needs at least one simulator worker, not {workers}.")
         if logs is not None:
             logs.mkdir(parents=True, exist_ok=True)
-        how = Manner(patience_s, max(1, usable_cpus() // workers), logs)
-        self.workers = [Worker(plan, f"worker-{number}", how) for number in range(1, workers + 1)]
+        settings = WorkerSettings(patience_s, max(1, usable_cpus() // workers), logs)
+        self.workers = [Worker(plan, f"worker-{number}", settings) for number in range(1, workers + 1)]
         self._load = dict.fromkeys(self.workers, 0)
         self._sessions = itertools.count(1)
 
@@ -273,13 +275,13 @@ class SimulatorPool:
         for worker in self.workers:
             worker.join()
 
-    def facts(self) -> Facts:
+    def facts(self) -> SimulatorFacts:
         """Returns what the backend says about itself; starts all workers. Raises SimulatorError when one cannot."""
-        futures = [worker.submit(AskFacts()) for worker in self.workers]
+        futures = [worker.submit(GetSimulatorFacts()) for worker in self.workers]
         facts = [future.result()[1] for future in futures]
         return facts[0]
 
-    async def play(self, ticket: Ticket, shows: Callable[[], None], *, goes_on: bool) -> EpisodeRecord:
+    async def play(self, assignment: Assignment, shows: Callable[[], None], *, goes_on: bool) -> EpisodeRecord:
         """Returns the record of an episode played by the agent inside a worker. Raises WorkerLost.
 
         `shows` is called before the agent is shown the first frame. With `goes_on`, an agent whose worker is lost after
@@ -288,20 +290,22 @@ class SimulatorPool:
         earlier: tuple[Reply, ...] | None = None
         for left in range(MAX_RESTORES, -1, -1):
             try:
-                return await self._once(Play(ticket, earlier), shows)
+                return await self._once(Play(assignment, earlier), shows)
             except WorkerLost as lost:
                 if not goes_on or not left or (earlier is None and lost.replies is None):
                     raise
                 earlier = (*(earlier or ()), *(lost.replies or ()))
         raise AssertionError("the last round returns or raises")
 
-    async def resimulate(self, ticket: Ticket, record: EpisodeRecord, *, frames: bool, exact: bool) -> list[Difference]:
+    async def resimulate(
+        self, assignment: Assignment, record: EpisodeRecord, *, frames: bool, exact: bool
+    ) -> list[FactDifference]:
         """Returns the differences between a record and its replies carried out again. Raises SimulatorError."""
-        return await self._once(Resimulate(ticket, record, frames, exact))
+        return await self._once(Resimulate(assignment, record, frames, exact))
 
-    def live(self, ticket: Ticket) -> "LiveEpisode":
+    def live(self, assignment: Assignment) -> "LiveEpisode":
         """Returns an episode to be played from outside, not begun yet."""
-        return LiveEpisode(self, ticket, next(self._sessions))
+        return LiveEpisode(self, assignment, next(self._sessions))
 
     async def _once(self, request: Request, shows: Callable[[], None] | None = None) -> Any:
         worker = self.take()
@@ -324,8 +328,8 @@ class SimulatorPool:
 class LiveEpisode:
     """One episode alive in a worker, driven by an agent in the main process."""
 
-    def __init__(self, pool: SimulatorPool, ticket: Ticket, session: int) -> None:
-        self.ticket = ticket
+    def __init__(self, pool: SimulatorPool, assignment: Assignment, session: int) -> None:
+        self.assignment = assignment
         self._pool = pool
         self._session = session
         self._worker: Worker | None = None
@@ -333,7 +337,7 @@ class LiveEpisode:
         self._replies: list[Reply] = []
         self._restores = 0
 
-    async def begin(self) -> View | EpisodeRecord:
+    async def begin(self) -> EncodedObservation | EpisodeRecord:
         """Returns the first view, or the record when the reset failed. Raises SimulatorError."""
         while True:
             try:
@@ -341,7 +345,7 @@ class LiveEpisode:
             except WorkerLost:
                 self._count_restore()
 
-    async def advance(self, reply: Reply) -> View | EpisodeRecord:
+    async def advance(self, reply: Reply) -> EncodedObservation | EpisodeRecord:
         """Returns the next view, or the record when `reply` ended the episode. Raises SimulatorError."""
         self._replies.append(reply)
         try:
@@ -364,10 +368,10 @@ class LiveEpisode:
             worker.submit(Drop(self._session), self._generation)
             self._pool.give_back(worker)
 
-    async def _begin(self) -> View | EpisodeRecord:
+    async def _begin(self) -> EncodedObservation | EpisodeRecord:
         self.close()
         self._worker = self._pool.take()
-        future = self._worker.submit(Begin(self._session, self.ticket))
+        future = self._worker.submit(Begin(self._session, self.assignment))
         self._generation, view = await asyncio.wrap_future(future)
         return view
 
@@ -376,12 +380,12 @@ class LiveEpisode:
             raise WorkerLost("The episode has not begun.")
         return (await asyncio.wrap_future(self._worker.submit(request, self._generation)))[1]
 
-    async def _restore(self) -> View | EpisodeRecord:
+    async def _restore(self) -> EncodedObservation | EpisodeRecord:
         """Returns what follows the last reply, after carrying out all replies in another process."""
         while True:
             try:
                 answer = await self._begin()
-                for reply in self._replies if isinstance(answer, View) else ():
+                for reply in self._replies if isinstance(answer, EncodedObservation) else ():
                     answer = await self._ask(Advance(self._session, reply))
                 return answer
             except WorkerLost:

@@ -22,7 +22,7 @@ _COUNT_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class FactDifference:
     """One recorded fact that did not come out the same."""
 
     episode_id: str
@@ -40,7 +40,7 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True)
-class How:
+class ComparisonSettings:
     """How to compare."""
 
     frames: bool = False
@@ -51,34 +51,36 @@ class How:
     """Called after each step."""
 
 
-def resimulate(episode: Episode, record: EpisodeRecord, env: Env, how: How) -> list[Difference]:
+def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
     """Returns how `record` differs from its replies carried out again."""
     observation = env.reset(episode)
     for step in record.steps:
         if observation is None:
             break
-        if how.frames and step.frame_sha256 is not None:
+        if settings.frames and step.frame_sha256 is not None:
             observation.rgb  # noqa: B018 - looking at a frame is what draws it
         observation = env.step(step.reply)
-        how.beat()
+        settings.beat()
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
-    return list(differences(record, again, how))
+    return list(differences(record, again, settings))
 
 
-def differences(recorded: EpisodeRecord, found: EpisodeRecord, how: How) -> Iterator[Difference]:
+def differences(
+    recorded: EpisodeRecord, found: EpisodeRecord, settings: ComparisonSettings
+) -> Iterator[FactDifference]:
     """Yields what differs between two records of one episode, times left aside."""
-    compare = _Comparison(how.exact).compare
+    compare = _FactComparison(settings.exact).compare
 
-    def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[Difference]:
+    def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[FactDifference]:
         for fact, old, new in faults:
-            yield Difference(recorded.episode_id, recorded.epoch, step, fact, old, new)
+            yield FactDifference(recorded.episode_id, recorded.epoch, step, fact, old, new)
 
     yield from report(0, compare("prompt_sha256", recorded.prompt_sha256, found.prompt_sha256))
     yield from report(0, compare("initial", _plain(recorded.initial), _plain(found.initial)))
     for old, new in zip(recorded.steps, found.steps, strict=False):
-        yield from report(old.index, compare("", _facts(old, how.frames), _facts(new, how.frames)))
+        yield from report(old.index, compare("", _facts(old, settings.frames), _facts(new, settings.frames)))
     last = len(recorded.steps)
     if recorded.end != "error":
         yield from report(last, compare("steps", last, len(found.steps)))
@@ -97,7 +99,7 @@ def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Comparison:
+class _FactComparison:
     exact: bool
 
     def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -26,41 +26,41 @@ from vigil.record import EpisodeRecord
 from vigil.runner.models.redaction import Secrets
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import (
+    AboutToShowFrame,
     Advance,
-    AskFacts,
-    Beat,
+    Assignment,
     Begin,
     Done,
     Drop,
-    Facts,
+    EncodedObservation,
     Fail,
     Failed,
-    Plan,
+    GetSimulatorFacts,
+    Heartbeat,
     Play,
     Request,
     Resimulate,
-    Shows,
-    Ticket,
-    View,
+    SimulatorFacts,
+    WorkerPlan,
 )
-from vigil.runner.workers.play import Watcher, play
-from vigil.runner.workers.resimulation import Difference, How, resimulate
+from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.protocol import Simulator
 
 
 @dataclass(slots=True)
-class Stage:
+class EnvSlot:
     """A simulator with its Env, and the episode that goes on there."""
 
     simulator: Simulator
     env: Env
-    ticket: Ticket | None = None
+    assignment: Assignment | None = None
     observation: Observation | None = None
 
 
-class Line:
+class WorkerChannel:
     """What a worker says to the main process while it is at work on a request."""
 
     def __init__(self, connection: Connection) -> None:
@@ -68,45 +68,45 @@ class Line:
 
     def beat(self, reply: Reply | None = None) -> None:
         """Says that the worker is alive, and what the agent in it has replied."""
-        self._connection.send(Beat(reply))
+        self._connection.send(Heartbeat(reply))
 
     def shows(self) -> None:
         """Says that the agent is about to be shown the first frame, and waits until that is on disk."""
-        self._connection.send(Shows())
+        self._connection.send(AboutToShowFrame())
         self._connection.recv()
 
 
-class Theatre:
+class RequestHandler:
     """What one worker holds: the pack, its stages, and the agent that plays inside."""
 
-    def __init__(self, plan: Plan, line: "Line") -> None:
+    def __init__(self, plan: WorkerPlan, line: "WorkerChannel") -> None:
         self._plan = plan
         self._line = line
         self._hide = Secrets.of_command(plan.agent).hide
         self._pack = Pack.load(plan.pack)
         self._assets = AssetDatabase.of(plan.asset_database)
         self._frames = FrameStore(plan.frames) if plan.frames else None
-        self._live: dict[int, Stage] = {}
-        self._spare: list[Stage] = []
+        self._live: dict[int, EnvSlot] = {}
+        self._spare: list[EnvSlot] = []
         self._agents: dict[int, Agent] = {}
 
     def answer(self, request: Request) -> object:
         """Returns what `request` asks for. Raises VigilError."""
         match request:
-            case AskFacts():
+            case GetSimulatorFacts():
                 return self._facts()
-            case Play(ticket, earlier):
-                return self._play(ticket, earlier)
-            case Begin(session, ticket):
-                return self._begin(session, ticket)
+            case Play(assignment, earlier):
+                return self._play(assignment, earlier)
+            case Begin(session, assignment):
+                return self._begin(session, assignment)
             case Advance(session, reply):
-                stage = self._live[session]
-                stage.observation = stage.env.step(reply)
-                return self._view_or_record(stage)
+                slot = self._live[session]
+                slot.observation = slot.env.step(reply)
+                return self._view_or_record(slot)
             case Fail(session, boundary, message):
-                stage = self._live[session]
-                stage.env.fail(boundary, message)
-                return self._record(stage)
+                slot = self._live[session]
+                slot.env.fail(boundary, message)
+                return self._record(slot)
             case Drop(session):
                 return self._drop(session)
             case Resimulate():
@@ -117,84 +117,84 @@ class Theatre:
         for agent in self._agents.values():
             if isinstance(agent, Closeable):
                 agent.close()
-        for stage in [*self._live.values(), *self._spare]:
-            stage.simulator.close()
+        for slot in [*self._live.values(), *self._spare]:
+            slot.simulator.close()
 
-    def _facts(self) -> Facts:
-        stage = self._take_stage()
-        self._spare.append(stage)
-        return Facts(stage.simulator.name, stage.simulator.renderer())
+    def _facts(self) -> SimulatorFacts:
+        slot = self._take_slot()
+        self._spare.append(slot)
+        return SimulatorFacts(slot.simulator.name, slot.simulator.renderer())
 
-    def _play(self, ticket: Ticket, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
-        stage = self._take_stage()
-        stage.ticket = ticket
+    def _play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
+        slot = self._take_slot()
+        slot.assignment = assignment
         try:
-            agent = self._agent_for(ticket, stage.simulator)
-            play(ticket.episode, stage.env, agent, Watcher(self._line.shows, self._answered), earlier)
-            return self._record(stage)
+            agent = self._agent_for(assignment, slot.simulator)
+            play(assignment.episode, slot.env, agent, EpisodeObserver(self._line.shows, self._answered), earlier)
+            return self._record(slot)
         finally:
-            self._release(stage)
+            self._release(slot)
 
     def _answered(self, observation: Observation, reply: Reply) -> None:
         self._line.beat(reply)
         if self._frames is not None:
             self._frames.keep(observation.rgb)
 
-    def _agent_for(self, ticket: Ticket, simulator: Simulator) -> Agent:
+    def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Agent:
         plan = self._plan
         if plan.agent_factory is not None:
             if not isinstance(simulator, EmbeddedSimulator):
                 raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
-            return plan.agent_factory(plan.agent, ticket.episode, simulator)
-        seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, ticket.epoch)
+            return plan.agent_factory(plan.agent, assignment.episode, simulator)
+        seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, assignment.epoch)
         if seed not in self._agents:
             self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds, self._hide)
         return self._agents[seed]
 
-    def _begin(self, session: int, ticket: Ticket) -> View | EpisodeRecord:
-        stage = self._take_stage()
-        self._live[session] = stage
-        stage.ticket = ticket
-        stage.observation = stage.env.reset(ticket.episode)
-        return self._view_or_record(stage)
+    def _begin(self, session: int, assignment: Assignment) -> EncodedObservation | EpisodeRecord:
+        slot = self._take_slot()
+        self._live[session] = slot
+        slot.assignment = assignment
+        slot.observation = slot.env.reset(assignment.episode)
+        return self._view_or_record(slot)
 
-    def _view_or_record(self, stage: Stage) -> View | EpisodeRecord:
-        observation = stage.observation
+    def _view_or_record(self, slot: EnvSlot) -> EncodedObservation | EpisodeRecord:
+        observation = slot.observation
         if observation is None:
-            return self._record(stage)
+            return self._record(slot)
         rgb = observation.rgb
         if self._frames is not None:
             self._frames.keep(rgb)
-        return View(encode(rgb, self._plan.profile.image_format), observation.feedback)
+        return EncodedObservation(encode(rgb, self._plan.profile.image_format), observation.feedback)
 
-    def _record(self, stage: Stage) -> EpisodeRecord:
-        ticket = stage.ticket
-        assert ticket is not None
-        return stage.env.record(run_id=self._plan.run_id, epoch=ticket.epoch, attempt=ticket.attempt)
+    def _record(self, slot: EnvSlot) -> EpisodeRecord:
+        assignment = slot.assignment
+        assert assignment is not None
+        return slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
 
     def _drop(self, session: int) -> None:
-        stage = self._live.pop(session, None)
-        if stage is None:
+        slot = self._live.pop(session, None)
+        if slot is None:
             return
-        self._release(stage)
+        self._release(slot)
 
-    def _release(self, stage: Stage) -> None:
+    def _release(self, slot: EnvSlot) -> None:
         """Keeps a stage for the next episode, unless there is one already or something went wrong on it."""
-        stage.observation = None
-        if self._spare or stage.env.end in (None, "error"):
-            stage.simulator.close()
+        slot.observation = None
+        if self._spare or slot.env.end in (None, "error"):
+            slot.simulator.close()
         else:
-            self._spare.append(stage)
+            self._spare.append(slot)
 
-    def _resimulate(self, request: Resimulate) -> list[Difference]:
-        stage = self._take_stage()
+    def _resimulate(self, request: Resimulate) -> list[FactDifference]:
+        slot = self._take_slot()
         try:
-            how = How(frames=request.frames, exact=request.exact, beat=self._line.beat)
-            return resimulate(request.ticket.episode, request.record, stage.env, how)
+            how = ComparisonSettings(frames=request.frames, exact=request.exact, beat=self._line.beat)
+            return resimulate(request.assignment.episode, request.record, slot.env, how)
         finally:
-            self._release(stage)
+            self._release(slot)
 
-    def _take_stage(self) -> Stage:
+    def _take_slot(self) -> EnvSlot:
         """Returns a free stage; one is kept at hand, since building a simulator takes time and memory."""
         if self._spare:
             return self._spare.pop()
@@ -203,7 +203,7 @@ class Theatre:
             simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
         else:
             simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
-        return Stage(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
+        return EnvSlot(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
 
 
 def _seed_of(seed: int, epoch: int) -> int:
@@ -215,16 +215,16 @@ def _seed_of(seed: int, epoch: int) -> int:
 
 def serve(connection: Connection) -> None:
     """Answers requests until the other end closes the connection."""
-    plan, line = connection.recv(), Line(connection)
-    theatre: Theatre | None = None
+    plan, line = connection.recv(), WorkerChannel(connection)
+    handler: RequestHandler | None = None
     try:
         while True:
             request = connection.recv()
             try:
-                if theatre is None:
-                    theatre = Theatre(plan, line)
+                if handler is None:
+                    handler = RequestHandler(plan, line)
                     line.beat()
-                answer: Done | Failed = Done(theatre.answer(request))
+                answer: Done | Failed = Done(handler.answer(request))
             except VigilError as error:
                 answer = Failed(error)
             except Exception:  # noqa: BLE001 - a fault of the simulator's is told, and the worker lives on
@@ -233,8 +233,8 @@ def serve(connection: Connection) -> None:
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the main process has gone or wants no more
     finally:
-        if theatre is not None:
-            theatre.close()
+        if handler is not None:
+            handler.close()
 
 
 def _leave(*_: object) -> NoReturn:

@@ -33,7 +33,7 @@ from vigil.scene.supports import ancestors, around, rests_over
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import Click, interact
-from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import apply_setup, unknown_object
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting, pixel_of
 from vigil.sim.core.state import SceneState
@@ -63,7 +63,7 @@ class EmbeddedSimulator:
         self._engine.load(scene)
         first = scene.rooms[0].polygon[0]
         nowhere = Pose(position=Vec3(float(first[0]), 0.0, float(first[1])), rotation=0.0)
-        state = SceneState(scene, nowhere, FloorPlan(scene))
+        state = SceneState(scene, nowhere, CollisionMap(scene))
         initial = {thing_id: copy.copy(thing) for thing_id, thing in scene.things.items()}
         self._loaded = _Loaded(house, state, Sight(self._engine, scene.things), initial)
 

@@ -21,7 +21,7 @@ TOUCH_M = 1e-6
 EXTERIOR = "exterior"
 
 
-class FloorPlan:
+class CollisionMap:
     """The obstacles of a scene in the floor plane, kept up to date thing by thing."""
 
     def __init__(self, scene: Scene) -> None:

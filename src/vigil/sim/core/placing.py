@@ -37,7 +37,7 @@ DROP_FROM_M = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bulk:
+class HeldBox:
     """The upright box of a held stack in the held thing's own frame."""
 
     low: np.ndarray
@@ -71,7 +71,7 @@ class Spot:
     joint: str | None = None
 
 
-def bulk_of(state: SceneState, held: Thing) -> Bulk:
+def bulk_of(state: SceneState, held: Thing) -> HeldBox:
     """Returns the bulk of a thing in the hand with all that rests on it."""
     inverse = place_of(held).inverse()
     stack = [held, *contents(state.scene, held.id)]
@@ -79,7 +79,7 @@ def bulk_of(state: SceneState, held: Thing) -> Bulk:
     half = np.array(held.asset.size) / 2
     points.append(np.stack([-half, half]))
     stacked = np.concatenate(points)
-    return Bulk(stacked.min(axis=0), stacked.max(axis=0))
+    return HeldBox(stacked.min(axis=0), stacked.max(axis=0))
 
 
 def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> Spot | None:
@@ -132,7 +132,7 @@ def _yaw_of(frame: Motion) -> float:
 
 
 def _spots(
-    bulk: Bulk, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
+    bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[tuple[tuple[float, ...], Spot]]:
     """Returns the spots on a surface near the click that its edges and clearance allow, with sort keys."""
     if bulk.height > surface.clearance + SLACK_M:
@@ -169,7 +169,7 @@ def _is_over(surface: Surface, point: Vec3) -> bool:
     return not is_beside and -SLACK_M <= point.y <= surface.clearance + SLACK_M
 
 
-def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], receptacle: Thing, clicked: Vec3) -> Spot | None:
+def _first_free(state: SceneState, bulk: HeldBox, spots: list[Spot], receptacle: Thing, clicked: Vec3) -> Spot | None:
     if not spots:
         return None
     columns = [np.array(values) for values in zip(*((s.position.x, s.position.z, s.yaw) for s in spots), strict=True)]
@@ -192,7 +192,7 @@ def _first_free(state: SceneState, bulk: Bulk, spots: list[Spot], receptacle: Th
 
 
 def _parted(
-    state: SceneState, bulk: Bulk, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
+    state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
 ) -> np.ndarray:
     """Returns which places a wall, window or shut door runs through, or parts from where the hand is."""
     outlines = shapely.polygons(bulk.footprint(*columns, drawn_in_m=-WALL_GAP_M))
@@ -214,7 +214,7 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
     )
 
 
-def _landing(state: SceneState, held: Thing, bulk: Bulk, x: float, z: float) -> Spot | None:
+def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> Spot | None:
     """Returns the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
     yaw = held.rotation.y
     column = [np.array([value]) for value in (x, z, yaw)]
@@ -246,7 +246,7 @@ def _lets_through(prism: Prism, rest: float, is_support: bool) -> bool:
     return prism.top <= rest + SLACK_M or (is_support and prism.bottom < rest - SLACK_M)
 
 
-def _landings_on(thing: Thing, bulk: Bulk, x: float, z: float, yaw: float) -> list[Spot]:
+def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[Spot]:
     found: list[Spot] = []
     if not thing.is_receptacle:
         return found

@@ -10,7 +10,7 @@ from vigil.scene.outlines import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, wall_pr
 from vigil.scene.partitions import Partitions
 from vigil.scene.supports import contents
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.motion import FloorPlan
+from vigil.sim.core.motion import CollisionMap
 
 HAND_AHEAD_M = 0.4
 HAND_DROP_M = 0.45
@@ -27,7 +27,7 @@ class SceneState:
 
     scene: Scene
     agent: Pose
-    plan: FloorPlan
+    plan: CollisionMap
     held: str | None = None
     changed: set[str] = field(default_factory=set)
     """Ids changed since the last call of `flush`."""

@@ -32,7 +32,7 @@ _FLOOR, _CEILING, _WALL, _SKY = (0.55, 0.45, 0.35), (0.92, 0.92, 0.9), (0.8, 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class BoxPiece:
     """A box of an asset, in its frame."""
 
     low: np.ndarray
@@ -62,10 +62,10 @@ class _Boxes:
 
 
 @lru_cache(maxsize=8192)
-def pieces_of(asset: Asset) -> tuple[Piece, ...]:
+def pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
     """Returns the boxes of an asset's connected mesh pieces."""
     return tuple(
-        Piece(
+        BoxPiece(
             low - THIN_M / 2,
             high + THIN_M / 2,
             part.joint,

@@ -26,7 +26,7 @@ MOST_TRIANGLES_ONE_ROOM, MOST_TRIANGLES = 30_000, 100_000
 
 
 @dataclass(frozen=True, slots=True)
-class Flaw:
+class Mismatch:
     """A rule that a thing of a scene breaks."""
 
     rule: str
@@ -37,11 +37,11 @@ class Flaw:
         return f"{self.rule}: {self.thing}: {self.message}"
 
 
-def flaws_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Flaw]:
+def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mismatch]:
     """Returns the flaws of a house's scene as it was built, in the scene's order."""
     asked = {node.id: assets.look_up(node.asset_id, node.id).size for node, _ in house.objects()}
     return [
-        Flaw(rule, thing.id, message)
+        Mismatch(rule, thing.id, message)
         for thing in scene.things.values()
         for rule, message in (
             *_stand_in(thing),
@@ -52,10 +52,10 @@ def flaws_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Flaw]:
     ]
 
 
-def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Flaw]:
+def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]:
     """Returns a flaw when a house is drawn with more triangles than one of its rooms' number may have."""
     most = MOST_TRIANGLES_ONE_ROOM if rooms == 1 else MOST_TRIANGLES
-    return [Flaw("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
+    return [Mismatch("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
 
 
 def _stand_in(thing: Thing) -> Iterator[tuple[str, str]]:

@@ -29,7 +29,7 @@ COLUMNS, LINE_PX = 8, 16
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class CameraPlacement:
     """From where a subject is looked at."""
 
     agent: Pose
@@ -55,7 +55,7 @@ def portrait(subject: Subject, seed: int, distance_m: float | None = None, quali
         engine.close()
 
 
-def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) -> View:
+def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) -> CameraPlacement:
     """Returns from where to look at a thing that faces +z: at its middle, from its front, `sideways_deg` off."""
     half = np.array(thing.asset.size) / 2
     place = place_of(thing)
@@ -69,7 +69,7 @@ def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) 
         flat = project(agent, corners)
         span = float(np.ptp(flat[:, :2], axis=0).max()) if (flat[:, 2] > 0).all() else np.inf
         if distance_m is not None or span <= SPAN_PX or near >= FARTHEST_M:
-            return View(agent, near, span)
+            return CameraPlacement(agent, near, span)
     raise ValueError(f"{thing.category} of size {thing.asset.size} is seen whole from nowhere in the room.")
 
 

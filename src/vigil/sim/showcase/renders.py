@@ -32,7 +32,7 @@ def render_asset(
     middle = frames.points(np.array([0.0, size[1] / 2, 0.0]))
     back = frames.points(_direction(yaw, pitch))
     distance = 1.25 * radius / np.sin(np.radians(STAGE_FOVY_DEG / 2))
-    view = _View(middle + distance * back, back, STAGE_FOVY_DEG)
+    view = _FreeCamera(middle + distance * back, back, STAGE_FOVY_DEG)
     return _picture(scene, view, Sun((0.5, -0.3, -1.0), middle, 2.5 * radius), "default")
 
 
@@ -46,11 +46,11 @@ def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
     back = frames.points(_direction(180.0, 82.0))
     eye = frames.points(np.array([x, height, z])) + back * half / np.tan(np.radians(BIRD_FOVY_DEG / 2))
     sun = Sun((0.12, 0.18, -1.0), frames.points(np.array([x, 0.0, z])), float(np.linalg.norm(extent)) / 2 + 1.0)
-    return _picture(scene, _View(eye, back, BIRD_FOVY_DEG), sun, quality)
+    return _picture(scene, _FreeCamera(eye, back, BIRD_FOVY_DEG), sun, quality)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _View:
+class _FreeCamera:
     """A camera anywhere, in MuJoCo's frame."""
 
     eye: np.ndarray
@@ -66,7 +66,7 @@ class _View:
         return np.stack([right, np.cross(self.back, right), self.back], axis=1)
 
 
-def _picture(scene: Scene, view: _View, sun: Sun, quality: Quality) -> np.ndarray:
+def _picture(scene: Scene, view: _FreeCamera, sun: Sun, quality: Quality) -> np.ndarray:
     model = build(scene)
     unwanted = [geom for geom, kind in model.structure_kinds.items() if kind in ("ceiling", "ground")]
     model.native.geom_group[unwanted] = HIDDEN

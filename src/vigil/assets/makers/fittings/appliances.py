@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Glow
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
 from vigil.assets.kernel.palette import one_of
 from vigil.pose import Vec3
@@ -19,7 +19,7 @@ SHELLS = (
 )
 _RETRO = (Finish("plastic/#a8322d", "red"), Finish("plastic/#e9dfc3", "cream"), Finish("plastic/#9cc4bd", "mint green"))
 _LINER = "plastic/#eef1f2"
-_GLASS_SHELF = Look("glass/#dfeef0", is_glass=True)
+_GLASS_SHELF = PartStyle("glass/#dfeef0", is_glass=True)
 
 
 def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -54,7 +54,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     if style == "double":
         _fridge_door(builder, shell, "left", (0.5 * gap, base, body), (x1, height, face), 1)
         _fridge_door(builder, shell, "right", (x0, base, body), (-0.5 * gap, height, face), -1)
-        seal = Look(_LINER, "left", bears_open=True)  # nothing shows through the gap between the doors
+        seal = PartStyle(_LINER, "left", bears_open=True)  # nothing shows through the gap between the doors
         builder.block(seal, (-0.02, 0.02), (base + wall, height - wall), (body - 0.012, body + 0.006))
     elif style == "single":
         _fridge_door(builder, shell, "door", (x0, base, body), (x1, height, face), side)
@@ -68,16 +68,18 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
     """Adds a clear vegetable drawer on a fridge's floor."""
     if high[1] - low[1] > 0.08:
-        builder.add(Look("glass/#cfe6ea", is_glass=True), shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high))
+        builder.add(
+            PartStyle("glass/#cfe6ea", is_glass=True), shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high)
+        )
 
 
 def _fridge_door(builder: Builder, shell: Finish, name: str, low: Corner, high: Corner, hinge: int) -> None:
     """Adds a thick door with a handle and, on its inside, racks."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     joint = builder.hinge(name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
-    skin = Look(shell.material, joint, bears_open=True)
+    skin = PartStyle(shell.material, joint, bears_open=True)
     builder.block(skin, (x0, x1), (y0, y1), (z0 + 0.006, z1), 0.012)
-    inner = Look(_LINER, joint, bears_open=True)
+    inner = PartStyle(_LINER, joint, bears_open=True)
     builder.block(inner, (x0 + 0.05, x1 - 0.05), (y0 + 0.04, y1 - 0.04), (z0 - 0.012, z0 + 0.006))
     for y in np.arange(y0 + 0.1, y1 - 0.2, 0.3):
         builder.block(inner, (x0 + 0.06, x1 - 0.06), (y, y + 0.02), (z0 - 0.095, z0))
@@ -86,7 +88,7 @@ def _fridge_door(builder: Builder, shell: Finish, name: str, low: Corner, high: 
     length = float(np.clip(0.4 * tall, 0.16, 0.6))
     x = x0 + 0.06 if hinge > 0 else x1 - 0.06
     y = y0 + 0.05 + length / 2 if y0 > 0.5 else y1 - 0.06 - length / 2 if y1 < 1.35 else y0 + 0.55 * tall
-    metal = Look("chrome" if shell.word != "black" else "metal/brushed", joint, bears_open=True)
+    metal = PartStyle("chrome" if shell.word != "black" else "metal/brushed", joint, bears_open=True)
     for end in (-1, 1):
         builder.block(
             metal,
@@ -118,12 +120,12 @@ def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
     _microwave_panel(builder, (x0, panel), (body, face))
     low: Corner = (panel + wall + 0.001, foot + wall + 0.001, z0 + wall + 0.001)
     high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
-    lit = Look("plastic/#d9d8d2", on="glow/#ffc45a", bears_toggle=True)
+    lit = PartStyle("plastic/#d9d8d2", on="glow/#ffc45a", bears_toggle=True)
     builder.add(lit, lining(low, high))
     middle = ((low[0] + high[0]) / 2, (low[2] + high[2]) / 2)
     radius = 0.42 * min(high[0] - low[0], high[2] - low[2])
     plate = shapes.cylinder(radius, 0.008, (middle[0], low[1] + 0.01, middle[1]), segments=20)
-    builder.add(Look("glass/#bcd2d8", is_glass=True), plate)
+    builder.add(PartStyle("glass/#bcd2d8", is_glass=True), plate)
     room = (high[0] - low[0] - 0.03, high[2] - low[2] - 0.03)
     builder.surface("turntable", (middle[0], low[1] + 0.014, middle[1]), room,
                     high[1] - low[1] - 0.016, needs_opening=True)  # fmt: skip
@@ -140,7 +142,7 @@ def _microwave_panel(builder: Builder, x: tuple[float, float], z: tuple[float, f
     dark, middle, wide = "plastic/#191b1e", (x[0] + x[1]) / 2, x[1] - x[0]
     builder.block(dark, x, (0.012, height), z, 0.003)
     clock = shapes.panel(0.74 * wide, 0.13 * height, (middle, 0.83 * height, z[1] + 0.0008))
-    builder.add(Look("plastic/#0c0f0d", on="screen/green", bears_toggle=True), clock)
+    builder.add(PartStyle("plastic/#0c0f0d", on="screen/green", bears_toggle=True), clock)
     keys = [
         shapes.box(
             (0.17 * wide, 0.055 * height, 0.004), (middle + column * 0.25 * wide, (0.36 + 0.095 * row) * height, z[1])
@@ -163,15 +165,15 @@ def _microwave_door(builder: Builder, shell: Finish, low: Corner, high: Corner) 
     (x0, y0, z0), (x1, y1, z1) = low, high
     joint = builder.hinge("door", (0, 1, 0), (x1, 0, z0), 95.0)
     rim = 0.16 * (y1 - y0)
-    frame = Look("plastic/#202225" if shell.word != "white" else "plastic/#e4e4e0", joint, bears_open=True)
+    frame = PartStyle("plastic/#202225" if shell.word != "white" else "plastic/#e4e4e0", joint, bears_open=True)
     builder.block(frame, (x0, x0 + 0.9 * rim), (y0, y1), (z0, z1))
     builder.block(frame, (x1 - 0.9 * rim, x1), (y0, y1), (z0, z1))
     builder.block(frame, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y0, y0 + rim), (z0, z1))
     builder.block(frame, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y1 - rim, y1), (z0, z1))
-    pane = Look("glass/#15181a", joint, bears_open=True, is_glass=True)
+    pane = PartStyle("glass/#15181a", joint, bears_open=True, is_glass=True)
     builder.block(pane, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y0 + rim, y1 - rim), (z1 - 0.012, z1 - 0.004))
     grip = x0 + 0.4 * rim
-    metal = Look("chrome", joint, bears_open=True)
+    metal = PartStyle("chrome", joint, bears_open=True)
     builder.block(
         metal,
         (grip - 0.008, grip + 0.008),
@@ -215,7 +217,7 @@ def _drum_machine(category: str, size: Vec3, rng: np.random.Generator) -> Asset:
     depth = front - wall - z0 - 0.06
     drum = shapes.lathe([(radius, 0.0), (radius * 0.98, -depth), (0.0, -depth)], segments=20)
     drum = shapes.translate(shapes.rotate(drum, "x", 90), (middle[0], middle[1], front - 0.004))
-    builder.add(Look("metal/brushed", on="glow/#cfe8ff", bears_toggle=True), drum)
+    builder.add(PartStyle("metal/brushed", on="glow/#cfe8ff", bears_toggle=True), drum)
     builder.solid((x0, 0, z0), (x1, height, front))
     builder.surface("top", (0, height, (z0 + front) / 2), (size.x - 0.04, front - z0 - 0.04))
     bottom = (0, middle[1] - 0.8 * radius, front - 0.03 - depth / 2)
@@ -248,7 +250,7 @@ def _drum_panel(builder: Builder, x: tuple[float, float], y: tuple[float, float]
     builder.add("chrome", shapes.cylinder(0.3 * tall, 0.022, (0.04, mid, z + 0.01), "z", 18))
     builder.block("plastic/#33363a", (0.037, 0.043), (mid, mid + 0.28 * tall), (z + 0.018, z + 0.023))
     clock = shapes.panel(0.17, 0.5 * tall, (x0 + 0.14, mid, z + 0.001))
-    builder.add(Look("plastic/#101314", on="screen/blue", bears_toggle=True), clock)
+    builder.add(PartStyle("plastic/#101314", on="screen/blue", bears_toggle=True), clock)
     if is_washer:
         builder.block("plastic/#c4c7ca", (x1 - 0.2, x1 - 0.015), (y0 + 0.012, y1 - 0.012), (z - 0.01, z + 0.008), 0.003)
         builder.add("print/washer", shapes.panel(0.16, 0.04, (x1 - 0.108, mid, z + 0.0086)))
@@ -262,7 +264,7 @@ def _porthole(
     """Adds the door: round with a bulging glass, or (dryer) a rounded square with a smaller window."""
     (cx, cy), radius = disc
     joint = builder.hinge("door", (0, 1, 0), (cx + radius, 0, z[0]), 100.0)
-    ring = Look("chrome" if is_washer else "plastic/#e3e4e3", joint, bears_open=True)
+    ring = PartStyle("chrome" if is_washer else "plastic/#e3e4e3", joint, bears_open=True)
     thick = z[1] - z[0] - 0.006
     if is_washer:
         profile = [(0.72 * radius, 0.0), (radius, 0.0), (0.97 * radius, 0.7 * thick), (0.86 * radius, thick),
@@ -279,10 +281,10 @@ def _porthole(
     bowl = shapes.lathe(
         [(0, 0.25 * thick), (window, 0.25 * thick), (0.6 * window, 0.75 * thick), (0, 0.85 * thick)], segments=20
     )
-    pane = Look("glass/#5d6a72", joint, bears_open=True, is_glass=True)
+    pane = PartStyle("glass/#5d6a72", joint, bears_open=True, is_glass=True)
     builder.add(pane, shapes.translate(shapes.rotate(bowl, "x", 90), (cx, cy, z[0])))
     grip = shapes.box((0.02, 0.4 * radius, 0.018), (cx - 0.88 * radius, cy, z[1] - 0.009), 0.005)
-    builder.add(Look("plastic/#4b4e52", joint, bears_open=True), grip)
+    builder.add(PartStyle("plastic/#4b4e52", joint, bears_open=True), grip)
     builder.solid((cx - radius, cy - radius, z[0]), (cx + radius, cy + radius, z[1]), joint)
 
 

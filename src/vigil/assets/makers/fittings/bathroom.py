@@ -7,12 +7,12 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, creased, drape, lengthwise
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.pose import Vec3
 
 TAPS = ("chrome", "chrome", "metal/brushed", "metal/brass", "metal/black")
-WATER = Look("water/#66bdf0", bears_toggle=True, shown="on")
+WATER = PartStyle("water/#66bdf0", bears_toggle=True, shown="on")
 WATER_DROP_M = 0.06
 """How far below its own box a tap's water is drawn (into the basin)."""
 
@@ -35,7 +35,7 @@ def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     plate = shapes.scale(shapes.cylinder(0.5, 0.04 * height, segments=14), deck)
     builder.add(metal, shapes.tube(path, thick), shapes.translate(plate, (0, 0.02 * height, base)))
     mouth = shapes.cylinder(1.15 * thick, 0.08 * height, (0, tip_y, tip_z), segments=10)
-    builder.add(Look(metal, bears_toggle=True), mouth)
+    builder.add(PartStyle(metal, bears_toggle=True), mouth)
     fall = shapes.cylinder(0.95 * thick, tip_y + WATER_DROP_M, (0, (tip_y - WATER_DROP_M) / 2, tip_z), segments=8)
     builder.add(WATER, fall)
     levers = (-0.5 * width + 0.13 * width, 0.5 * width - 0.13 * width) if twin else (0.0,)
@@ -51,7 +51,7 @@ def _lever(builder: Builder, metal: str, at: tuple[float, float, float], twin: b
     if twin:
         builder.add(metal, shapes.cylinder(0.05 * width, y, (x, y / 2, z), segments=10, top=0.035 * width))
     for shown, angle in (("off", 0.0), ("on", 45.0)):
-        look = Look(metal, bears_toggle=True, shown="on" if shown == "on" else "off")
+        look = PartStyle(metal, bears_toggle=True, shown="on" if shown == "on" else "off")
         if twin:
             bars = [shapes.rounded_box((0.25 * width, 0.08 * height, 0.06 * width), (x, y, z), 0.02 * width)]
             bars.append(shapes.rotate(bars[0], "y", 90, (x, y, z)))
@@ -83,7 +83,7 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     dish = shapes.lathe([(0.0, 0.0), (0.95, 0.0), (1.0, 0.25), (0.3, 0.8), (0.0, 1.0)], segments=18)
     plate = shapes.scale(dish, (radius, min(0.05, 0.08 * height), radius))
     drop = top - 0.03 - min(0.05, 0.08 * height)
-    builder.add(Look(metal, bears_toggle=True), shapes.translate(plate, (0, drop, head_z)))
+    builder.add(PartStyle(metal, bears_toggle=True), shapes.translate(plate, (0, drop, head_z)))
     mixer = shapes.rounded_box(
         (width, 0.055 * height, 0.14 * depth), (0, 0.09 * height, wall + 0.1 * depth), 0.02 * height
     )
@@ -92,7 +92,7 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
         knob = shapes.box(
             (0.08 * width, 0.03 * height, 0.16 * depth), (0.36 * width, 0.13 * height, wall + 0.14 * depth)
         )
-        look = Look("chrome", bears_toggle=True, shown="on" if shown == "on" else "off")
+        look = PartStyle("chrome", bears_toggle=True, shown="on" if shown == "on" else "off")
         builder.add(look, shapes.rotate(knob, "z", angle, (0.36 * width, 0.09 * height, 0)))
     hose = [
         (-0.3 * width, 0.08 * height, wall + 0.14 * depth),

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, lengthwise, settled
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, colour, one_of
 from vigil.pose import Vec3
 
@@ -21,7 +21,7 @@ def television(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     builder = Builder("Television", size)
     width, height, depth = size
     case = one_of(rng, CASES[:3])
-    picture = Look(OFF_SCREEN, on=f"screen/{rng.integers(4)}", bears_toggle=True)
+    picture = PartStyle(OFF_SCREEN, on=f"screen/{rng.integers(4)}", bears_toggle=True)
     if depth > 0.42 * width:
         return _tube_set(builder, case, picture)
     stands = depth > 0.12 * width
@@ -46,7 +46,7 @@ def television(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     return builder.build(["flat"])
 
 
-def _tube_set(builder: Builder, case: str, picture: Look) -> Asset:
+def _tube_set(builder: Builder, case: str, picture: PartStyle) -> Asset:
     width, height, depth = builder.width, builder.height, builder.depth
     builder.add(case, shapes.span((-width / 2, 0, 0.05 * depth), (width / 2, height, depth / 2 - 0.004), 0.015))
     rings = [
@@ -109,18 +109,18 @@ def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
             builder.add(caps, shapes.panel(0.85 * keys[0] / 12.4, 0.8 * keys[1] / 5.3, (x, seam + 8e-4, z), "+y"))
     builder.add("plastic/#8b8d90", shapes.panel(0.3 * width, 0.26 * depth, (0, seam + 4e-4, 0.29 * depth), "+y"))
     lid = builder.hinge("lid", (1, 0, 0), (0, seam + 1e-3, -0.49 * depth), -opens_deg)
-    leaf = Look(case, joint=lid, bears_open=True)
+    leaf = PartStyle(case, joint=lid, bears_open=True)
     low = seam + 0.0015
     builder.add(leaf, shapes.slab((width, height - low, depth), (0, (height + low) / 2, 0), 0.04 * depth))
     face = shapes.rotate(shapes.panel(0.94 * width, 0.9 * depth, facing="-y"), "y", 180)
     dark = shapes.panel(0.98 * width, 0.97 * depth, (0, low - 2e-4, 0), "-y")
-    builder.add(Look(DARK, joint=lid, bears_open=True), dark)
+    builder.add(PartStyle(DARK, joint=lid, bears_open=True), dark)
     on = one_of(rng, ("screen/desktop", "screen/desktop", "screen/0"))
-    glass = Look(OFF_SCREEN, joint=lid, on=on, bears_open=True, bears_toggle=True)
+    glass = PartStyle(OFF_SCREEN, joint=lid, on=on, bears_open=True, bears_toggle=True)
     builder.add(glass, shapes.translate(face, (0, low - 6e-4, 0.01 * depth)))
     logo = one_of(rng, ("#f2f2f0", "#2d2f33"))
     badge = shapes.disc(0.06 * depth, (0, height, 0), segments=10)
-    builder.add(Look(f"plastic/{logo}", joint=lid, bears_open=True), badge)
+    builder.add(PartStyle(f"plastic/{logo}", joint=lid, bears_open=True), badge)
     builder.solid((-width / 2, 0, -depth / 2), (width / 2, seam, depth / 2))
     builder.solid((-width / 2, seam, -depth / 2), (width / 2, height, depth / 2), lid)
     return builder.build([name])
@@ -140,7 +140,7 @@ def desktop(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
         case, shapes.span((middle - across / 2, low, back - 0.12 * depth), (middle + across / 2, height, back), 0.006)
     )
     glass = (across - 0.035, height - low - 0.035)
-    screen = Look(OFF_SCREEN, on="screen/desktop", bears_toggle=True)
+    screen = PartStyle(OFF_SCREEN, on="screen/desktop", bears_toggle=True)
     builder.add(screen, shapes.panel(*glass, (middle, (height + low) / 2 + 0.004, back + 0.001)))
     builder.add(case, shapes.box((0.1 * across, 1.2 * low, 0.06 * depth), (middle, 0.6 * low, back - 0.12 * depth)))
     builder.add(case, shapes.slab((0.42 * across, 0.012, 0.4 * depth), (middle, 0.006, -0.3 * depth), 0.02))
@@ -160,7 +160,7 @@ def desktop(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
         x = (low_x + width / 2) / 2
         for y in (0.74, 0.66):
             builder.add(DARK, shapes.panel(0.6 * tower, 0.04 * height, (x, y * height, 0.462 * depth)))
-        lamp = Look(DARK, on="glow/#59ff8c", bears_toggle=True)
+        lamp = PartStyle(DARK, on="glow/#59ff8c", bears_toggle=True)
         builder.add(lamp, shapes.disc(0.012, (x, 0.5 * height, 0.463 * depth), "z", 10))
     return builder.build(["desktop"])
 
@@ -173,7 +173,7 @@ def cell_phone(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     builder.add(f"plastic/{tint}", shapes.slab((width, height * 0.97, length), (0, 0.485 * height, 0), 0.13 * width))
     has_keys = rng.random() < 0.2
     glass = shapes.rotate(shapes.panel(0.9 * width, (0.5 if has_keys else 0.88) * length, facing="+y"), "y", 0)
-    screen = Look(OFF_SCREEN, on="screen/phone", bears_toggle=True)
+    screen = PartStyle(OFF_SCREEN, on="screen/phone", bears_toggle=True)
     builder.add(screen, shapes.translate(glass, (0, height, -0.2 * length if has_keys else 0)))
     if has_keys:
         for row, looks in enumerate((("#2f9e4f", "#d9d9d6", "#d3242c"), *[("#d9d9d6",) * 3] * 4)):
@@ -292,13 +292,13 @@ def light_switch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
             rocker = shapes.extrude(
                 [(z * depth * 0.8, y * height) for z, y in wedge], -0.45 * across, 0.45 * across, "x"
             )
-            look = Look(
+            look = PartStyle(
                 f"plastic/{'#ffffff' if shown == 'on' else tint}",
                 bears_toggle=True,
                 shown="on" if shown == "on" else "off",
             )
             builder.add(look, shapes.translate(rocker, (x, 0, 0.1 * depth)))
-    lamp = Look("plastic/#6b2a22", on="glow/#ff7a3c", bears_toggle=True)
+    lamp = PartStyle("plastic/#6b2a22", on="glow/#ff7a3c", bears_toggle=True)
     builder.add(lamp, shapes.box((0.34 * width, 0.07 * height, 0.44 * depth), (0, 0.085 * height, 0)))
     return builder.build([name])
 

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import lengthwise
 from vigil.assets.kernel.asset import Asset, Glow
-from vigil.assets.kernel.builder import Builder, Look, Range
+from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     WOODS,
@@ -231,7 +231,7 @@ def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
             "plastic/#e6e6e2", (x - 0.003, x + 0.003), (height - 0.08, height - 0.06), (face + 0.02, face + 0.028)
         )
     lamp = shapes.cylinder(0.007, 0.008, (x0 + 0.02, height - 0.05, face + 0.002), "z", 10)
-    builder.add(Look("plastic/#5a2320", on="glow/#ff3b20", bears_toggle=True), lamp)
+    builder.add(PartStyle("plastic/#5a2320", on="glow/#ff3b20", bears_toggle=True), lamp)
     builder.solid((x0, 0, z0), (x1, low, face - 0.02))
     builder.solid((x0, high, z0), (x1, height, face))
     builder.surface("hob", (0, height, (z0 + face) / 2), (x1 - x0 - 0.06, face - z0 - 0.06))
@@ -248,7 +248,7 @@ def _plates(builder: Builder, face: float) -> None:
         at = (x0 + part_x * (x1 - x0), height - 0.004, z0 + part_z * (face - z0))
         plates.append(shapes.lathe([(0, 0), (radius, 0), (radius, 0.003), (0, 0.003)], at, 20))
         rings.append(shapes.lathe([(radius, 0), (radius + 0.008, 0), (radius + 0.008, 0.004), (radius, 0.004)], at, 20))
-    builder.add(Look("metal/#4d5053", on=_HOT, bears_toggle=True), *plates)
+    builder.add(PartStyle("metal/#4d5053", on=_HOT, bears_toggle=True), *plates)
     builder.add("metal/#8d9195", *rings)
 
 
@@ -256,15 +256,15 @@ def _oven_door(builder: Builder, shell: Finish, y: Range, z: Range) -> None:
     """Adds the oven's door, hinged at its foot."""
     (x0, x1), (y0, y1), (z0, z1) = builder.across, y, z
     joint = builder.hinge("oven", (1, 0, 0), (0, y0, z0), 88.0)
-    frame = Look(shell.material, joint, bears_open=True)
+    frame = PartStyle(shell.material, joint, bears_open=True)
     rim = 0.16 * (y1 - y0)
     builder.block(frame, (x0 + 0.006, x1 - 0.006), (y0, y0 + rim), z)
     builder.block(frame, (x0 + 0.006, x1 - 0.006), (y1 - 1.6 * rim, y1), z)
     builder.block(frame, (x0 + 0.006, x0 + 0.08), (y0 + rim, y1 - 1.6 * rim), z)
     builder.block(frame, (x1 - 0.08, x1 - 0.006), (y0 + rim, y1 - 1.6 * rim), z)
-    pane = Look("glass/#101214", joint, bears_open=True, is_glass=True)
+    pane = PartStyle("glass/#101214", joint, bears_open=True, is_glass=True)
     builder.block(pane, (x0 + 0.08, x1 - 0.08), (y0 + rim, y1 - 1.6 * rim), (z1 - 0.014, z1 - 0.004))
-    bar = Look("chrome", joint, bears_open=True)
+    bar = PartStyle("chrome", joint, bears_open=True)
     builder.add(bar, shapes.cylinder(0.011, 0.78 * (x1 - x0), (0, y1 - 0.7 * rim, z1 + 0.036), "x", 10))
     for side in (-1, 1):
         builder.add(bar, shapes.box((0.014, 0.014, 0.04), (side * 0.36 * (x1 - x0), y1 - 0.7 * rim, z1 + 0.018)))
@@ -280,7 +280,7 @@ def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
         segments=24,
     )
     builder.add("chrome", shapes.scale(dish, (size.x, 1, size.z)))
-    hot = Look("metal/#3a3c3f", on=_HOT, bears_toggle=True)
+    hot = PartStyle("metal/#3a3c3f", on=_HOT, bears_toggle=True)
     if rng.random() < 0.6:
         turns = np.linspace(0, 3.5 * 2 * np.pi, 43)
         reach = 0.1 + 0.72 * turns / turns[-1]
@@ -306,14 +306,14 @@ def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
     middle = height / 2
     material = one_of(rng, ("plastic/#232528", "metal/steel", "plastic/#ecebe6"))
     ring = shapes.cylinder(0.5, 0.2 * depth, (0, 0, 0.1 * depth), "z", 20)
-    builder.add(Look("plastic/#5c5f63", on=_HOT, bears_toggle=True), _oval(ring, width, height))
+    builder.add(PartStyle("plastic/#5c5f63", on=_HOT, bears_toggle=True), _oval(ring, width, height))
     grip = shapes.cylinder(0.4, 0.8 * depth, (0, 0, 0.6 * depth), "z", 18)
     builder.add(material, _oval(grip, width, height))
     light = "plastic/#c83a2c" if material != "plastic/#232528" else "plastic/#f4f4f0"
     upright = shapes.box((0.12 * width, 0.42 * height, 0.1 * depth), (0, middle + 0.2 * height, 0.97 * depth))
     across = shapes.box((0.42 * width, 0.12 * height, 0.1 * depth), (-0.2 * width, middle, 0.97 * depth))
-    builder.add(Look(light, bears_toggle=True, shown="off"), upright)
-    builder.add(Look(light, bears_toggle=True, shown="on"), across)
+    builder.add(PartStyle(light, bears_toggle=True, shown="off"), upright)
+    builder.add(PartStyle(light, bears_toggle=True, shown="on"), across)
     return builder.build()
 
 
@@ -336,14 +336,14 @@ def toaster(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     for side in (-1, 1):
         slot = (0.15 * width, 0.004, 0.66 * depth)
         at = (side * 0.19 * width, height - 0.0016, -0.025 * depth)
-        builder.add(Look("plastic/#141516", on=_HOT, bears_toggle=True), shapes.box(slot, at))
+        builder.add(PartStyle("plastic/#141516", on=_HOT, bears_toggle=True), shapes.box(slot, at))
     lever = shapes.box((0.22 * width, 0.07 * height, 0.05 * depth))
     builder.add(
-        Look("plastic/#1d1f22", bears_toggle=True, shown="off"),
+        PartStyle("plastic/#1d1f22", bears_toggle=True, shown="off"),
         shapes.translate(lever, (0, 0.78 * height, front + 0.025 * depth)),
     )
     builder.add(
-        Look("plastic/#1d1f22", bears_toggle=True, shown="on"),
+        PartStyle("plastic/#1d1f22", bears_toggle=True, shown="on"),
         shapes.translate(lever, (0, 0.36 * height, front + 0.025 * depth)),
     )
     builder.block(
@@ -370,7 +370,7 @@ def coffee_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
     builder.block(shell.material, (x0, x1), (base - 0.01, height), (z0 + 0.16 * depth, back), 0.015)
     builder.block(shell.material, (x0, x1), (head, height), (back - 0.02, z1 - 0.04 * depth), 0.02)
     builder.block(
-        Look("glass/#b9d4df", is_glass=True),
+        PartStyle("glass/#b9d4df", is_glass=True),
         (x0 + 0.1 * width, x1 - 0.1 * width),
         (base, 0.92 * height),
         (z0, z0 + 0.16 * depth),
@@ -387,11 +387,11 @@ def coffee_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
     )
     face = z1 - 0.04 * depth
     clock = shapes.panel(0.34 * width, 0.1 * height, (0, 0.88 * height, face + 0.001))
-    builder.add(Look("plastic/#0f1113", on="screen/blue", bears_toggle=True), clock)
+    builder.add(PartStyle("plastic/#0f1113", on="screen/blue", bears_toggle=True), clock)
     lamps = [shapes.cylinder(0.011, 0.008, (x * width, 0.76 * height, face + 0.003), "z", 12) for x in (-0.2, 0.0, 0.2)]
-    builder.add(Look("plastic/#5d6166", on="glow/#35e06a", bears_toggle=True), *lamps)
+    builder.add(PartStyle("plastic/#5d6166", on="glow/#35e06a", bears_toggle=True), *lamps)
     pour = shapes.cylinder(0.004, head - 0.06 - base, (0, (head - 0.06 + base) / 2, back + 0.25 * depth), segments=8)
-    builder.add(Look("plastic/#3a2114", bears_toggle=True, shown="on"), pour)
+    builder.add(PartStyle("plastic/#3a2114", bears_toggle=True, shown="on"), pour)
     builder.solid((x0, 0, z0), (x1, base, z1))
     builder.solid((x0, base, z0), (x1, height, back))
     builder.solid((x0, head, back), (x1, height, face))

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset, Glow
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.pose import Vec3
 
@@ -16,16 +16,16 @@ LIT = "glow/#ffc861"
 METALS = ("metal/brushed", "metal/black", "metal/brass", "metal/white", "chrome")
 
 
-def shade(rng: np.random.Generator) -> tuple[str, Look]:
+def shade(rng: np.random.Generator) -> tuple[str, PartStyle]:
     """Returns the colour word and look of a lamp shade that glows while on."""
     name, tint = colour(rng, "white", "cream", "beige", "red", "teal", "grey", "yellow", "light green")
     lit = {"red": "glow/#ff8a5c", "teal": "glow/#86e6cf", "light green": "glow/#d2f08a"}.get(name, LIT)
-    return name, Look(f"fabric/{tint}", on=lit, bears_toggle=True)
+    return name, PartStyle(f"fabric/{tint}", on=lit, bears_toggle=True)
 
 
 def bulb(builder: Builder, at: shapes.Point3, radius: float, strength: float = 0.8) -> None:
     """Adds a bulb that shines while on, and the light it gives."""
-    look = Look("ceramic/#dedacd", on="glow/#ffd88c", bears_toggle=True)
+    look = PartStyle("ceramic/#dedacd", on="glow/#ffd88c", bears_toggle=True)
     builder.add(look, shapes.ellipsoid((2 * radius,) * 3, at, 8, 6))
     x, y, z = at
     builder.glow = Glow(Vec3(float(x), float(y), float(z)), WARM, strength)
@@ -63,7 +63,7 @@ def floor_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
             (0.9 * radius, height),
             (0.0, low + 0.3 * tall),
         ]
-        glass = Look("ceramic/#dedacd", on=LIT, bears_toggle=True)
+        glass = PartStyle("ceramic/#dedacd", on=LIT, bears_toggle=True)
         builder.add(glass, shapes.scale(shapes.lathe(bowl, segments=20), (1, 1, ratio)))
         builder.glow = Glow(Vec3(0.0, height, 0.0), WARM, 0.9)
     else:
@@ -163,7 +163,7 @@ def _arm_lamp(builder: Builder, rng: np.random.Generator) -> Asset:
     lift = 0.93 * height - 0.75 * head
     builder.add(paint, shapes.translate(cone, (0, lift, depth / 2 - 0.92 * head)))
     face = shapes.rotate(shapes.rotate(shapes.disc(0.86 * head, segments=16), "x", 180), "x", -25)
-    mouth = Look("ceramic/#d9d6cc", on="glow/#ffd88c", bears_toggle=True)
+    mouth = PartStyle("ceramic/#d9d6cc", on="glow/#ffd88c", bears_toggle=True)
     builder.add(mouth, shapes.translate(face, (0, lift + 0.08 * head, depth / 2 - 0.92 * head)))
     bulb(builder, (0, lift + 0.02 * head, depth / 2 - 0.95 * head), 0.35 * head, 0.5)
     return builder.build([name, "jointed"])
@@ -175,7 +175,7 @@ def ceiling_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     width, height, depth = size
     ratio, radius = depth / width, width / 2
     metal = one_of(rng, METALS)
-    glass = Look("ceramic/#dcd8cc", on="glow/#ffd88c", bears_toggle=True)
+    glass = PartStyle("ceramic/#dcd8cc", on="glow/#ffd88c", bears_toggle=True)
     kind = "dome" if height < 0.45 * width else one_of(rng, ("pendant", "ball", "arms", "pendant"))
     if kind == "dome":
         dome = [(0.0, 0.0), (0.5, 0.06), (0.85, 0.35), (0.98, 0.8), (0.0, 0.8)]
@@ -244,13 +244,13 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     elif kind == "jar":
         top, radius = 0.62 * height, 0.44 * width
         jar = shapes.lathe([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.92, 1.0), (0.92, 0.06), (0.0, 0.06)], segments=16)
-        builder.add(Look("glass", is_glass=True), shapes.scale(jar, (width / 2, height, depth / 2)))
+        builder.add(PartStyle("glass", is_glass=True), shapes.scale(jar, (width / 2, height, depth / 2)))
         base = 0.06 * height
     split = base + 0.62 * (top - base)
     body = [(radius, base), (radius, split)]
     tip = [(radius, split), (radius, top - 0.04 * radius), (0.9 * radius, top), (0.3 * radius, top - 0.1 * radius)]
     builder.add(f"wax/{tint}", shapes.scale(shapes.lathe([(0.0, base), *body], segments=16), (1, 1, ratio)))
-    warm = Look(f"wax/{tint}", on="glow/#ffb648", bears_toggle=True)
+    warm = PartStyle(f"wax/{tint}", on="glow/#ffb648", bears_toggle=True)
     builder.add(warm, shapes.scale(shapes.lathe([*tip, (0.0, top - 0.1 * radius)], segments=16), (1, 1, ratio)))
     end = height if kind != "jar" else 0.78 * height
     wick = [(0, top - 0.12 * radius, 0), (0.01 * height, end, 0)]
@@ -258,9 +258,9 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     tall, wide = max(0.32 * height, 0.03), max(0.1 * height, 0.011)
     flame = [(0.0, 0.0), (0.7, 0.12), (1.0, 0.3), (0.75, 0.55), (0.3, 0.85), (0.0, 1.0)]
     fire = shapes.lathe([(r * wide / 2, end - 0.02 * height + y * tall) for r, y in flame], segments=10)
-    builder.add(Look("flame", bears_toggle=True, shown="on"), fire)
+    builder.add(PartStyle("flame", bears_toggle=True, shown="on"), fire)
     core = shapes.lathe([(0.5 * r * wide / 2, end + y * tall * 0.6) for r, y in flame], segments=8)
-    builder.add(Look("glow/#fff6d8", bears_toggle=True, shown="on"), shapes.translate(core, (0, 0, 0.3 * wide)))
+    builder.add(PartStyle("glow/#fff6d8", bears_toggle=True, shown="on"), shapes.translate(core, (0, 0, 0.3 * wide)))
     builder.glow = Glow(Vec3(0.0, end + tall / 2, 0.0), (1.0, 0.7, 0.35), 0.25)
     return builder.build([name, kind])
 

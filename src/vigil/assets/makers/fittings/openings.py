@@ -7,7 +7,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look, Range
+from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import WOODS, Finish, paint
 from vigil.assets.kernel.palette import one_of
 from vigil.pose import Vec3
@@ -61,7 +61,7 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
     style, material, metal = looks
     y0, y1, z1 = _FLOOR_GAP_M, builder.height - _JAMB_M - _GAP_M, _LEAF_M / 2
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)
-    skin = Look(material, joint, bears_open=True)
+    skin = PartStyle(material, joint, bears_open=True)
     {"flush": _flush, "glazed": _glazed, "planks": _planked, "panels": _panelled}[style](builder, skin, x, (y0, y1))
     _seal(builder, joint, x, (y0, y1))
     at = x[1] - 0.07 if hinge < 0 else x[0] + 0.07
@@ -72,13 +72,13 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
         stem = shapes.cylinder(0.01, reach - 0.008, (at, 1.03, side * (z1 + reach / 2 - 0.004)), "z", 8)
         lever = shapes.box((0.12, 0.018, 0.014), (at + hinge * 0.05, 1.03, side * (z1 + reach - 0.007)), 0.005)
         grips += [plate, stem, lever]
-    builder.add(Look(metal, joint, bears_open=True), *grips)
+    builder.add(PartStyle(metal, joint, bears_open=True), *grips)
     builder.solid((x[0], y0, -z1), (x[1], y1, z1), joint)
 
 
 def _seal(builder: Builder, joint: str, x: Range, y: Range) -> None:
     """Adds strips round a leaf that fill the gaps while it is shut: nothing of the next room shows through them."""
-    rubber, z = Look(_SEAL, joint, bears_open=True), (-0.1 * _LEAF_M, 0.1 * _LEAF_M)
+    rubber, z = PartStyle(_SEAL, joint, bears_open=True), (-0.1 * _LEAF_M, 0.1 * _LEAF_M)
     low, high = (x[0] - _GAP_M, y[0] - _FLOOR_GAP_M + 0.001), (x[1] + _GAP_M, y[1] + _GAP_M)
     for a, b in ((low[0], x[0]), (x[1], high[0])):
         builder.block(rubber, (a, b), (low[1], high[1]), z)
@@ -86,11 +86,11 @@ def _seal(builder: Builder, joint: str, x: Range, y: Range) -> None:
         builder.block(rubber, (low[0], high[0]), (a, b), z)
 
 
-def _flush(builder: Builder, skin: Look, x: Range, y: Range) -> None:
+def _flush(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
     builder.block(skin, x, y, (-_LEAF_M / 2, _LEAF_M / 2), 0.003)
 
 
-def _rails(builder: Builder, skin: Look, x: Range, y: Range, openings: Sequence[tuple[Range, Range]]) -> None:
+def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequence[tuple[Range, Range]]) -> None:
     """Adds a full-thickness frame that leaves rectangular openings, all of one column's width, free."""
     stile = openings[0][0][0] - x[0]
     z = (-_LEAF_M / 2, _LEAF_M / 2)
@@ -102,7 +102,7 @@ def _rails(builder: Builder, skin: Look, x: Range, y: Range, openings: Sequence[
         builder.block(skin, (x[0] + stile, x[1] - stile), (low, high), z)
 
 
-def _panelled(builder: Builder, skin: Look, x: Range, y: Range) -> None:
+def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
     """A frame with sunken panels: two columns on a broad leaf."""
     wide = x[1] - x[0]
     stile = min(0.11, 0.18 * wide)
@@ -119,21 +119,21 @@ def _panelled(builder: Builder, skin: Look, x: Range, y: Range) -> None:
             builder.block(skin, (a + 0.035, b - 0.035), field, (-0.38 * _LEAF_M, 0.38 * _LEAF_M), 0.006)
 
 
-def _glazed(builder: Builder, skin: Look, x: Range, y: Range) -> None:
+def _glazed(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
     """A frame with a panel below and a window above."""
     stile = min(0.11, 0.18 * (x[1] - x[0]))
     across = (x[0] + stile, x[1] - stile)
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, y[1] - 0.12))
     _rails(builder, skin, x, y, [(across, row) for row in rows])
     builder.block(skin, across, rows[0], (-0.2 * _LEAF_M, 0.2 * _LEAF_M))
-    pane = Look(_GLASS, skin.joint, bears_open=True, is_glass=True)
+    pane = PartStyle(_GLASS, skin.joint, bears_open=True, is_glass=True)
     builder.block(pane, across, rows[1], (-0.004, 0.004))
     middle, half = sum(across) / 2, sum(rows[1]) / 2
     builder.block(skin, (middle - 0.012, middle + 0.012), rows[1], (-0.012, 0.012))
     builder.block(skin, across, (half - 0.012, half + 0.012), (-0.011, 0.011))
 
 
-def _planked(builder: Builder, skin: Look, x: Range, y: Range) -> None:
+def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
     """Upright boards with two cross battens."""
     count = max(3, round((x[1] - x[0]) / 0.15))
     edges = np.linspace(*x, count + 1)
@@ -182,7 +182,7 @@ def _panes(builder: Builder, material: str, area: tuple[Range, Range], grid: tup
     """Adds a glass pane over an area with glazing bars between columns and rows."""
     (x0, x1), (y0, y1) = area
     z = sum(builder.through) / 2 - 0.1 * builder.depth
-    builder.block(Look(_GLASS, is_glass=True), (x0, x1), (y0, y1), (z - 0.003, z + 0.003))
+    builder.block(PartStyle(_GLASS, is_glass=True), (x0, x1), (y0, y1), (z - 0.003, z + 0.003))
     thick = min(0.018, 0.3 * builder.depth)
     for x in np.linspace(x0, x1, grid[0] + 1)[1:-1]:
         builder.block(material, (x - bar / 2, x + bar / 2), (y0, y1), (z - thick, z + thick))
@@ -205,7 +205,7 @@ def _bay(builder: Builder, material: str) -> None:
             return shapes.translate(shapes.rotate(part, "y", angle), middle)
 
         pane = shapes.box((length, height - 0.1, 0.006), (0, height / 2, 0.02))
-        builder.add(Look(_GLASS, is_glass=True), place(pane))
+        builder.add(PartStyle(_GLASS, is_glass=True), place(pane))
         for side in (-1, 1):
             post = shapes.box((0.05, height - 0.1, 0.04), (side * (length / 2 - 0.03), height / 2, 0.02))
             builder.add(material, place(post))
@@ -228,7 +228,7 @@ def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     half = 0.3 * deep
     for group in range(groups):
         joint = builder.slide(f"slats{group}", (0, 1, 0), group * (tall - stacked) + (tall - stacked) * 0.5)
-        look = Look(finish.material, joint, bears_open=True)
+        look = PartStyle(finish.material, joint, bears_open=True)
         for index in range(slats):
             y = height - rail - group * tall - (index + 0.5) * tall / slats
             slat = shapes.box((x1 - x0 - 0.012, 0.0025, deep), (0, y, 0))

@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Mesh
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import one_of
 from vigil.pose import Vec3
 
@@ -29,7 +29,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.add(seat, _ring(oval, 0.72, rim - 0.028, rim - 0.01))
     back = z0 + tank + 0.03
     joint = builder.hinge("lid", (1, 0, 0), (0, rim - 0.006, back + 0.015), -90.0)
-    lid = Look(seat, joint, bears_open=True)
+    lid = PartStyle(seat, joint, bears_open=True)
     builder.add(
         lid,
         shapes.extrude(oval, rim - 0.01, rim + 0.006),
@@ -140,9 +140,9 @@ def shower_door(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
         builder.solid((a, 0, -half), (b, height, half))
     builder.block(metal, (x0 + 0.03, x1 - 0.03), (height - 0.03, height), (-half, half))
     joint = builder.hinge("door", (0, 1, 0), (x0 + 0.034, 0, half), -90.0)
-    pane = Look("glass", joint, bears_open=True, is_glass=True)
+    pane = PartStyle("glass", joint, bears_open=True, is_glass=True)
     builder.block(pane, (x0 + 0.034, x1 - 0.034), (0.012, height - 0.034), (-0.004, 0.004))
-    edge = Look(metal, joint, bears_open=True)
+    edge = PartStyle(metal, joint, bears_open=True)
     builder.block(edge, (x0 + 0.034, x0 + 0.05), (0.012, height - 0.034), (-0.008, 0.008))
     builder.block(edge, (x0 + 0.034, x1 - 0.034), (0.0, 0.014), (-0.008, 0.008))
     for side in (-1, 1):

@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.furniture_parts import CLOTHS, Finish, add_case, lining, shelf_heights, wood
 from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.pose import Vec3
@@ -30,15 +30,18 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     for side, z in ((-1, z0), (1, z1)):
         joint = builder.hinge(f"flap{'-+'[side > 0]}z", (1, 0, 0), (0, top, z), side * 125.0)
         inner = z - side * 0.42 * (z1 - z0)
-        look = Look(card, joint, bears_open=True)
+        look = PartStyle(card, joint, bears_open=True)
         low, high = (x0 + wall, top, min(z, inner)), (x1 - wall, top + 0.003, max(z, inner))
         builder.add(look, shapes.span(low, high))
         builder.solid(low, high, joint)
-    tape = Look("plastic/#c9a368", "flap-x", bears_open=True)
+    tape = PartStyle("plastic/#c9a368", "flap-x", bears_open=True)
     for side, x in ((-1, x0), (1, x1)):
         joint = builder.hinge(f"flap{'-+'[side > 0]}x", (0, 0, 1), (x, top + 0.004, 0), -side * 125.0)
         builder.block(
-            Look(card, joint, bears_open=True), (min(x, 0.0), max(x, 0.0)), (top + 0.004, height - 0.0005), (z0, z1)
+            PartStyle(card, joint, bears_open=True),
+            (min(x, 0.0), max(x, 0.0)),
+            (top + 0.004, height - 0.0005),
+            (z0, z1),
         )
         builder.solid((min(x, 0.0), top + 0.004, z0), (max(x, 0.0), height, z1), joint)
     builder.block(tape, (-0.06 * size.x, -0.001), (height - 0.001, height), (z0, z1))
@@ -61,11 +64,11 @@ def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
         "bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, needs_opening=True
     )
     joint = builder.hinge("lid", (1, 0, 0), (0, lid, z0 + 0.01), -100.0)
-    look = Look(kind.material, joint, bears_open=True)
+    look = PartStyle(kind.material, joint, bears_open=True)
     builder.add(look, shapes.extrude(outline, lid, height - 0.012))
     builder.add(look, shapes.extrude(0.9 * outline, height - 0.012, height - 0.004))
     builder.add(
-        Look("wood/beech", joint, bears_open=True),
+        PartStyle("wood/beech", joint, bears_open=True),
         shapes.box((0.12, 0.02, 0.02), (0, height - 0.006, z1 - 0.12 * depth), 0.004),
     )
     for side in (-1, 1):
@@ -165,7 +168,7 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     builder.surface("floor", (0, low[1] + 0.001, (low[2] + high[2]) / 2), room, high[1] - low[1], needs_opening=True)
     builder.surface("top", (0, height, (z0 + body) / 2), (x1 - x0 - 0.03, body - z0 - 0.03))
     joint = builder.hinge("door", (0, 1, 0), (x1, 0, face), 100.0)
-    look, metal = Look(steel, joint, bears_open=True), Look("chrome", joint, bears_open=True)
+    look, metal = PartStyle(steel, joint, bears_open=True), PartStyle("chrome", joint, bears_open=True)
     builder.block(look, (x0, x1), (0.015, height), (body, face), 0.008)
     builder.block(look, (x0 + 0.045, x1 - 0.045), (0.06, height - 0.045), (face - 0.001, face + 0.006), 0.003)
     x, y = x0 + 0.35 * size.x, 0.55 * height
@@ -178,18 +181,18 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     if rng.random() < 0.5:
         builder.add(metal, shapes.cylinder(0.045, 0.03, (0.18 * size.x, y, face + 0.015), "z", 20))
         builder.add(
-            Look("plastic/#f2f2f0", joint, bears_open=True),
+            PartStyle("plastic/#f2f2f0", joint, bears_open=True),
             shapes.box((0.006, 0.025, 0.004), (0.18 * size.x, y + 0.028, face + 0.031)),
         )
     else:
         pad = shapes.box((0.1, 0.13, 0.014), (0.2 * size.x, y, face + 0.007), 0.003)
-        builder.add(Look("plastic/#1d1f22", joint, bears_open=True), pad)
+        builder.add(PartStyle("plastic/#1d1f22", joint, bears_open=True), pad)
         keys = [
             shapes.box((0.018, 0.018, 0.006), (0.2 * size.x + i * 0.027, y - 0.045 + j * 0.027, face + 0.016))
             for i in (-1, 0, 1)
             for j in range(4)
         ]
-        builder.add(Look("plastic/#b9bcc0", joint, bears_open=True), *keys)
+        builder.add(PartStyle("plastic/#b9bcc0", joint, bears_open=True), *keys)
     builder.solid((x0, 0, body), (x1, height, face), joint)
     return builder.build((word,))
 

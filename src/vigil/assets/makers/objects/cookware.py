@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, along_longest, bend, lengthwise, strip, turning
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.assets.makers.objects.crockery import hollow
 from vigil.pose import Vec3
@@ -126,7 +126,9 @@ def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
         (0.16, top + knob),
         (0.0, top + knob),
     ]
-    builder.add(Look(body, joint=lid, bears_open=True), shapes.translate(turning(cover, across, depth), (middle, 0, 0)))
+    builder.add(
+        PartStyle(body, joint=lid, bears_open=True), shapes.translate(turning(cover, across, depth), (middle, 0, 0))
+    )
     builder.solid(
         (hinge_x, 0.99 * top, -neck * depth / 2), (middle + neck * across / 2, top + knob, neck * depth / 2), lid
     )

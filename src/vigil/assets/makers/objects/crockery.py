@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, lengthwise, turning
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, colour, one_of
 from vigil.pose import Vec3
 
@@ -46,7 +46,7 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
         "glass": ("glass", "glass"),
     }[kind]
     for material, profile in zip(looks, (shell, inside), strict=True):
-        builder.add(Look(material, is_glass=kind == "glass"), turning(profile, width, depth))
+        builder.add(PartStyle(material, is_glass=kind == "glass"), turning(profile, width, depth))
     if kind == "banded":
         band = [(outer[k][0] * 1.015, outer[k][1]) for k in (3, 4)]
         builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
@@ -135,7 +135,7 @@ def cup(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
         (foot - wall, floor),
         (0.0, floor),
     ]
-    builder.add(Look(material, is_glass=kind == "glass"), turning(profile, width, depth))
+    builder.add(PartStyle(material, is_glass=kind == "glass"), turning(profile, width, depth))
     if kind in ("paper", "ceramic"):
         band = COLOURS["brown"] if kind == "paper" else COLOURS["white"]
         low, high = (0.25, 0.7) if kind == "paper" else (0.78, 0.9)

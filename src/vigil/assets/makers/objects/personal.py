@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, along_longest, lengthwise
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.materials import material
 from vigil.assets.kernel.palette import colour, one_of, word_for
 from vigil.pose import Vec3
@@ -31,11 +31,11 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     text = shapes.panel(0.9 * width, 0.93 * length, (0, height - 1.3 * board, 0), "+y")
     builder.add("print/text", text)
     hinge = builder.hinge("cover", (0, 0, 1), (-width / 2 + board, height - board, 0), 165)
-    lid = Look(cloth, joint=hinge, bears_open=True)
+    lid = PartStyle(cloth, joint=hinge, bears_open=True)
     builder.add(lid, shapes.span((-width / 2, height - board, -length / 2), (width / 2, 0.999 * height, length / 2)))
-    inside = Look("print/text", joint=hinge, bears_open=True)
+    inside = PartStyle("print/text", joint=hinge, bears_open=True)
     builder.add(inside, shapes.panel(0.94 * width, 0.96 * length, (0, height - 1.05 * board, 0), "-y"))
-    front = Look(cover, joint=hinge, bears_open=True)
+    front = PartStyle(cover, joint=hinge, bears_open=True)
     builder.add(front, shapes.panel(0.92 * width, 0.99 * length, (0.03 * width, height, 0), "+y"))
     builder.solid((-width / 2, 0, -length / 2), (width / 2, height - board, length / 2))
     builder.solid((-width / 2, height - board, -length / 2), (width / 2, height, length / 2), hinge)

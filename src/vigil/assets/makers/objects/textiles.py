@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, creased, drape
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.meshes import cross
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.pose import Vec3
@@ -162,7 +162,7 @@ def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: 
             joint = None
             if k:
                 joint = builder.slide(f"panel_{'left' if side < 0 else 'right'}_{k}", (side, 0, 0), 0.97 * k * across)
-            builder.add(Look(cloth_look, joint=joint, bears_open=True), shapes.translate(sheet, (middle, 0, z)))
+            builder.add(PartStyle(cloth_look, joint=joint, bears_open=True), shapes.translate(sheet, (middle, 0, z)))
             low, high = (middle - across / 2, 0, z - deep / 2), (middle + across / 2, top, z + deep / 2)
             builder.solid(low, high, joint)
 

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, lengthwise, turning
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, Look
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.pose import Vec3
 
@@ -19,7 +19,7 @@ def bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     body = one_of(rng, (f"plastic/{tint}", f"glass/{tint}", "glass/#cfe3e6"))
     cap = one_of(rng, ("plastic/#b4262b", "plastic/#ecebe6", "plastic/#1f2022", "metal/brushed"))
     wall = [(0.0, 0.0), (0.9, 0.0), (1.0, 0.04), (1.0, 0.6), (0.9, 0.7), (0.42, 0.84), (0.38, 0.92), (0.0, 0.92)]
-    _turned(builder, Look(body, is_glass=body.startswith("glass")), wall)
+    _turned(builder, PartStyle(body, is_glass=body.startswith("glass")), wall)
     _turned(builder, cap, [(0.0, 0.9), (0.46, 0.9), (0.46, 1.0), (0.0, 1.0)], 12)
     _turned(builder, f"paper/{one_of(rng, ('#ecebe6', '#e2b93b', tint))}", [(1.01, 0.2), (1.01, 0.5)])
     if body.startswith("glass"):
@@ -141,7 +141,7 @@ def shaker(category: str, dark: bool) -> Maker:
         body = [(0.0, 0.0), (0.98, 0.0), (1.0, 0.05), (0.74, 0.74), (0.0, 0.74)]
         if kind != "ceramic":
             _turned(builder, grain, [(0.0, 0.02), (0.9, 0.02), (0.78, 0.5), (0.0, 0.5)], 12)
-            _turned(builder, Look("glass", is_glass=True), body, 14)
+            _turned(builder, PartStyle("glass", is_glass=True), body, 14)
         else:
             _turned(builder, "ceramic/#2d2f33" if dark else "ceramic/#f2f1ee", body)
         cap = "wood/pale" if kind == "mill" else "chrome"
@@ -198,7 +198,7 @@ def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     outer = VASE_FORMS[form]
     mouth = outer[-1][0]
     inner = [(0.85 * mouth, 1.0), (0.75 * mouth, 0.85), (0.5 * mouth, 0.3), (0.0, 0.3)]
-    _turned(builder, Look(material, is_glass=glass), [*outer, *inner])
+    _turned(builder, PartStyle(material, is_glass=glass), [*outer, *inner])
     if rng.random() < 0.45 and not glass:
         _, other = colour(rng, *names)
         k = len(outer) // 2
@@ -237,7 +237,7 @@ def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     return builder.build([name])
 
 
-def _turned(builder: Builder, look: Look | str, profile: list[tuple[float, float]], segments: int = 18) -> None:
+def _turned(builder: Builder, look: PartStyle | str, profile: list[tuple[float, float]], segments: int = 18) -> None:
     """Adds a turned part: radii as shares of half the width, heights as shares of the height."""
     points = [(radius, y * builder.height) for radius, y in profile]
     builder.add(look, turning(points, builder.width, builder.depth, segments))

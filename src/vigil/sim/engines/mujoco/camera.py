@@ -17,7 +17,7 @@ from vigil.sim.engines.mujoco import frames, gl, held, tuning
 from vigil.sim.engines.mujoco.binding import BACKEND, GL, GLContext, NativeModel, RenderContext, mujoco
 from vigil.sim.engines.mujoco.culling import unseen
 from vigil.sim.engines.mujoco.lights import Sun
-from vigil.sim.engines.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, Model
+from vigil.sim.engines.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, CompiledModel
 
 Quality = Literal["default", "fast"]
 
@@ -94,7 +94,7 @@ def _view_of(agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
 class Camera:
     """Draws one model."""
 
-    def __init__(self, model: Model, quality: Quality) -> None:
+    def __init__(self, model: CompiledModel, quality: Quality) -> None:
         _enter()
         self._model = model
         native = model.native

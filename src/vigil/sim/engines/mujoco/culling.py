@@ -3,12 +3,12 @@
 import numpy as np
 
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.sim.engines.mujoco.model import HELD, Model
+from vigil.sim.engines.mujoco.model import HELD, CompiledModel
 
 MARGIN_M = 0.01
 
 
-def unseen(model: Model, eye: np.ndarray, axes: np.ndarray, fovy_deg: float) -> np.ndarray:
+def unseen(model: CompiledModel, eye: np.ndarray, axes: np.ndarray, fovy_deg: float) -> np.ndarray:
     """Returns which geoms (ngeom,) leave no trace in a frame; `eye` and `axes` (right, up, backward) in MuJoCo's frame.
 
     A shadow lies on the far side of its caster. So it stays outside a side of the view when the caster is outside that

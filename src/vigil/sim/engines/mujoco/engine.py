@@ -8,7 +8,7 @@ from vigil.sim.core.engine import RayHits
 from vigil.sim.engines.mujoco import model_cache, rays
 from vigil.sim.engines.mujoco.binding import BACKEND, mujoco
 from vigil.sim.engines.mujoco.camera import Camera, Quality, gl_strings
-from vigil.sim.engines.mujoco.model import Model
+from vigil.sim.engines.mujoco.model import CompiledModel
 
 
 class MujocoEngine:
@@ -18,7 +18,7 @@ class MujocoEngine:
         self.name = f"mujoco {mujoco.__version__} ({quality})"
         self._quality: Quality = quality
         self._scene: Scene | None = None
-        self._model: Model | None = None
+        self._model: CompiledModel | None = None
         self._camera: Camera | None = None
 
     def load(self, scene: Scene) -> None:
@@ -64,12 +64,12 @@ class MujocoEngine:
         return self._camera
 
     @property
-    def model(self) -> Model:
+    def model(self) -> CompiledModel:
         """The loaded scene's model."""
         return self._loaded
 
     @property
-    def _loaded(self) -> Model:
+    def _loaded(self) -> CompiledModel:
         if self._model is None:
             raise RuntimeError("MujocoEngine: load a scene first")
         return self._model

@@ -5,7 +5,7 @@ import numpy as np
 from vigil.pose import Pose
 from vigil.scene.things import Thing
 from vigil.sim.engines.mujoco import frames
-from vigil.sim.engines.mujoco.model import Model
+from vigil.sim.engines.mujoco.model import CompiledModel
 
 AHEAD_M = 0.5
 """Where its size is taken from: as large as it looks at arm's length, unless that is too large."""
@@ -44,7 +44,7 @@ def bring_near(geoms: list, eye: np.ndarray, center: np.ndarray, smaller: float)
         geom.mat[:] *= NEARER * smaller
 
 
-def put_in_hand(model: Model, things: list[Thing], center: np.ndarray, matrix: np.ndarray) -> None:
+def put_in_hand(model: CompiledModel, things: list[Thing], center: np.ndarray, matrix: np.ndarray) -> None:
     """Moves the bodies of the first thing to the hand, and those of what it carries along with it."""
     first_position, first_matrix = frames.thing_place(things[0])
     relative = matrix @ first_matrix.T

@@ -18,7 +18,7 @@ _WHITE = np.full((4, 4, 3), 255, dtype=np.uint8)
 (`vigil.sim.engines.mujoco.tuning`) for geoms without one."""
 
 
-class Looks:
+class MaterialTable:
     """The materials that a model under construction has so far."""
 
     def __init__(self, spec: NativeSpec) -> None:

@@ -12,8 +12,8 @@ import numpy as np
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco import frames, lights, outdoors
 from vigil.sim.engines.mujoco.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
-from vigil.sim.engines.mujoco.materials import Looks
-from vigil.sim.engines.mujoco.pieces import Piece, Triangles, pieces_of
+from vigil.sim.engines.mujoco.materials import MaterialTable
+from vigil.sim.engines.mujoco.pieces import MeshPiece, Triangles, pieces_of
 from vigil.sim.engines.mujoco.structure import Shell, shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
@@ -42,7 +42,7 @@ class Placed:
 
 
 @dataclass(slots=True, eq=False)
-class Model:
+class CompiledModel:
     """A compiled scene with the tables that lead back to it."""
 
     native: NativeModel
@@ -78,7 +78,7 @@ class Model:
             self.native.geom_group[placed.geoms] = np.where(shown, groups, HIDDEN)
         self.native.geom_matid[placed.geoms] = placed.looks_on if thing.is_toggled else placed.looks_off
 
-    def copy(self) -> "Model":
+    def copy(self) -> "CompiledModel":
         """Returns a model of the same scene, everything where it is now, that changes by itself."""
         native = copy.copy(self.native)
         data = mujoco.MjData(native)
@@ -95,7 +95,7 @@ class _Draft:
     """A model under construction."""
 
     spec: NativeSpec
-    looks: Looks
+    looks: MaterialTable
     meshes: dict[int, str] = field(default_factory=dict)
     geom_things: list[int] = field(default_factory=list)
     geom_roles: list[int] = field(default_factory=list)
@@ -103,17 +103,17 @@ class _Draft:
     mocaps: int = 0
 
 
-def build(scene: Scene) -> Model:
+def build(scene: Scene) -> CompiledModel:
     """Returns the scene's model, every thing in its place."""
     spec = mujoco.MjSpec()
-    draft = _Draft(spec, Looks(spec))
+    draft = _Draft(spec, MaterialTable(spec))
     _settings(spec)
     kinds = _add_structure(draft, scene)
     things = {thing.id: _add_thing(draft, index, thing) for index, thing in enumerate(scene.things.values())}
     lamps = lights.add_lamps(spec, scene)
     native = spec.compile()
     _resolve_looks(draft, native, things)
-    model = Model(
+    model = CompiledModel(
         native,
         mujoco.MjData(native),
         things,
@@ -199,7 +199,7 @@ def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
     )
 
 
-def _add_piece(draft: _Draft, body: NativeBody, piece: Piece) -> None:
+def _add_piece(draft: _Draft, body: NativeBody, piece: MeshPiece) -> None:
     if id(piece) not in draft.meshes:
         name = f"mesh{len(draft.meshes)}"
         _add_mesh(draft.spec, name, piece.triangles, draft.looks.metres(piece.material))

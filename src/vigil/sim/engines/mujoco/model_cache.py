@@ -12,16 +12,16 @@ from dataclasses import fields
 import numpy as np
 
 from vigil.scene.things import Scene
-from vigil.sim.engines.mujoco.model import Model, build
+from vigil.sim.engines.mujoco.model import CompiledModel, build
 
 KEPT = 4
 """Models kept at most; that of a house of four rooms takes 16 MB."""
 
-_models: OrderedDict[Hashable, Model] = OrderedDict()
+_models: OrderedDict[Hashable, CompiledModel] = OrderedDict()
 _lock = threading.Lock()
 
 
-def model_of(scene: Scene) -> Model:
+def model_of(scene: Scene) -> CompiledModel:
     """Returns a model of the scene as it is now, the caller's own."""
     key = _identity(scene)
     with _lock:

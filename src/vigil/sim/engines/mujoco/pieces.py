@@ -24,7 +24,7 @@ class Triangles:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class MeshPiece:
     """What one geom shows of an asset."""
 
     triangles: Triangles
@@ -50,14 +50,14 @@ def merge(meshes: list[Triangles]) -> Triangles:
 
 
 @lru_cache(maxsize=2048)
-def pieces_of(asset: Asset) -> tuple[Piece, ...]:
+def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
     """Returns the asset's geoms: as few as its joints, materials and roles allow."""
     groups: dict[tuple, list[Part]] = {}
     for part in asset.parts:
         groups.setdefault(
             (part.joint, part.material, part.material_on, part.shown, _roles(part), part.is_glass), []
         ).append(part)
-    return tuple(Piece(merge([_triangles(part) for part in parts]), *key) for key, parts in groups.items())
+    return tuple(MeshPiece(merge([_triangles(part) for part in parts]), *key) for key, parts in groups.items())
 
 
 def _roles(part: Part) -> int:

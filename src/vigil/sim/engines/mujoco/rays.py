@@ -9,11 +9,11 @@ from vigil.pose import Vec3
 from vigil.sim.core.engine import RayHits
 from vigil.sim.engines.mujoco import frames
 from vigil.sim.engines.mujoco.binding import mujoco
-from vigil.sim.engines.mujoco.model import GLASS, GROUPS, HELD, HIDDEN, ONLY, STRUCTURE, THING, Model
+from vigil.sim.engines.mujoco.model import GLASS, GROUPS, HELD, HIDDEN, ONLY, STRUCTURE, THING, CompiledModel
 
 
 def cast(
-    model: Model, origin: Vec3, directions: np.ndarray, *, through_glass: bool, only: str | None = None
+    model: CompiledModel, origin: Vec3, directions: np.ndarray, *, through_glass: bool, only: str | None = None
 ) -> RayHits:
     """Casts rays along unit `directions` (n, 3) from `origin`, in THOR's frame (see `Engine.cast`)."""
     count = len(directions)
@@ -48,7 +48,7 @@ def _mask(through_glass: bool, is_only: bool) -> np.ndarray:
 
 
 @contextmanager
-def _only(model: Model, thing_id: str | None, through_glass: bool) -> Iterator[None]:
+def _only(model: CompiledModel, thing_id: str | None, through_glass: bool) -> Iterator[None]:
     """Puts one thing's visible geoms into a group of their own for the time being."""
     if thing_id is None:
         yield
