@@ -1,4 +1,4 @@
-"""Sweeps: commands that try to break VIGIL by many random cases, for hours if one lets them; no tests.
+"""Sweeps: commands that try to break VIGIL with many random cases, for hours if wanted. They are not tests.
 
     python -m sweeps.replies_fuzz     a million replies through the parser and the record
     python -m sweeps.episodes         whole episodes, with what must hold after every step

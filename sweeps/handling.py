@@ -3,12 +3,12 @@
     python -m sweeps.handling                        1,000 pieces: a house each, 60 deeds in it
     python -m sweeps.handling --piece 3              one house again
 
-The agent is stood before one thing after another, faces it and clicks on a pixel of it. After every deed: what was
-refused left all as it was, to the last bit; what was put down or moved is no deeper in other solids than it ever was,
-beyond the simulator's own tolerance; it lies in one room, and on the floor or its surface; what lies on or in a thing
-moved along with it and kept its place relative to it; what is shut in can neither be clicked on nor picked; a thing
-picked and placed at the same point again and again comes to rest at the same place; and all deeds carried out again in
-a simulator loaded afresh give the same world, to the last bit.
+The agent is stood before one thing after another, faces it and clicks on a pixel of it. After every interaction: what
+was refused left all as it was, to the last bit; what was put down or moved is no deeper in other solids than it ever
+was, beyond the simulator's own tolerance; it lies in one room, and on the floor or its surface; what lies on or in a
+thing moved along with it and kept its place relative to it; what is shut in can neither be clicked on nor picked; a
+thing picked and placed at the same point again and again comes to rest at the same place; and all deeds carried out
+again in a simulator loaded afresh give the same world, to the last bit.
 """
 
 import math
@@ -90,7 +90,7 @@ def fuzz(seed: int, backend: str, count: int, piece: int) -> Finding:
 
 
 class RandomInteractions:
-    """A random series of deeds in one house."""
+    """A random series of interactions in one house."""
 
     def __init__(self, rng: random.Random, house: House, simulator: EmbeddedSimulator, counts: Counter[str]) -> None:
         self._rng, self._simulator, self._counts = rng, simulator, counts

@@ -28,7 +28,7 @@ MAX_FLOOR_M = 0.01
 MAX_COORDINATE_M = 200.0
 """No place of an episode is further from the origin; the largest houses are some 50 m long."""
 MAX_TURN_DEG = 360.0
-"""A direction or rotation beyond a whole turn is a slip."""
+"""A direction or rotation beyond a whole turn is a typo."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ MAX_OBJECTS = 5000
 MAX_OPENINGS = 300
 """Doors and windows, which are compared with each other and hit by rays; far more than a house of ten rooms has."""
 FARTHEST = 10_000.0
-"""No coordinate (m) or angle (degrees) of a house is beyond this: it is a slip or a trap, not a house."""
+"""No coordinate (m) or angle (degrees) of a house is beyond this: a larger one is a typo or hostile input."""
 MAX_NESTING = 16
 """How deep things may lie in things; in ProcTHOR's houses it is three."""
 

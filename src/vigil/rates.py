@@ -197,7 +197,8 @@ def wilson(hits: float, n: float) -> Interval:
 
 
 def independent_trials(hits: Sequence[int], trials: Sequence[int]) -> float:
-    """Returns how many independent trials tell as much of a rate as those of episodes that were played repeatedly.
+    """Returns the effective sample size: how many independent trials give as much information on a rate as repeated
+    plays.
 
     `hits` and `trials` are counts by episode. Plays of one episode are correlated, so they tell less than as many plays
     of different ones: n divided by the design effect 1 + (plays of an episode - 1) x (their correlation). It is

@@ -189,7 +189,7 @@ def checker(
 
 
 class _ProgressLines:
-    """Says where a campaign stands, a line every few seconds."""
+    """Prints the progress of the generation, a line every few seconds."""
 
     def __init__(self) -> None:
         self._last_s = -PLAIN_SECONDS

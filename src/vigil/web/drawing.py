@@ -35,7 +35,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """With what to draw."""
+    """Which backend draws, at which quality, with which assets."""
 
     backend: str = "mujoco"
     quality: Literal["default", "fast"] = "default"
@@ -148,7 +148,7 @@ def _end_with_parent() -> None:
 
 
 class _SceneRenderer:
-    """One simulator, with the scene that it stands in."""
+    """One simulator, and the moment of an episode that it shows."""
 
     def __init__(self, render_settings: RenderSettings) -> None:
         assets = AssetDatabase.of(render_settings.asset_database)

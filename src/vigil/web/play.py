@@ -1,4 +1,4 @@
-"""`vigil play`: the page of a person who plays. This server knows no other page, and no hidden fact crosses it."""
+"""`vigil play`: the page of a person who plays. This server has no other page and never sends hidden state."""
 
 from typing import Annotated, Any
 

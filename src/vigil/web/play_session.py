@@ -1,7 +1,7 @@
-"""A sitting: one person plays a pack, one episode at a time, under the very contract of an agent.
+"""A play session: one person plays a pack, one episode at a time, under the same contract as an agent.
 
 The records go into a normal run folder. Beside them lies `play.jsonl`: the random order, and the replies of each
-episode as they were given, so that a sitting goes on where it was left, also in the middle of an episode.
+episode as they were given, so that a session continues where it stopped, even in the middle of an episode.
 """
 
 import asyncio
@@ -129,7 +129,7 @@ class Journal:
 
 
 class PlaySession:
-    """The state of one person's play. What `state` returns is all that the person's page ever gets."""
+    """The state of one person's session. The person's page receives what `state` returns, and nothing else."""
 
     def __init__(self, settings: PlaySettings, pool: SimulatorPool, folder: RunFolder, pack: Pack) -> None:
         """Use `open_play_session`."""

@@ -1,4 +1,4 @@
-"""`vigil review`: the auditor's pages. A verdict is in the review file before the page says so."""
+"""`vigil review`: the auditor's pages. A verdict is written to the review file before the page confirms it."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -79,7 +79,7 @@ class VerdictForm(BaseModel):
 
 
 class ReviewSession:
-    """One reviewer's desk: the queue, and the file of verdicts."""
+    """The session of one reviewer: the queue, and the file of verdicts."""
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
-"""Story: one recorded episode as the trajectory viewer shows it, step by step, hidden facts kept apart.
+"""Timeline: one recorded episode as the trajectory viewer shows it, step by step, with hidden state kept separate.
 
-What a model wrote goes in as plain strings; whoever shows them must show them as text.
+A model's output is kept as plain strings; templates must escape it.
 """
 
 import json

@@ -38,7 +38,7 @@ class McNemar:
 
 
 def clustered(values: np.ndarray, houses: np.ndarray) -> Interval | None:
-    """Returns the 95 % interval of the mean of `values` when whole houses are drawn anew.
+    """Returns the 95 % interval of the mean of `values` when houses are resampled.
 
     None with fewer than five houses, or when all houses agree: resampling then says nothing.
     """

@@ -251,7 +251,7 @@ def _key(header: RunHeader, data: bytes) -> str:
 
 @cache
 def _scoring_sha256() -> str:
-    """Returns a hash of the code that makes verdicts: rows of another version are settled anew."""
+    """Returns a hash of the code that makes verdicts: rows of another version are recomputed."""
     modules = (
         *(actions, episode, goals, jsonl, pose, prompt, record, record_file, replies, row_check, saved_run, scoring),
         *(summary, world),
@@ -291,7 +291,8 @@ def _size(folder: Path) -> int:
 
 
 def _named(runs: Iterable[Run]) -> list[Run]:
-    """Returns the runs with unique names, sorted by them: the model's, then what sets it apart from its namesakes."""
+    """Returns the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
+    model."""
     found = list(runs)
     models = Counter(run.model.name for run in found)
     names = [_marked(run) if models[run.model.name] > 1 else run.model.name for run in found]

@@ -59,7 +59,7 @@ def comparisons(study: Study) -> Table:
 
 
 def comparable_pairs(study: Study) -> Table:
-    """Returns pairs of rows with alike W and different B, own and published apart."""
+    """Returns pairs of rows with similar W and different B, own and published rows separately."""
     columns = (
         *texts(first="Higher B", second="Lower B", W="W % of both"),
         *numbers(dW="|ΔW| (pp)", dB="ΔB (pp)"),

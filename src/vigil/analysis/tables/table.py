@@ -153,7 +153,8 @@ def points(value: float | None, interval: Interval | None) -> RateCell:
 def with_best_bold(
     rows: Sequence[Row], columns: Sequence[Column], *, lowest: frozenset[str] = frozenset()
 ) -> list[Row]:
-    """Returns the rows with the best number of each column marked; published and own rows apart, privileged never."""
+    """Returns the rows with the best number of each column marked; published and own rows separately, privileged ones
+    never."""
     marked = list(rows)
     for published in (False, True):
         indices = [i for i, row in enumerate(rows) if row.is_published is published and not row.is_privileged]

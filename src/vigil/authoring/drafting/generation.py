@@ -1,4 +1,4 @@
-"""A campaign: propose episodes of some families in many houses, validate each, and keep what holds.
+"""Generation of drafts: propose episodes of some families in many houses, validate each, and keep the valid ones.
 
 One unit of work is a house with the families that are still to be done in it; units run in worker processes and are
 written down in the order of the houses, so that the file depends on its settings alone (but for the seconds).
@@ -38,7 +38,7 @@ Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Episode
 
 @dataclass(frozen=True, slots=True)
 class GenerationSettings:
-    """How a campaign is run."""
+    """How drafts are generated."""
 
     families: tuple[Family, ...]
     seed: int = 0
@@ -68,7 +68,7 @@ class GenerationSettings:
 
 @dataclass(frozen=True, slots=True)
 class GenerationProgress:
-    """Where a campaign stands."""
+    """How far the generation of drafts has come."""
 
     houses: int
     of: int
@@ -90,7 +90,7 @@ def generate_drafts(
     proposer: tuple[str, Proposer] | None = None,
     on_progress: Callable[[GenerationProgress], None] = lambda report: None,
 ) -> None:
-    """Proposes in all houses that are not done yet, and appends what comes of it to `file`.
+    """Proposes in all houses that are not done yet, and appends the drafts and rejections to `file`.
 
     `proposer` is an author's name with its function, which then works in this process alone; the grammar by default.
     Raises SettingError, or RecordError when the file cannot be written.

@@ -1,4 +1,5 @@
-"""The workshop: one house opened for authoring, with its inventory, seeded start poses and referring phrases."""
+"""The context of a house in which episodes are proposed: its inventory, seeded start poses and referring
+expressions."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field

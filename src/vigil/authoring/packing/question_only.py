@@ -1,4 +1,4 @@
-"""Guesses without a look: what can be told of a queried state (SV) from its question alone.
+"""Question-only baselines: how well a queried state (SV) is predicted from its question alone.
 
 A pack in which words give the answer away does not measure sight; chance is one half, as each question names a pair.
 """

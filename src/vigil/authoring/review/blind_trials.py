@@ -1,4 +1,4 @@
-"""Blind luck: episodes that an agent without sight completes say nothing about sight, so no pack holds them."""
+"""Blind trials: an episode that an agent without sight completes does not measure sight, so no pack holds it."""
 
 from vigil.actions import Action, Navigate, Report
 from vigil.episode import FAMILIES, Episode

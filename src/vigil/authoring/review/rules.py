@@ -288,7 +288,7 @@ RULES: dict[str, Rule] = {
     "visible_at_start": Rule(_SEEN, "the object to act on is in view", _visible),
     "hidden_at_start": Rule(("VS", "SI"), "what is to be searched for is out of view", _hidden),
     "state_visible_at_start": Rule(("SV",), "what is asked about can be told from the first frame", _state_visible),
-    "graded": Rule(("PG",), "pointing is told apart by the size of the target", _graded),
+    "graded": Rule(("PG",), "pointing tasks are graded by the size of the target", _graded),
     "in_reach_at_start": Rule(("PG",), "pointing needs no walking", _in_reach),
     "out_of_reach_at_start": Rule(("DA", "AI"), "there is a way to go", _out_of_reach),
     "settled_openness": Rule(_ALL, "open and closed are clearly so", _settled),

@@ -1,4 +1,4 @@
-"""Records of what did not happen by playing: worlds brought about by the simulator's own set-up, row after row.
+"""Synthetic records: worlds made by the simulator's own setup instead of by playing, row after row.
 
 A wrong way (`vigil.authoring.review.wrong_ways`) is judged by the same scoring as any run, so it has to be a record.
 """

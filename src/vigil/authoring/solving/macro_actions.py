@@ -1,4 +1,4 @@
-"""Single deeds with privileged sight: walk somewhere, click a thing so that it works, put something down.
+"""Macro actions with privileged access: walk somewhere, click a thing so that it works, put something down.
 
 Every click is tried out first (and undone), so what is planned is what the simulator will do.
 """
@@ -45,7 +45,7 @@ class Unsolvable(EpisodeError):
 
 
 class MacroActions:
-    """What an agent with privileged sight can do on a stage."""
+    """The macro actions of an agent with privileged access."""
 
     def __init__(self, oracle: Oracle, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
         """An exhaustive search tries every place without margins: what it does not find cannot be done."""

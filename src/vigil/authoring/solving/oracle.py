@@ -1,4 +1,5 @@
-"""The stage: a loaded simulator as a solver sees it, with walks, sight from elsewhere, and deeds tried and undone."""
+"""The oracle: privileged access to a loaded simulator: shortest paths, visibility from any pose, actions tried and
+undone."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager

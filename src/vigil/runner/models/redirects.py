@@ -1,4 +1,4 @@
-"""Redirects are not followed: a client would carry the key, and what was asked, to a host that nobody named.
+"""Redirects are not followed: a client would carry the key, and the request, to a host that the user did not name.
 
 HTTP libraries drop the header `Authorization` on the way to another host, but no provider's header of its own
 (`x-api-key`), and nothing of a request's body.

@@ -3,7 +3,7 @@
 Each worker is one process with one GL context and any number of live episodes. It handles one request at a time; a
 thread of the main process talks to it, and kills and restarts it when it does not answer in time or dies. An episode
 that was alive in a lost worker is restored in another one by carrying out its replies again: the simulator is
-deterministic, so that nobody can tell the difference.
+deterministic, so the result is the same.
 """
 
 import asyncio
@@ -75,7 +75,7 @@ class WorkerSettings:
 
 
 class _Job:
-    """A request on its way, and whoever waits for the answer."""
+    """A pending request with the future that receives the answer."""
 
     def __init__(self, request: Request, generation: int | None, shows: Callable[[], None]) -> None:
         self.request = request
@@ -142,7 +142,7 @@ class Worker:
             except WorkerLost as error:
                 error.replies = None if self._replies is None else tuple(self._replies)
                 job.future.set_exception(error)
-            except Exception as error:  # noqa: BLE001 - handed to whoever waits for the answer
+            except Exception as error:  # noqa: BLE001 - passed on to the caller
                 job.future.set_exception(error)
         self._end(CLOSING_S)
 

@@ -52,7 +52,7 @@ from vigil.sim.protocol import Simulator
 
 @dataclass(slots=True)
 class EnvSlot:
-    """A simulator with its Env, and the episode that goes on there."""
+    """A simulator with its Env and the episode that is being played in it."""
 
     simulator: Simulator
     env: Env
@@ -61,7 +61,7 @@ class EnvSlot:
 
 
 class WorkerChannel:
-    """What a worker says to the main process while it is at work on a request."""
+    """Messages from a worker to the main process while it handles a request."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -77,7 +77,7 @@ class WorkerChannel:
 
 
 class RequestHandler:
-    """What one worker holds: the pack, its stages, and the agent that plays inside."""
+    """Answers requests in one worker: holds the pack, the live episodes, and the agent that plays there."""
 
     def __init__(self, plan: WorkerPlan, line: "WorkerChannel") -> None:
         self._plan = plan

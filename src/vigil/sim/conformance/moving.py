@@ -85,7 +85,7 @@ def open_leaves_are_obstacles(trial: Trial) -> None:
 
 
 def things_block_by_their_parts(trial: Trial) -> None:
-    """Rugs and ceiling lamps stop nobody; a table does, and a box that was put in the way."""
+    """Rugs and ceiling lamps do not block the body; a table does, and so does a box in the way."""
     trial.stand(4.2, 0.6, NORTH)
     expect(not trial.go("forward", 6).path_blocked, "a rug blocked")
     trial.stand(3.5, 1.5, NORTH)

@@ -117,7 +117,7 @@ def _deeds(trial: Trial) -> list[WorldState]:
 
 
 def resets_exactly(trial: Trial) -> None:
-    """After any deeds a reset gives the very same world."""
+    """After any actions a reset gives exactly the same world."""
     ids = trial.simulator.object_ids()
     trial.stand(3.5, 2.5, WEST)
     first = trial.simulator.world(ids)

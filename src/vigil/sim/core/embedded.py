@@ -1,7 +1,7 @@
-"""The embedded simulator: a house as a scene, the body's moves, the hand's deeds and the eye's counts, over any engine.
+"""The embedded simulator: a house as a scene, motion, manipulation and visibility, over any engine.
 
-It implements `vigil.sim.protocol.Simulator` and `PrivilegedSight`. The engine only draws and casts rays; a step of an
-agent that nobody looks at draws nothing.
+It implements `vigil.sim.protocol.Simulator` and `PrivilegedSight`. The engine only draws and casts rays; a step whose
+frame is not requested draws nothing.
 """
 
 import copy
