@@ -32,7 +32,7 @@ from vigil.errors import EpisodeError
 from vigil.goals import check
 from vigil.house import House
 from vigil.jsonl import dump_line
-from vigil.profile import PROFILE_NAMES, Profile
+from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.record import EpisodeRecord, StepRecord
 from vigil.scoring import settle
 from vigil.sim.core.embedded import EmbeddedSimulator
@@ -113,7 +113,7 @@ def _play(
     rng: random.Random, simulator: EmbeddedSimulator, house: House, episode: Episode, counts: Counter[str]
 ) -> _Done:
     profile = Profile(
-        name=rng.choice(PROFILE_NAMES),
+        name=rng.choice((BASELINE, ACTION_FEEDBACK)),
         coordinates=rng.choice(["pixel", "pixel", "normalized_1000"]),
         reply_policy=rng.choice(["strict", "lenient"]),
     )

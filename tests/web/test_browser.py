@@ -131,7 +131,7 @@ def test_what_a_model_wrote_runs_nowhere(
     library = Library([run], [pack.folder])
     (shown,) = library.runs()
     assert shown.table is not None
-    assert shown.table.left_out == []
+    assert not shown.table.left_out
     with served(make_view(library, render_service)) as site:
         visitor.page.goto(f"{site.url}/runs/evil/episodes/{row['episode_id']}/1#step=5&hidden")
         visitor.has("html[data-step='5']")

@@ -175,5 +175,5 @@ def test_a_packaged_pack_answers_to_its_aliases(
     pack_request = PackRequest("mine", 2, aliases=("ours",), families=("VS",))
     folder = tmp_path / "packs" / "mine"
     assemble(folder, [drafts_file], [], pack_request, lambda chosen: {})
-    monkeypatch.setattr("vigil.pack.files", lambda package: tmp_path)
+    monkeypatch.setattr("vigil.pack.PACKAGED", tmp_path / "packs")
     assert find("ours") == find("mine") == folder
