@@ -5,6 +5,8 @@ import pytest
 
 from vigil.actions import InvalidAction, Reply
 from vigil.kept_reply import KEPT_OF_TOO_LONG, KEPT_WITH_REASONING, kept
+from vigil.profile import Profile
+from vigil.prompt import is_cut_in_history, past_turn
 from vigil.replies import MAX_REPLY_BYTES, parse_reply
 
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1}}'
@@ -37,7 +39,6 @@ def test_a_reply_of_no_great_length_is_kept_whole(text: str | bytes) -> None:
     [
         (LOOK + " " * 10_000_000, KEPT_OF_TOO_LONG, "too_long"),
         ("é" * 5_000_000, KEPT_OF_TOO_LONG, "too_long"),
-        (f"<think>{'x' * 100_000}</think>{LOOK}{' ' * 65_536}", KEPT_OF_TOO_LONG, "too_long"),
         (f"<think>{'é' * 5_000_000}", KEPT_OF_TOO_LONG, "too_long"),
         (f"<think>{'é' * 5_000_000}</think>{LOOK}", KEPT_WITH_REASONING, None),
         (f"{'{}' * 5_000_000}</think>{LOOK}", KEPT_WITH_REASONING, None),
@@ -60,5 +61,20 @@ def test_an_overlong_reply_is_cut_as_a_fact_and_judged_as_the_whole_was(
     read = Reply.model_validate_json(short.model_dump_json())
     assert read == short == kept(short)
     assert parsed(read) == parsed(reply)
+    assert is_cut_in_history(read.text, Profile()) == is_cut_in_history(reply.text, Profile())
     found = parsed(reply)
     assert (found.reason if isinstance(found, InvalidAction) else None) == reason
+
+
+@pytest.mark.parametrize("marker", ["</think>", "◁/think▷"])
+@pytest.mark.parametrize("length", [65_536, 10_000_000])
+def test_of_a_long_reasoning_and_a_long_answer_the_answers_beginning_is_kept(marker: str, length: int) -> None:
+    """So that the history of a run that is gone on with is that of one that was never stopped."""
+    reply = Reply(text=f"{'é' * 100_000}{marker}{LOOK}{' ' * length}")
+    short = kept(reply)
+    assert short.text.startswith(f"{marker}{LOOK} ")
+    assert len(short.raw) <= KEPT_OF_TOO_LONG
+    assert parsed(short) == parsed(reply)
+    assert kept(short) == short
+    assert is_cut_in_history(short.text, Profile())
+    assert past_turn(None, short.text, Profile()) == past_turn(None, reply.text, Profile())

@@ -103,11 +103,12 @@ class Env:
             return None
         is_invalid = isinstance(parsed, InvalidAction)
         self._invalid += is_invalid
+        kept_reply = kept(reply)
         step = StepRecord(
             index=len(self._steps) + 1,
             frame_sha256=frame_sha256,
-            reply=kept(reply),
-            history_cut=is_cut_in_history(reply.text, self.profile),
+            reply=kept_reply,
+            history_cut=is_cut_in_history(kept_reply.text, self.profile),
             action=None if isinstance(parsed, InvalidAction) else parsed.action,
             invalid=parsed if isinstance(parsed, InvalidAction) else None,
             ignored_keys=() if isinstance(parsed, InvalidAction) else parsed.ignored_keys,

@@ -7,11 +7,11 @@ the record says how long the whole was. Source: `protocol.md` section 2.3.
 import hashlib
 
 from vigil.actions import Reply, ReplyCut
-from vigil.reasoning import split_reasoning
+from vigil.reasoning import CLOSING_MARKERS, split_reasoning
 from vigil.replies import MAX_REPLY_BYTES
 
 KEPT_OF_TOO_LONG = 2 * MAX_REPLY_BYTES
-"""Bytes kept of the beginning of a reply that is too long to be valid."""
+"""Bytes kept of a reply whose answer is too long to be valid: of the answer's beginning, behind the closing marker."""
 KEPT_WITH_REASONING = 1024 * 1024
 """Bytes kept of the end of a reply whose answer is short enough, but whose reasoning is not."""
 
@@ -28,10 +28,18 @@ def kept(reply: Reply) -> Reply:
     is_too_long = cut.answer_bytes > MAX_REPLY_BYTES
     if not is_too_long and len(raw) <= KEPT_WITH_REASONING:
         return reply
-    part = raw[:KEPT_OF_TOO_LONG] if is_too_long else raw[-KEPT_WITH_REASONING:]
+    part = _beginning(reply, raw) if is_too_long else raw[-KEPT_WITH_REASONING:]
     text: str | bytes = part.decode("utf-8", "ignore") if reply.is_utf8 else part
     facts = reply.model_dump(exclude={"text", "raw_base64"})
     return Reply.model_validate({**facts, "text": text, "cut": cut})
+
+
+def _beginning(reply: Reply, raw: bytes) -> bytes:
+    answer = split_reasoning(reply.text)[0]
+    reasoning = reply.text[: len(reply.text) - len(answer)]
+    marker = next((marker for marker in CLOSING_MARKERS if reasoning.endswith(marker)), "") if reply.is_utf8 else ""
+    start = len(reasoning.removesuffix(marker).encode()) if marker else 0
+    return raw[start : start + KEPT_OF_TOO_LONG]
 
 
 def _facts(reply: Reply, raw: bytes) -> ReplyCut:

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 
 from vigil.json_text import is_one_value, object_end
 
+CLOSING_MARKERS = ("</think>", "◁/think▷")
 MAX_CUTS = 64
 """Closing markers that are looked at, the last ones: more of them are no reasoning."""
 
 _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
-_CLOSING = re.compile(r"</think>|◁/think▷")
 
 
 def split_reasoning(text: str) -> tuple[str, int]:
@@ -35,7 +35,7 @@ def split_reasoning(text: str) -> tuple[str, int]:
 def is_unclosed(text: str) -> bool:
     """Whether a text begins with a reasoning that never ends."""
     head = len(text) - len(text.lstrip())
-    return _MARKER.match(text, head) is not None and _CLOSING.search(text) is None
+    return _MARKER.match(text, head) is not None and not any(marker in text for marker in CLOSING_MARKERS)
 
 
 def _is_closing(marker: re.Match[str]) -> bool:
