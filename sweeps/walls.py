@@ -160,13 +160,18 @@ class Walls:
                 self._count("drops")
 
     def _check_laid(self, thing: Thing, hand: Vec3, what: str) -> None:
+        """Checks that the way from the hand to the thing's middle, and from there to all of it, passes no wall.
+
+        Of two ways, since a thing that went through an open doorway may lie beside it, out of the hand's sight.
+        """
         vertices = vertices_of(thing)
-        starts = np.tile([hand.x, 0.0, hand.z], (len(vertices), 1))
-        starts[:, 1] = vertices[:, 1]
-        shares = self.shell.crossings(starts, vertices, windows_are_holes=False)
+        middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+        ends = np.vstack([middle, vertices])
+        starts = np.vstack([[hand.x, middle[1], hand.z], np.tile(middle, (len(vertices), 1))])
+        shares = self.shell.crossings(starts, ends, windows_are_holes=False)
         through = np.isfinite(shares)
         if through.any():
-            lengths = np.linalg.norm(vertices - starts, axis=1)
+            lengths = np.linalg.norm(ends - starts, axis=1)
             deep = float(((1.0 - shares[through]) * lengths[through]).max())
             if deep > LAID_M:
                 self._fall(f"{thing.id} {what} is {deep:.5f} m beyond a wall")
