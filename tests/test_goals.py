@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from stories import GOALS, Story, thing
 
+from vigil.actions import InteractPixel
 from vigil.errors import RecordError
 from vigil.goals import (
     AgentNearTarget,
@@ -23,6 +24,7 @@ from vigil.goals import (
     label_at_reset,
 )
 from vigil.pose import Vec3
+from vigil.world import Effect
 
 TARGET = TargetGrounded(object_id="target")
 HIDDEN: dict[str, Any] = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}
@@ -71,6 +73,13 @@ class TestTargetGrounded:
         assert (found.semantic, found.ever_satisfied, found.first_satisfied_step) == (False, True, 1)
         assert [row.progress for row in found.rows] == [0.0, 1.0, 0.0, 0.0]
 
+    def test_a_click_with_another_intent_is_no_answer(self):
+        pick = InteractPixel(intent="pick", x=1, y=1)
+        pointed = Story(target=thing()).ground("target").do(pick, Effect(hit="shelf", hit_category="Shelf"))
+        assert verdict(TARGET, pointed.report()) == (True, True)
+        touched = Story(target=thing()).do(pick, Effect(hit="target", hit_category="Thing"))
+        assert verdict(TARGET, touched.report()) == (False, False)
+
     def test_no_click_is_no_answer(self):
         assert verdict(TARGET, Story(target=thing()).do().invalid().report()) == (False, False)
 
@@ -85,6 +94,19 @@ class TestAgentNearTarget:
     def test_less_than_a_metre_and_a_half_to_the_box(self, box_m, center_m, expected):
         record = Story(target=thing()).do(target={"box_distance_m": box_m, "center_distance_m": center_m}).report()
         assert verdict(self.GOAL, record) == expected
+
+    @pytest.mark.parametrize(("box_m", "holds"), [(0.79, True), (0.8, False), (1.0, False)])
+    def test_an_episode_may_ask_for_another_distance(self, box_m, holds):
+        goal = AgentNearTarget(object_id="target", threshold_m=0.8)
+        facts = {"box_distance_m": box_m, "center_distance_m": box_m}
+        assert verdict(goal, Story(target=thing()).do(target=facts).end()) == (holds, holds)
+
+    def test_progress_is_measured_to_the_distance_asked_for(self):
+        goal = AgentNearTarget(object_id="target", threshold_m=0.5)
+        assert progress(goal, Story(target=thing(box_distance_m=2.5)).do(target={"box_distance_m": 1.5}).end()) == [
+            0.0,
+            0.5,
+        ]
 
     def test_it_is_not_latched_and_progress_follows_the_distance(self):
         story = Story(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
@@ -321,6 +343,27 @@ class TestConstraint:
         found = check(goal, story.end())
         assert [row.semantic for row in found.rows] == [False, False, True, latched]
         assert [row.progress for row in found.rows] == [0.0, 0.5, 1.0, 1.0 if latched else 0.5]
+
+    @pytest.mark.parametrize(
+        ("openness", "is_open", "is_closed"),
+        [(0.0, False, True), (0.09, False, True), (0.1, False, False), (0.5, False, False), (0.51, True, False)],
+    )
+    def test_open_is_more_than_a_half_and_closed_less_than_a_tenth(self, openness, is_open, is_closed):
+        story = Story(target=thing(is_held=True), obstacle=thing(openness=openness))
+        held = [verdict(self.goal(kind=kind, latched=False), story.end()) for kind in ("object_open", "object_closed")]
+        assert held == [(is_open, is_open), (is_closed, is_closed)]
+
+    @pytest.mark.parametrize("kind", ["object_open", "object_closed", "object_on", "object_off"])
+    def test_a_thing_without_the_state_meets_nothing(self, kind):
+        story = Story(target=thing(is_held=True), obstacle=thing(openness=None, is_toggled=None))
+        assert verdict(self.goal(kind=kind, latched=False), story.end()) == (False, False)
+
+    @pytest.mark.parametrize(("moved_m", "holds"), [(0.5, True), (0.499, False)])
+    def test_moved_is_the_asked_distance_or_more(self, moved_m, holds):
+        goal = self.goal(kind="object_moved", latched=False, distance_m=0.5)
+        story = Story(target=thing(is_held=True), obstacle=thing())
+        story.do(obstacle={"position": Vec3(0.0, 1.0, 3.0 + moved_m)})
+        assert verdict(goal, story.end()) == (holds, holds)
 
     def test_progress_of_moving_follows_the_distance(self):
         goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)

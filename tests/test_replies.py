@@ -100,6 +100,9 @@ def test_thoughts_are_kept_verbatim_and_unknown_keys_recorded():
         (WALK[:-1] + ', "thought": {"a": 1, "a": 1}}', "duplicate_key"),
         (WALK[:-1] + ', "thought": "\\ud800"}', "lone_surrogate"),
         (WALK[:-1] + ', "\\udfff": 1}', "lone_surrogate"),
+        (WALK[:-1] + ', "thought": ["a", "\\ud800"]}', "lone_surrogate"),
+        (WALK[:-1] + ', "thought": [{"a": ["\\udfff"]}]}', "lone_surrogate"),
+        (WALK[:-1] + ', "thought": {"a": {"\\ud800": 1}}}', "lone_surrogate"),
         (WALK + "\ud800", "not_utf8"),
         (WALK.encode() + b"\xff", "not_utf8"),
         (f"\ud800</think>{WALK}", "not_utf8"),
@@ -190,6 +193,14 @@ def test_statuses_have_no_aliases_but_are_folded(status: str):
     assert (odd.status, odd.raw_status) == ("invalid", f"{status}ed!")
 
 
+@pytest.mark.parametrize("raw", [" Great Success ", "DONE\n", "", "On."])
+def test_a_status_outside_of_the_vocabulary_is_kept_to_the_letter(raw: str):
+    assert action(reply("report", status=raw, summary=" As It Is ")) == Report(
+        status="invalid", summary=" As It Is ", raw_status=raw
+    )
+    assert action(reply("report", status="SUCCESS ", summary="")).raw_status is None
+
+
 def test_normalized_coordinates():
     def at(x: Any, y: Any) -> Any:
         return parse(reply("interact_pixel", intent="ground", x=x, y=y), "normalized_1000")
@@ -199,6 +210,9 @@ def test_normalized_coordinates():
         ((1000, 1000), (639, 479)),
         ((500, 500), (320, 240)),
         ((999, 1), (639, 0)),
+        ((1, 999), (0, 479)),
+        ((3, 4), (1, 1)),
+        ((701, 702), (448, 336)),
     ]:
         parsed = at(*given_xy)
         assert isinstance(parsed, ParsedReply)
