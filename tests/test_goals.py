@@ -1,18 +1,25 @@
 """Goals, row by row: truth, strictness, latching, tampering and progress."""
 
+import json
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from stories import GOALS, Story, thing
 
 from vigil.actions import InteractPixel
 from vigil.errors import RecordError
 from vigil.goals import (
+    NEAR_M,
+    OBSERVABLE_M,
+    OBSERVABLE_PX,
+    TOLERANCE,
+    UNFINISHED_AT_MOST,
     AgentNearTarget,
     Constraint,
+    Goal,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
@@ -383,9 +390,67 @@ def test_ids_of_a_goal_are_all_that_it_names():
     assert GOALS["CR"].ids() == {"target", "obstacle"}
 
 
+@pytest.mark.parametrize(
+    ("family", "kind"),
+    [
+        ("PG", "target_grounded"),
+        ("DA", "agent_near_target"),
+        ("VS", "object_state"),
+        ("SV", "report_status"),
+        ("AI", "object_state"),
+        ("SI", "object_held"),
+        ("SM", "object_at_receptacle"),
+        ("CR", "object_held"),
+    ],
+)
+def test_a_goal_comes_back_from_its_kind_and_fields(family, kind):
+    written = GOALS[family].model_dump_json()
+    assert json.loads(written)["kind"] == kind
+    assert TypeAdapter(Goal).validate_json(written) == GOALS[family]
+
+
+@pytest.mark.parametrize("metres", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_distance_that_is_none_is_refused(metres):
+    with pytest.raises(ValidationError, match="threshold_m"):
+        AgentNearTarget(object_id="target", threshold_m=metres)
+    with pytest.raises(ValidationError, match="distance_m"):
+        Constraint(kind="object_moved", object_id="x", latched=True, distance_m=metres)
+
+
+@pytest.mark.parametrize("kind", [GOALS["PG"], GOALS["CR"].constraint])
+def test_goals_and_constraints_take_no_unknown_field_and_never_change(kind):
+    with pytest.raises(ValidationError, match="Extra inputs"):
+        type(kind).model_validate(kind.model_dump() | {"hint": "look left"})
+    with pytest.raises(ValidationError, match="frozen"):
+        kind.object_id = "other"
+
+
+def test_the_margins_of_goals_are_the_protocols():
+    assert (NEAR_M, OBSERVABLE_M, OBSERVABLE_PX, UNFINISHED_AT_MOST, TOLERANCE) == (1.5, 6.0, 40, 0.99, 1e-6)
+
+
+@pytest.mark.parametrize(("drift", "is_tampered"), [(1e-7, False), (-1e-7, False), (1e-5, True), (-1e-5, True)])
+def test_a_drift_within_the_tolerance_is_no_tampering(drift, is_tampered):
+    goal = ReportStatus(object_id="target", state="is_open")
+    story = Story(target=thing(openness=0.4)).do(target={"openness": 0.4 + drift})
+    assert check(goal, story.report("closed")).is_tampered is is_tampered
+
+
+@pytest.mark.parametrize(("openness", "label"), [(0.5, "closed"), (0.51, "open"), (None, "closed")])
+def test_the_label_of_an_opening_is_open_above_a_half(openness, label):
+    goal = ReportStatus(object_id="target", state="is_open")
+    assert label_at_reset(goal, Story(target=thing(openness=openness)).end()) == label
+
+
 def test_a_record_without_the_goals_objects_is_refused():
     with pytest.raises(RecordError, match="object 'table' is missing from the world after step 0"):
         check(GOALS["SM"], Story(target=thing()).end())
+    lost = Story(target=thing()).do().end()
+    gone = lost.steps[0].model_copy(update={"world": lost.steps[0].world.model_copy(update={"objects": {}})})
+    with pytest.raises(RecordError, match="object 'target' is missing from the world after step 1"):
+        check(GOALS["PG"], lost.model_copy(update={"steps": (gone,)}))
+    with pytest.raises(RecordError, match="object 'target' is missing"):
+        label_at_reset(ReportStatus(object_id="target", state="is_open"), Story(table=thing()).end())
 
 
 STATES = st.fixed_dictionaries(

@@ -11,8 +11,21 @@ from stories import BAD, JUNK, WALK, Story, episode, thing
 from vigil.actions import STATUSES, InteractPixel, InvalidAction, Look, Reply, Status, Usage
 from vigil.episode import Provenance
 from vigil.errors import RecordError
+from vigil.goals import ReportStatus
 from vigil.record import EpisodeRecord
-from vigil.scoring import NEGATIVE, REPORT_POLICIES, Label, Outcome, Subtype, credit, match, settle
+from vigil.scoring import (
+    NEGATIVE,
+    REPORT_POLICIES,
+    ActionKind,
+    Category,
+    Label,
+    Outcome,
+    ReportPolicy,
+    Subtype,
+    credit,
+    match,
+    settle,
+)
 from vigil.summary import assert_identities
 from vigil.world import Effect
 
@@ -89,6 +102,24 @@ def test_every_subtype_and_label_is_reached():
     reached = {case[4] for case in [*GOAL_CASES, *SV_CASES]} - {None}
     assert reached == set(get_args(Subtype))
     assert {case[3] for case in [*GOAL_CASES, *SV_CASES]} | {"NR", "IL"} == set(get_args(Label))
+    assert {case[5] for case in [*GOAL_CASES, *SV_CASES]} | {"post_attainment_drift"} == set(get_args(Category))
+    assert get_args(ReportPolicy) == REPORT_POLICIES
+    assert set(settle(AI, undone().report()).actions) == set(get_args(ActionKind))
+
+
+@pytest.mark.parametrize(
+    ("status", "label", "subtype"),
+    [
+        ("open", "B", None),
+        ("closed", "FR", "sv_wrong_label"),
+        ("on", "FR", "off_mode_label"),
+        ("off", "FR", "off_mode_label"),
+    ],
+)
+def test_the_other_label_is_that_of_the_queried_pair(status, label, subtype):
+    task = episode("SV", goal=ReportStatus(object_id="target", state="is_open"))
+    outcome = settle(task, Story(target=thing(openness=1.0)).report(status))
+    assert (outcome.expected, outcome.label, outcome.subtype) == ("open", label, subtype)
 
 
 def test_the_right_label_after_tampering_is_unverified():
