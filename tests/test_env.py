@@ -330,9 +330,41 @@ def test_the_record_names_run_prompt_and_times():
     play(env, episode(), [WALK, DONE])
     record = env.record(run_id="r", epoch=2, attempt=3)
     assert (record.run_id, record.key, record.attempt) == ("r", ("e", 2), 3)
+    assert (env.record().run_id, env.record().key, env.record().attempt) == ("", ("e", 1), 1)
     assert record.prompt_sha256 == rendered_sha256("Do it.", Profile())
     assert record.ended - record.started == timedelta(seconds=1)
     assert EpisodeRecord.model_validate_json(record.model_dump_json()) == record
+
+
+def test_without_a_clock_of_its_own_an_env_notes_the_time_in_utc():
+    before = datetime.now(UTC)
+    record = play(Env(stand_in(), lambda _: bare_house(), Profile()), episode(), [DONE])
+    assert before <= record.started <= record.ended <= datetime.now(UTC)
+    assert record.started.tzinfo is UTC
+
+
+def test_before_the_first_episode_there_is_no_end_and_no_record():
+    env = env_of(stand_in())
+    assert env.end is None
+    with pytest.raises(RuntimeError, match="not ended"):
+        env.record()
+
+
+def test_an_env_closes_its_simulator():
+    simulator = stand_in()
+    with env_of(simulator) as env:
+        env.reset(episode())
+        assert "close" not in simulator.calls
+    assert simulator.calls.count("close") == 1
+
+
+def test_the_keys_that_were_ignored_are_recorded():
+    odd = reply("navigate", mode="forward", magnitude=1, speed=3)
+    assert [step.ignored_keys for step in play(env_of(stand_in()), episode(), [odd, PROSE, DONE]).steps] == [
+        ("arguments.speed",),
+        (),
+        (),
+    ]
 
 
 def test_what_the_history_cuts_is_recorded():

@@ -199,6 +199,11 @@ class TestState:
         story = Story(target=thing(openness=0.9, box_distance_m=1.0)).do(target={"openness": 0.5})
         assert progress(goal, story.end()) == [0.0, 0.5]
 
+    def test_a_goal_met_in_every_part_at_reset_has_no_progress_once_it_is_lost(self):
+        goal = ObjectInState(object_id="target", state="is_open", value=False)
+        story = Story(target=thing(openness=0.0, box_distance_m=1.0)).do(target={"openness": 0.5})
+        assert progress(goal, story.end()) == [1.0, 0.0]
+
 
 class TestHeldAndPlaced:
     GOAL = ObjectAtReceptacle(object_id="target", receptacle_id="table", chain=(ObjectHeld(object_id="target"),))
@@ -429,10 +434,21 @@ def test_the_margins_of_goals_are_the_protocols():
     assert (NEAR_M, OBSERVABLE_M, OBSERVABLE_PX, UNFINISHED_AT_MOST, TOLERANCE) == (1.5, 6.0, 40, 0.99, 1e-6)
 
 
-@pytest.mark.parametrize(("drift", "is_tampered"), [(1e-7, False), (-1e-7, False), (1e-5, True), (-1e-5, True)])
-def test_a_drift_within_the_tolerance_is_no_tampering(drift, is_tampered):
+@pytest.mark.parametrize(
+    ("first", "later", "is_tampered"),
+    [
+        (0.4, 0.4 + 1e-7, False),
+        (0.4, 0.4 - 1e-7, False),
+        (0.0, TOLERANCE, False),
+        (0.4, 0.4 + 1e-5, True),
+        (0.4, 0.4 - 1e-5, True),
+        (None, None, False),
+        (None, 0.4, True),
+    ],
+)
+def test_a_drift_within_the_tolerance_is_no_tampering(first, later, is_tampered):
     goal = ReportStatus(object_id="target", state="is_open")
-    story = Story(target=thing(openness=0.4)).do(target={"openness": 0.4 + drift})
+    story = Story(target=thing(openness=first)).do(target={"openness": later})
     assert check(goal, story.report("closed")).is_tampered is is_tampered
 
 
