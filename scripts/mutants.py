@@ -62,8 +62,8 @@ class Mutant:
 
     def __str__(self) -> str:
         before, after = (" ".join(cst.Module([]).code_for_node(node).split()) for node in (self.old, self.new))
-        start = max(0, len(os.path.commonprefix([before, after])) - AROUND)
-        end = max(0, len(os.path.commonprefix([before[start:][::-1], after[start:][::-1]])) - AROUND)
+        start = max(0, _common(before, after) - AROUND)
+        end = max(0, _common(before[start:][::-1], after[start:][::-1]) - AROUND)
         return f"line {self.line}: {before[start : len(before) - end]} -> {after[start : len(after) - end]}"
 
 
@@ -80,7 +80,7 @@ class Finder(cst.CSTVisitor):
         """Asks every operator for its mutants of `node`."""
         if isinstance(node, (*OPAQUE, *SENTENCES)) or _is_sentence(node):
             return False
-        line = self.get_metadata(PositionProvider, node).start.line if isinstance(node, cst.CSTNode) else 0
+        line = self.get_metadata(PositionProvider, node).start.line
         for kind, operator in mutation_operators:
             if isinstance(node, kind):
                 self.found += [Mutant(line, node, new) for new in _plain(operator(node))]
@@ -110,6 +110,12 @@ class MutantFinder(importlib.abc.MetaPathFinder):
         if fullname != self.name:
             return None
         return importlib.util.spec_from_loader(fullname, MutantLoader(fullname, str(self.path), self.source))
+
+
+def _common(one: str, other: str) -> int:
+    """Returns how many characters both begin with."""
+    pairs = zip(one, other, strict=False)
+    return next((index for index, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))
 
 
 def _is_sentence(node: cst.CSTNode) -> bool:
