@@ -21,7 +21,7 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 from published import counts_of, plots_of, records_of, thousand, write_pack, write_run  # noqa: E402
 
-from vigil.analysis.paper import paper  # noqa: E402
+from vigil.analysis.measures.paper import paper  # noqa: E402
 
 VIGIL = Path(sys.executable).with_name("vigil")
 

@@ -24,7 +24,7 @@ from vigil.house import House
 from vigil.housegen import SPECS, generate
 from vigil.pose import Pose, Vec3
 from vigil.sim import EmbeddedSimulator, Quality
-from vigil.sim.mujoco.engine import MujocoEngine
+from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.world import Setup
 
 AGAIN = 7

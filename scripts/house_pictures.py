@@ -10,11 +10,11 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import generate, spec_for
-from vigil.housegen.show import beside, draw_plan
+from vigil.housegen.checking.plan_image import beside, draw_plan
 from vigil.pose import Pose, Vec3, heading
 from vigil.sim import make_simulator
-from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.mujoco.stage import render_birdseye
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.showcase.renders import render_birdseye
 from vigil.world import ObjectSetup, Setup
 
 FOLDER = Path(__file__).parents[1] / "docs" / "houses"
@@ -34,7 +34,7 @@ def main() -> None:
         house = generate(seed, spec_for(spec))
         simulator.load(house)
         name = f"{house.name}".replace("-", "_")
-        overview = beside(draw_plan(house, AssetDatabase.default()), render_birdseye(simulator.scene()))
+        overview = beside(draw_plan(house, simulator.scene()), render_birdseye(simulator.scene()))
         _save(overview, f"{name}_plan", PLAN_WIDTH_PX)
         for number, pose in enumerate(_viewpoints(house, simulator), start=1):
             simulator.reset(pose, Setup())

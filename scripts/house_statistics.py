@@ -21,7 +21,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import GENERATOR_VERSION, generate, spec_for
-from vigil.housegen.statistics import MEASURES, Comparison, RoomMeasures, compare, measure
+from vigil.housegen.checking.statistics import MEASURES, DistributionComparison, RoomMeasures, compare, measure
 
 DOCS = Path(__file__).parents[1] / "docs"
 FOLDER = DOCS / "houses"
@@ -70,7 +70,7 @@ def _common(houses: list[House], thor: AssetDatabase) -> set[str]:
     return {category for category, count in counts.items() if count >= LEAST_SHARE * len(houses)}
 
 
-def _on_all_countertops(real: list[RoomMeasures], own: list[RoomMeasures]) -> Comparison:
+def _on_all_countertops(real: list[RoomMeasures], own: list[RoomMeasures]) -> DistributionComparison:
     """Returns how much is on all countertops of a kitchen together."""
     sides = [
         [
@@ -80,10 +80,12 @@ def _on_all_countertops(real: list[RoomMeasures], own: list[RoomMeasures]) -> Co
         ]
         for side in (real, own)
     ]
-    return Comparison("things on: all countertops of a kitchen", *(np.array(side, dtype=float) for side in sides))
+    return DistributionComparison(
+        "things on: all countertops of a kitchen", *(np.array(side, dtype=float) for side in sides)
+    )
 
 
-def _draw(compared: list[Comparison], path: Path, columns: int) -> None:
+def _draw(compared: list[DistributionComparison], path: Path, columns: int) -> None:
     rows = -(-len(compared) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(2.9 * columns, 2.3 * rows), squeeze=False)
     for axis, comparison in zip(axes.ravel(), compared, strict=False):
@@ -97,7 +99,7 @@ def _draw(compared: list[Comparison], path: Path, columns: int) -> None:
     plt.close(figure)
 
 
-def _draw_one(axis: Axes, comparison: Comparison) -> None:
+def _draw_one(axis: Axes, comparison: DistributionComparison) -> None:
     """Draws both cumulative distributions, with the medians."""
     for values, colour, name in ((comparison.real, REAL_RGB, "real"), (comparison.own, OWN_RGB, "generated")):
         ordered = np.sort(values)
@@ -169,7 +171,7 @@ def _tables(states: list[tuple[str, float, float]], places: list[tuple[str, floa
     return lines
 
 
-def _write(compared: list[Comparison], tables: list[str], counts: dict[str, int]) -> None:
+def _write(compared: list[DistributionComparison], tables: list[str], counts: dict[str, int]) -> None:
     lines = [
         "# Generated houses and real ones, in numbers",
         "",

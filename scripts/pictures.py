@@ -7,7 +7,7 @@ from PIL import Image
 
 from vigil.actions import Action, InteractPixel
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.moves import reply_of
+from vigil.authoring.solving.moves import reply_of
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
 from vigil.pack import Pack

@@ -18,12 +18,12 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.assemble import FACTS
-from vigil.authoring.campaign import PER_HOUSE, TRIED
-from vigil.authoring.drafts import Done, Draft, DraftsFile, Facts, Header, Line, Rejection, draft_id
-from vigil.authoring.validate import Validator
-from vigil.authoring.wording import asks_inside
-from vigil.authoring.workshop import AUTHOR
+from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
+from vigil.authoring.drafting.house_context import AUTHOR
+from vigil.authoring.language.wording import asks_inside
+from vigil.authoring.packing.assemble import FACTS
+from vigil.authoring.review.validate import Validator
 from vigil.episode import FAMILIES, Episode
 from vigil.goals import ObjectAtReceptacle
 from vigil.house import House
@@ -42,13 +42,16 @@ def main() -> None:
     by_house: dict[str, list[Episode]] = defaultdict(list)
     for episode in pack.episodes:
         by_house[episode.house.name].append(episode)
-    done = {name for name, _ in file.open(_header(pack))}
-    names = [name for name in sorted(by_house) if name not in done]
-    with ProcessPoolExecutor(wanted.workers, get_context("spawn")) as pool:
+    with (
+        file.writing(_header(pack)) as writer,
+        ProcessPoolExecutor(wanted.workers, get_context("spawn")) as pool,
+    ):
+        done = {name for name, _ in writer.done}
+        names = [name for name in sorted(by_house) if name not in done]
         work = [pool.submit(revised, wanted.pack, by_house[name]) for name in names]
         for number, found in enumerate(work, start=1):
             house, lines = found.result()
-            file.add(house, lines)
+            writer.add(house, lines)
             print(f"{number}/{len(names)} houses", flush=True)
     read = file.read()
     print(f"{len(read.drafts)} of {len(pack.episodes)} episodes hold")
@@ -66,9 +69,9 @@ def _validator() -> Validator:
 
 
 @cache
-def _pack(folder: Path) -> tuple[Pack, dict[str, Facts]]:
+def _pack(folder: Path) -> tuple[Pack, dict[str, DraftFacts]]:
     rows = [json.loads(line) for line in (folder / FACTS).read_text(encoding="utf-8").splitlines()]
-    return Pack.load(folder), {row.pop("episode_id"): Facts.model_validate(row) for row in rows}
+    return Pack.load(folder), {row.pop("episode_id"): DraftFacts.model_validate(row) for row in rows}
 
 
 def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[Line]]:
@@ -86,7 +89,7 @@ def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[Line]]:
     return house, lines
 
 
-def _line(pack: Pack, house: House, old: Episode, facts: Facts) -> Draft | Rejection:
+def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | Rejection:
     """Returns an episode as a draft, or the rule that it breaks today."""
     episode, kind = _saying_inside(old, facts), old.provenance.template or old.difficulty or ""
     verdict = _validator().validate(episode, house, pack.solutions[old.id].actions)
@@ -107,7 +110,7 @@ def _line(pack: Pack, house: House, old: Episode, facts: Facts) -> Draft | Rejec
     return Draft(kind=kind, episode=episode, actions=verdict.actions, facts=facts)
 
 
-def _saying_inside(episode: Episode, facts: Facts) -> Episode:
+def _saying_inside(episode: Episode, facts: DraftFacts) -> Episode:
     """Returns an episode whose goal means inside where its instruction does, under an id of its own if that is new."""
     goal = episode.goal
     if not isinstance(goal, ObjectAtReceptacle) or goal.inside == asks_inside(episode.instruction):

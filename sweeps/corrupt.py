@@ -25,9 +25,9 @@ from pathlib import Path
 
 from fastapi.testclient import TestClient
 
-from sweeps.corruptions import corrupt
-from sweeps.tiny import tiny_pack
-from vigil.analysis.rows import frame_of, read_runs
+from sweeps.support.corruptions import corrupt
+from sweeps.support.tiny import tiny_pack
+from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli.scores import score
 from vigil.env import Env
@@ -37,10 +37,10 @@ from vigil.record import EPISODES_FILE, read_header
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
-from vigil.runner.verify import How, resimulate
-from vigil.runner.verify_run import pack_of, read_run
+from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
+from vigil.saved_run import load_pack, read_run
 from vigil.sim import make_simulator
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.export import episode_page
 from vigil.web.library import Library
 from vigil.web.view import make_view
@@ -59,8 +59,8 @@ class Readers:
     def __init__(self, run: Path, pack: Path) -> None:
         self._pack = pack
         self._spec = read_header(run).spec
-        self._drawer = Drawer()
-        played = pack_of(read_header(run), pack)
+        self._drawer = RenderService()
+        played = load_pack(read_header(run), pack)
         self._episodes = played.episodes
         self._env = Env(make_simulator("fake", assets=AssetDatabase.default()), played.house_of, Profile())
 
@@ -80,14 +80,18 @@ class Readers:
         self._drawer.close()
 
     def _verify(self, run: Path) -> None:
-        saved = read_run(run, self._pack)
-        for record in list(saved.rows.standing.values())[:3]:
-            if record.end != "error":
-                resimulate(saved.pack.episode(record.episode_id), record, self._env, How(frames=False, exact=True))
+        table = read_run(run, self._pack).table
+        for key, row in sorted(table.rows.items())[:3]:
+            if row.outcome is not None:
+                resimulate(
+                    table.episodes[key[0]], table.record(key), self._env, ComparisonSettings(frames=False, exact=True)
+                )
 
     def _view(self, run: Path) -> None:
         library = Library([run], [self._pack])
-        site = TestClient(make_view(library, self._drawer, look=Look("fake")), base_url="http://127.0.0.1")
+        site = TestClient(
+            make_view(library, self._drawer, render_settings=RenderSettings("fake")), base_url="http://127.0.0.1"
+        )
         (shown,) = library.runs() or [None]
         pages = ["/", "/houses"]
         if shown is not None:

@@ -3,14 +3,13 @@
     python -m sweeps.episodes                        400 pieces: a house each, 20 episodes in it, 10^5 steps and more
     python -m sweeps.episodes --piece 3 --case 2     one episode again
 
-After every step: no exception; the world is finite and sane (`sweeps.snapshots`); a refused, invalid or closing reply
-leaves it as it was, to the last bit; what is said to have changed is what changed; budgets are obeyed to the step. Of
-every episode: the record written and read again is equal and is settled the same; W_strict implies W, B implies W,
-progress lies in 0..1, labels partition; a second simulator, loaded afresh and playing the same replies in another order
-of episodes, comes to the same record and the same world after every step, to the last bit.
+After every step: no exception; the world is finite and sane (`sweeps.support.snapshots`); a refused, invalid or closing
+reply leaves it as it was, to the last bit; what is said to have changed is what changed; budgets are obeyed to the
+step. Of every episode: the record written and read again is equal and is settled the same; W_strict implies W, B
+implies W, progress lies in 0..1, labels partition; a second simulator, loaded afresh and playing the same replies in
+another order of episodes, comes to the same record and the same world after every step, to the last bit.
 """
 
-import argparse
 import random
 import sys
 import traceback
@@ -20,23 +19,23 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 
-from sweeps import pieces
-from sweeps.pieces import Fall, Finding, Sweep
-from sweeps.random_agent import RandomAgent
-from sweeps.random_episodes import draw_house
-from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from sweeps.simulators import loaded, parser, sweep
+from sweeps.support import pieces
+from sweeps.support.pieces import Failure, Finding
+from sweeps.support.random_agent import RandomAgent
+from sweeps.support.random_episodes import draw_house
+from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
 from vigil.actions import InteractPixel, Reply, Report
-from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
 from vigil.goals import check
 from vigil.house import House
-from vigil.profile import PROFILE_NAMES, Profile
-from vigil.record import EpisodeRecord, StepRecord, dump_line
+from vigil.jsonl import dump_line
+from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
+from vigil.record import EpisodeRecord, StepRecord
 from vigil.scoring import settle
-from vigil.sim import make_simulator
-from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.summary import assert_identities
 
 PER_PIECE = 20
@@ -46,15 +45,9 @@ Faults = Iterator[tuple[str, str]]
 
 def main() -> int:
     """Runs the sweep."""
-    parser = pieces.parser(__doc__ or "", 400)
-    parser.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
-    options = parser.parse_args()
+    options = parser(__doc__ or "", 400).parse_args()
     work = partial(fuzz, options.seed, options.backend, options.case, PER_PIECE)
-    return pieces.run(Sweep("episodes", _settings(options), work), options)
-
-
-def _settings(options: argparse.Namespace) -> dict[str, object]:
-    return {"seed": options.seed, "backend": options.backend}
+    return pieces.run(sweep("episodes", work, options), options)
 
 
 @dataclass(slots=True)
@@ -72,7 +65,7 @@ def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> F
     finding = Finding()
     house, drawing = draw_house(random.Random(f"{seed}/{piece}"))
     played: dict[int, Played] = {}
-    first, second = _loaded(backend, house), _loaded(backend, house)
+    first, second = loaded(backend, house), loaded(backend, house)
     for number in range(count) if case is None else (case,):
         rng = random.Random(f"{seed}/{piece}/{number}")
         try:
@@ -84,18 +77,12 @@ def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> F
             continue
         except Exception:  # noqa: BLE001 - any exception at all is what is looked for
             faults = [("an exception", traceback.format_exc(limit=-4))]
-        finding.falls += [Fall(kind, detail, f"--piece {piece} --case {number}") for kind, detail in faults]
+        finding.falls += [Failure(kind, detail, f"--piece {piece} --case {number}") for kind, detail in faults]
     for number in reversed(played):
         for kind, detail in _replayed(played[number], second, house):
-            finding.falls.append(Fall(kind, detail, f"--piece {piece} --case {number}"))
+            finding.falls.append(Failure(kind, detail, f"--piece {piece} --case {number}"))
         finding.counts["replays"] += 1
     return finding
-
-
-def _loaded(backend: str, house: House) -> EmbeddedSimulator:
-    simulator = make_simulator(backend, assets=AssetDatabase.default())
-    simulator.load(house)
-    return simulator
 
 
 def _env(simulator: EmbeddedSimulator, house: House, profile: Profile) -> Env:
@@ -126,7 +113,7 @@ def _play(
     rng: random.Random, simulator: EmbeddedSimulator, house: House, episode: Episode, counts: Counter[str]
 ) -> _Done:
     profile = Profile(
-        name=rng.choice(PROFILE_NAMES),
+        name=rng.choice((BASELINE, ACTION_FEEDBACK)),
         coordinates=rng.choice(["pixel", "pixel", "normalized_1000"]),
         reply_policy=rng.choice(["strict", "lenient"]),
     )

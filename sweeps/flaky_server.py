@@ -1,6 +1,6 @@
 """A model server that often fails: a run against it must end with the records of a run against a faultless one.
 
-    python -m sweeps.flaky_server                    every mode of `sweeps.flaky_modes`, 30 % of the answers
+    python -m sweeps.flaky_server                    every mode of `sweeps.support.flaky_modes`, 30 % of the answers
     python -m sweeps.flaky_server --share 0.3 --modes status_429,html_200 --rounds 5
 
 The model is a deterministic function of the conversation, so that any difference between the records, other than
@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sweeps.flaky_modes import FLAWLESS, MODES, Call, response
-from sweeps.tiny import tiny_pack
+from sweeps.support.flaky_modes import FLAWLESS, MODES, Call, response
+from sweeps.support.tiny import tiny_pack
 from vigil.record import EpisodeRecord
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
@@ -74,10 +74,9 @@ class FlakyServer:
 
     def close(self) -> None:
         """Listens no more."""
-        self._is_over = True
-        with suppress(OSError):
-            self._listener.shutdown(socket.SHUT_RDWR)
-        self._listener.close()
+        with self._lock:
+            self._is_over = True
+            self._shut()
 
     def _listen(self, port: int) -> socket.socket:
         listener = socket.socket()
@@ -86,12 +85,16 @@ class FlakyServer:
         listener.listen(64)
         return listener
 
+    def _shut(self) -> None:
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+
     def _vanish(self, seconds: float) -> None:
         with self._lock:
-            old = self._listener
-            with suppress(OSError):
-                old.shutdown(socket.SHUT_RDWR)
-            old.close()
+            if self._is_over:
+                return
+            self._shut()
             time.sleep(seconds)
             self._listener = self._listen(self.port)
 
@@ -259,7 +262,7 @@ def plain(record: EpisodeRecord) -> dict[str, Any]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the sweep and returns its exit code."""
-    parser = argparse.ArgumentParser(prog="python -m sweeps.flaky_server", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m sweeps.flaky_server", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--share", type=float, default=0.3, help="of the answers that fail (default: 0.3)")
     parser.add_argument("--modes", default="all", help=f"all, or some of: {', '.join(MODES)}")
     parser.add_argument("--rounds", type=int, default=3, help="runs, each with another seed (default: 3)")

@@ -3,12 +3,12 @@
     python -m sweeps.handling                        1,000 pieces: a house each, 60 deeds in it
     python -m sweeps.handling --piece 3              one house again
 
-The agent is stood before one thing after another, faces it and clicks on a pixel of it. After every deed: what was
-refused left all as it was, to the last bit; what was put down or moved is no deeper in other solids than it ever was,
-beyond the simulator's own tolerance; it lies in one room, and on the floor or its surface; what lies on or in a thing
-moved along with it and kept its place relative to it; what is shut in can neither be clicked on nor picked; a thing
-picked and placed at the same point again and again comes to rest at the same place; and all deeds carried out again in
-a simulator loaded afresh give the same world, to the last bit.
+The agent is stood before one thing after another, faces it and clicks on a pixel of it. After every interaction: what
+was refused left all as it was, to the last bit; what was put down or moved is no deeper in other solids than it ever
+was, beyond the simulator's own tolerance; it lies in one room, and on the floor or its surface; what lies on or in a
+thing moved along with it and kept its place relative to it; what is shut in can neither be clicked on nor picked; a
+thing picked and placed at the same point again and again comes to rest at the same place; and all deeds carried out
+again in a simulator loaded afresh give the same world, to the last bit.
 """
 
 import math
@@ -22,24 +22,23 @@ from typing import cast
 
 import numpy as np
 
-from sweeps import pieces
-from sweeps.pieces import Fall, Finding, Sweep
-from sweeps.random_episodes import draw_house, random_setup
-from sweeps.snapshots import Sanity, Snapshot, changed, difference, snapshot
-from sweeps.solids import Solids
+from sweeps.simulators import loaded, parser, sweep
+from sweeps.support import pieces
+from sweeps.support.pieces import Failure, Finding
+from sweeps.support.random_episodes import draw_house, random_setup
+from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from sweeps.support.solids import Solids
 from vigil.actions import Intent, InteractPixel
-from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError
 from vigil.house import House
 from vigil.pose import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
-from vigil.sim import make_simulator
-from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.geometry import place_of
-from vigil.sim.scene import Thing
-from vigil.sim.supports import ancestors, children, contents, is_shut_in
+from vigil.scene.geometry import place_of
+from vigil.scene.supports import ancestors, children, contents, is_shut_in
+from vigil.scene.things import Thing
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.world import Effect, Setup
 
-DEEDS = 60
+INTERACTIONS = 60
 STANDS_TRIED = 12
 RELATIVE_M = 5e-9
 """How far contents may shift relative to what carries them, by rounding."""
@@ -47,15 +46,13 @@ RELATIVE_M = 5e-9
 
 def main() -> int:
     """Runs the sweep."""
-    parser = pieces.parser(__doc__ or "", 1000)
-    parser.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
-    options = parser.parse_args()
-    work = partial(fuzz, options.seed, options.backend, DEEDS)
-    return pieces.run(Sweep("handling", {"seed": options.seed, "backend": options.backend}, work), options)
+    options = parser(__doc__ or "", 1000).parse_args()
+    work = partial(fuzz, options.seed, options.backend, INTERACTIONS)
+    return pieces.run(sweep("handling", work, options), options)
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
+class Interaction:
     """Where the agent stood, and what it clicked on there."""
 
     pose: Pose
@@ -63,13 +60,13 @@ class Deed:
 
 
 @dataclass(slots=True)
-class Story:
+class InteractionLog:
     """What was done in a house, and how the house was after each deed."""
 
     house: House
     setup: Setup
     start: Pose
-    deeds: list[Deed] = field(default_factory=list)
+    deeds: list[Interaction] = field(default_factory=list)
     moments: list[Snapshot] = field(default_factory=list)
 
 
@@ -80,24 +77,20 @@ def fuzz(seed: int, backend: str, count: int, piece: int) -> Finding:
     house, _ = draw_house(rng)
     again = f"--piece {piece}"
     try:
-        hands = Hands(rng, house, _loaded(backend, house), finding.counts)
+        hands = RandomInteractions(rng, house, loaded(backend, house), finding.counts)
         for kind, detail in hands.do(count):
-            finding.falls.append(Fall(kind, f"{house.name}: {detail}", again))
-        finding.falls += [Fall(kind, detail, again) for kind, detail in replayed(hands.story, _loaded(backend, house))]
+            finding.falls.append(Failure(kind, f"{house.name}: {detail}", again))
+        finding.falls += [
+            Failure(kind, detail, again) for kind, detail in replayed(hands.story, loaded(backend, house))
+        ]
     except Exception:  # noqa: BLE001 - any exception at all is what is looked for
-        finding.falls.append(Fall("an exception", traceback.format_exc(limit=-4), again))
+        finding.falls.append(Failure("an exception", traceback.format_exc(limit=-4), again))
     finding.counts["houses"] += 1
     return finding
 
 
-def _loaded(backend: str, house: House) -> EmbeddedSimulator:
-    simulator = make_simulator(backend, assets=AssetDatabase.default())
-    simulator.load(house)
-    return simulator
-
-
-class Hands:
-    """A random series of deeds in one house."""
+class RandomInteractions:
+    """A random series of interactions in one house."""
 
     def __init__(self, rng: random.Random, house: House, simulator: EmbeddedSimulator, counts: Counter[str]) -> None:
         self._rng, self._simulator, self._counts = rng, simulator, counts
@@ -181,7 +174,7 @@ class Hands:
         after = snapshot(self._simulator)
         what = f"deed {len(self.story.deeds)}, {action.intent} {thing.id} at {agent.position}: {effect!r}"
         names = changed(before, after) - {"agent"}
-        self.story.deeds.append(Deed(agent, action))
+        self.story.deeds.append(Interaction(agent, action))
         self.story.moments.append(after)
         self._counts["deeds"] += 1
         self._counts[f"{action.intent}: {effect.refusal or 'done'}"] += 1
@@ -253,7 +246,7 @@ class Hands:
             self._faults.append(("placed again it lies elsewhere", f"{moved[0].id}: {found[0]} and {found[1]}"))
 
 
-def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> Story:
+def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> InteractionLog:
     """Returns a story that has begun: with a random setup, where that leaves the house's start free."""
     assert house.start is not None
     setup = random_setup(rng, list(simulator.scene().things.values()))
@@ -262,7 +255,7 @@ def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> St
     except EpisodeError:
         setup = Setup()
         simulator.reset(house.start, setup)
-    return Story(house, setup, house.start)
+    return InteractionLog(house, setup, house.start)
 
 
 def _stand(simulator: EmbeddedSimulator, pose: Pose) -> None:
@@ -273,7 +266,7 @@ def _stand(simulator: EmbeddedSimulator, pose: Pose) -> None:
     simulator._flush()
 
 
-def replayed(story: Story, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
+def replayed(story: InteractionLog, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
     """Returns in what the same deeds come out otherwise in a simulator loaded afresh."""
     simulator.reset(story.start, story.setup)
     for number, (deed, moment) in enumerate(zip(story.deeds, story.moments, strict=True)):

@@ -5,7 +5,7 @@
     python -m sweeps.hostile --piece 3 --case 7 --keep DIR   the same, its files left in DIR
 
 Each case runs in a process of its own with bounded memory and time. It is loaded, verified and played for a few steps,
-drawn, and given to the commands `vigil pack info`, `pack validate`, `houses check`, `render` and `run`. It falls when
+drawn, and given to the commands `vigil pack info`, `pack verify`, `houses check`, `render` and `run`. It falls when
 anything but a VigilError comes out, when that does not say where the fault is, when it hangs, dies or takes more than
 3 GiB.
 """
@@ -19,10 +19,10 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from sweeps import pieces
-from sweeps.confined import Outcome, confined
-from sweeps.hostile_cases import base, hostile_house, hostile_pack, house_file
-from sweeps.pieces import Fall, Finding, Sweep
+from sweeps.support import pieces
+from sweeps.support.confined import Outcome, confined
+from sweeps.support.hostile_cases import base, hostile_house, hostile_pack, house_file
+from sweeps.support.pieces import Failure, Finding, Sweep
 from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli import main as vigil_main
@@ -31,10 +31,11 @@ from vigil.episode import Episode
 from vigil.errors import VigilError
 from vigil.house import House
 from vigil.housegen import check_house
+from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, dump_line
+from vigil.record import EpisodeRecord
 from vigil.scoring import settle
 from vigil.sim import make_simulator
 from vigil.world import Setup
@@ -80,7 +81,7 @@ def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int)
         fault = _fault(outcome, places)
         if fault is not None:
             detail = f"{what}: {outcome.text}"
-            finding.falls.append(Fall(fault, detail, f"--piece {piece} --case {number}"))
+            finding.falls.append(Failure(fault, detail, f"--piece {piece} --case {number}"))
     return finding
 
 
@@ -115,7 +116,7 @@ def _pack_case(rng: random.Random, folder: Path) -> Case:
         arguments = rng.choice(
             (
                 ["pack", "info", str(pack)],
-                ["pack", "validate", str(pack)],
+                ["pack", "verify", str(pack)],
                 ["run", "--pack", str(pack), "--agent", "random", "--log-dir", str(folder / "run"), "--limit", "2"],
             )
         )

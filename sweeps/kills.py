@@ -22,8 +22,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sweeps.kill_targets import KINDS, Target
-from sweeps.lives import Start, leftovers, start
+from sweeps.support.kill_targets import KINDS, Target
+from sweeps.support.lives import ProcessGroup, leftovers, start
+from vigil.jsonl import append_line, read_lines
 
 SHORTEST_S = 0.05
 LONGEST_SHARE = 0.9
@@ -57,7 +58,7 @@ def live(target: Target, rng: random.Random, whole_share: float) -> dict[str, An
     return {"kills": kills, "seconds": round(time.monotonic() - began, 1), "faults": faults}
 
 
-def _until(begun: Start, target: Target, delay_s: float) -> int | None:
+def _until(begun: ProcessGroup, target: Target, delay_s: float) -> int | None:
     """Lets a start work for a while, then kills it; returns its exit code when it ended before, None when killed."""
     target.drive(time.monotonic() + delay_s)
     code = begun.wait(delay_s)
@@ -72,12 +73,7 @@ def _until(begun: Start, target: Target, delay_s: float) -> int | None:
 
 def read_log(path: Path) -> list[dict[str, Any]]:
     """Returns the lives that are logged; a torn last line is left out."""
-    if not path.exists():
-        return []
-    data = path.read_bytes()
-    whole = data[: data.rfind(b"\n") + 1]
-    os.truncate(path, len(whole))
-    return [json.loads(line) for line in whole.splitlines()]
+    return [json.loads(line.data) for line in read_lines(path)]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -102,8 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             life = {"what": given.what, "seed": given.seed, "case": case, "variant": target.variant}
             life |= live(target, rng, given.whole)
             lives.append(life)
-            with given.log.open("a", encoding="utf-8") as log:
-                log.write(json.dumps(life) + "\n")
+            append_line(given.log, json.dumps(life).encode() + b"\n")
             print(json.dumps(life), flush=True)
             target.clear()
     kills, seconds = (sum(life[name] for life in lives) for name in ("kills", "seconds"))

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from reply_forms import draw, mistakes
 from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import CUT, STOP, Said, Storyteller, WireServer
+from wire_server import CUT, STOP, Said, ScriptedModel, WireServer
 
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
@@ -63,7 +63,7 @@ def _one_run(pack: Path, log_dir: Path, seed: str, is_streamed: bool, forms: Cou
         forms[name] += 1
         return said
 
-    story = Storyteller(say)
+    story = ScriptedModel(say)
     with WireServer(story) as server, _quiet():
         run_pack(
             RunSettings(

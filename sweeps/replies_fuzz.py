@@ -16,13 +16,14 @@ import time
 from collections import Counter
 from functools import partial
 
-from sweeps import pieces
-from sweeps.pieces import Fall, Finding, Sweep
-from sweeps.reply_forms import Form, any_form
+from sweeps.support import pieces
+from sweeps.support.pieces import Failure, Finding, Sweep
+from sweeps.support.reply_forms import Form, any_form
 from vigil.actions import Coordinates, InteractPixel, InvalidAction, Look, Navigate, ParsedReply, Reply, ReplyPolicy
+from vigil.jsonl import dump_line
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
-from vigil.record import StepRecord, dump_line
+from vigil.record import StepRecord
 from vigil.replies import parse, parse_reply
 from vigil.world import WorldState
 
@@ -49,7 +50,7 @@ def fuzz(seed: int, case: int | None, count: int, piece: int) -> Finding:
         form = any_form(random.Random(f"{seed}/{piece}/{number}"))
         again = f"--piece {piece} --case {number}"
         for kind, detail in faults_of(form, finding.counts):
-            finding.falls.append(Fall(kind, f"{detail}; reply {_shown(form.text)}", again))
+            finding.falls.append(Failure(kind, f"{detail}; reply {_shown(form.text)}", again))
         finding.counts["replies"] += 1
     return finding
 
@@ -137,9 +138,15 @@ def _insane(found: ParsedReply) -> list[tuple[str, str]]:
 
 
 def _timed(text: str | bytes, coordinates: Coordinates, policy: ReplyPolicy) -> tuple[Parsed, float]:
-    began = time.process_time()
-    found = parse(text, coordinates, policy)
-    return found, time.process_time() - began
+    """Returns what is parsed and the processor time that it takes; the least of three when the first is long."""
+    seconds = float("inf")
+    for _ in range(3):
+        began = time.process_time()
+        found = parse(text, coordinates, policy)
+        seconds = min(seconds, time.process_time() - began)
+        if seconds < SECONDS:
+            break
+    return found, seconds
 
 
 def _name(found: Parsed) -> str:

@@ -20,19 +20,20 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 import vigil.packs as packaged
-from sweeps.wall_geometry import Shell, floors_of, home_of, vertices_of
+from sweeps.support.wall_geometry import Shell, floors_of, home_of, vertices_of
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import VigilError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
+from vigil.jsonl import append_line, read_lines
 from vigil.pose import Pose, Vec3
+from vigil.scene.supports import contents, level_surfaces
+from vigil.scene.things import Thing
 from vigil.sim import make_simulator
-from vigil.sim.access import set_openness, swing_blocker
-from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.placing import put_down, spot_below, spot_on
-from vigil.sim.scene import Thing
-from vigil.sim.state import SceneState
-from vigil.sim.supports import contents, level_surfaces
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.opening import set_openness, swing_blocker
+from vigil.sim.core.placing import put_down, spot_below, spot_on
+from vigil.sim.core.state import SceneState
 
 SPECS = ("kitchen", "bedroom", "2-room", "bathroom", "3-room", "living-room", "4-room", "kitchen-living", "6-room")
 LEAF_M, LAID_M, LEAK_M = 0.001, 1e-6, 0.02
@@ -246,9 +247,7 @@ def main() -> int:
     parser.add_argument("--log", type=Path, default=Path("runs/sweeps/walls.jsonl"), help="finished pieces")
     options = parser.parse_args()
     options.log.parent.mkdir(parents=True, exist_ok=True)
-    lines = options.log.read_bytes().split(b"\n")[:-1] if options.log.exists() else []
-    done = {row["piece"]: row for row in map(json.loads, lines)}
-    options.log.write_bytes(b"".join(line + b"\n" for line in lines))  # without what a kill left half-written
+    done = {row["piece"]: row for row in (json.loads(line.data) for line in read_lines(options.log))}
     part, _, of = options.share.partition("/")
     wanted = [each for index, each in enumerate(houses(options.packs, options.seeds)) if index % int(of) == int(part)]
     simulator = make_simulator("mujoco", assets=AssetDatabase.default())
@@ -264,8 +263,7 @@ def main() -> int:
         row = {"piece": name, "seconds": round(time.process_time() - began, 2), "counts": finding.counts,
                "falls": finding.falls}  # fmt: skip
         done[name] = row
-        with options.log.open("a", encoding="utf-8") as log:
-            log.write(json.dumps(row) + "\n")
+        append_line(options.log, json.dumps(row).encode() + b"\n")
         print(f"{name}: {row['seconds']} s, {len(finding.falls)} falls", flush=True)
         for fall in finding.falls[:5]:
             print(f"  {fall}", flush=True)

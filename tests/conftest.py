@@ -1,5 +1,6 @@
 """Fixtures for every test."""
 
+import gc
 import os
 import shutil
 from collections.abc import Iterator
@@ -34,6 +35,13 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if REAL_HOUSES is not None:
         return Path(REAL_HOUSES)
     return write_thor_files(tmp_path_factory.mktemp("thor_files"))
+
+
+@pytest.fixture
+def collected() -> Iterator[None]:
+    """Collects garbage at the end, so that what a test leaves open is told of, or filtered, in that test."""
+    yield
+    gc.collect()
 
 
 @pytest.fixture(scope="module")

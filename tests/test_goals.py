@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
-from stories import GOALS, Story, thing
+from stories import GOALS, RecordBuilder, thing
 
 from vigil.actions import InteractPixel
 from vigil.errors import RecordError
@@ -71,24 +71,24 @@ class TestTargetGrounded:
         ],
     )
     def test_the_pixel_is_the_targets_or_within_three(self, hit, category, near, expected):
-        record = Story(target=thing()).ground(hit, category, near).report()
+        record = RecordBuilder(target=thing()).ground(hit, category, near).report()
         assert verdict(TARGET, record) == expected
 
     def test_the_last_ground_click_is_the_answer(self):
-        story = Story(target=thing()).ground("target").ground("shelf", "Shelf")
+        story = RecordBuilder(target=thing()).ground("target").ground("shelf", "Shelf")
         found = check(TARGET, story.report())
         assert (found.semantic, found.ever_satisfied, found.first_satisfied_step) == (False, True, 1)
         assert [row.progress for row in found.rows] == [0.0, 1.0, 0.0, 0.0]
 
     def test_a_click_with_another_intent_is_no_answer(self):
         pick = InteractPixel(intent="pick", x=1, y=1)
-        pointed = Story(target=thing()).ground("target").do(pick, Effect(hit="shelf", hit_category="Shelf"))
+        pointed = RecordBuilder(target=thing()).ground("target").do(pick, Effect(hit="shelf", hit_category="Shelf"))
         assert verdict(TARGET, pointed.report()) == (True, True)
-        touched = Story(target=thing()).do(pick, Effect(hit="target", hit_category="Thing"))
+        touched = RecordBuilder(target=thing()).do(pick, Effect(hit="target", hit_category="Thing"))
         assert verdict(TARGET, touched.report()) == (False, False)
 
     def test_no_click_is_no_answer(self):
-        assert verdict(TARGET, Story(target=thing()).do().invalid().report()) == (False, False)
+        assert verdict(TARGET, RecordBuilder(target=thing()).do().invalid().report()) == (False, False)
 
 
 class TestAgentNearTarget:
@@ -99,24 +99,28 @@ class TestAgentNearTarget:
         [(1.49, 1.49, (True, True)), (1.49, 1.5, (True, False)), (1.5, 1.4, (False, False))],
     )
     def test_less_than_a_metre_and_a_half_to_the_box(self, box_m, center_m, expected):
-        record = Story(target=thing()).do(target={"box_distance_m": box_m, "center_distance_m": center_m}).report()
+        record = (
+            RecordBuilder(target=thing()).do(target={"box_distance_m": box_m, "center_distance_m": center_m}).report()
+        )
         assert verdict(self.GOAL, record) == expected
 
     @pytest.mark.parametrize(("box_m", "holds"), [(0.79, True), (0.8, False), (1.0, False)])
     def test_an_episode_may_ask_for_another_distance(self, box_m, holds):
         goal = AgentNearTarget(object_id="target", threshold_m=0.8)
         facts = {"box_distance_m": box_m, "center_distance_m": box_m}
-        assert verdict(goal, Story(target=thing()).do(target=facts).end()) == (holds, holds)
+        assert verdict(goal, RecordBuilder(target=thing()).do(target=facts).end()) == (holds, holds)
 
     def test_progress_is_measured_to_the_distance_asked_for(self):
         goal = AgentNearTarget(object_id="target", threshold_m=0.5)
-        assert progress(goal, Story(target=thing(box_distance_m=2.5)).do(target={"box_distance_m": 1.5}).end()) == [
+        assert progress(
+            goal, RecordBuilder(target=thing(box_distance_m=2.5)).do(target={"box_distance_m": 1.5}).end()
+        ) == [
             0.0,
             0.5,
         ]
 
     def test_it_is_not_latched_and_progress_follows_the_distance(self):
-        story = Story(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
+        story = RecordBuilder(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
         story = story.do(target={"box_distance_m": 1.2}).do(target={"box_distance_m": 4.0})
         found = check(self.GOAL, story.end())
         assert [row.semantic for row in found.rows] == [False, False, True, False]
@@ -124,7 +128,7 @@ class TestAgentNearTarget:
         assert (found.progress, found.max_progress, found.ever_satisfied) == (0.0, 1.0, True)
 
     def test_progress_short_of_the_goal_stays_below_one(self):
-        record = Story(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 1.5}).end()
+        record = RecordBuilder(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 1.5}).end()
         assert check(self.GOAL, record).progress == 0.99
 
 
@@ -132,13 +136,13 @@ class TestSeen:
     GOAL = ObjectInState(object_id="target", state="is_visible")
 
     def test_it_is_latched(self):
-        record = Story(target=thing(**HIDDEN)).do(target=SEEN).do(target=HIDDEN).report()
+        record = RecordBuilder(target=thing(**HIDDEN)).do(target=SEEN).do(target=HIDDEN).report()
         assert [row.semantic for row in check(self.GOAL, record).rows] == [False, True, True, True]
         assert verdict(self.GOAL, record) == (True, True)
 
     def test_strict_asks_for_the_simulators_own_verdict_at_the_same_moment(self):
         few = SEEN | {"visible": False}
-        story = Story(target=thing(**HIDDEN)).do(target=few)
+        story = RecordBuilder(target=thing(**HIDDEN)).do(target=few)
         assert verdict(self.GOAL, story.end()) == (True, False)
         assert verdict(self.GOAL, story.do(target=HIDDEN | {"visible": True}).end()) == (True, False)
         assert verdict(self.GOAL, story.do(target=SEEN).end()) == (True, True)
@@ -166,7 +170,7 @@ class TestState:
     )
     def test_open_and_closed(self, value, openness, expected):
         goal = ObjectInState(object_id="target", state="is_open", value=value)
-        assert verdict(goal, Story(target=thing(openness=openness)).report()) == expected
+        assert verdict(goal, RecordBuilder(target=thing(openness=openness)).report()) == expected
 
     @pytest.mark.parametrize(
         ("value", "is_toggled", "expected"),
@@ -174,34 +178,38 @@ class TestState:
     )
     def test_toggled_as_is(self, value, is_toggled, expected):
         goal = ObjectInState(object_id="target", state="is_toggled", value=value)
-        assert verdict(goal, Story(target=thing(is_toggled=is_toggled)).report()) == (expected, expected)
+        assert verdict(goal, RecordBuilder(target=thing(is_toggled=is_toggled)).report()) == (expected, expected)
 
     def test_it_is_not_latched(self):
         goal = ObjectInState(object_id="target", state="is_toggled")
-        record = Story(target=thing(is_toggled=False)).do(target={"is_toggled": True}).do(target={"is_toggled": False})
+        record = (
+            RecordBuilder(target=thing(is_toggled=False))
+            .do(target={"is_toggled": True})
+            .do(target={"is_toggled": False})
+        )
         found = check(goal, record.end())
         assert (found.semantic, found.ever_satisfied, found.first_satisfied_step) == (False, True, 1)
 
     def test_progress_of_an_interaction_is_distance_and_state(self):
         goal = ObjectInState(object_id="target", state="is_toggled")
-        story = Story(target=thing(is_toggled=False, box_distance_m=2.5)).do(target={"box_distance_m": 2.0})
+        story = RecordBuilder(target=thing(is_toggled=False, box_distance_m=2.5)).do(target={"box_distance_m": 2.0})
         story = story.do(target={"box_distance_m": 1.0}).do(target={"is_toggled": True})
         assert progress(goal, story.end()) == [0.0, 0.25, 0.5, 1.0]
 
     def test_progress_of_a_search_adds_having_seen(self):
         goal = ObjectHeld(object_id="target")
-        story = Story(target=thing(**HIDDEN, box_distance_m=2.5)).do(target=SEEN).do(target=HIDDEN)
+        story = RecordBuilder(target=thing(**HIDDEN, box_distance_m=2.5)).do(target=SEEN).do(target=HIDDEN)
         story = story.do(target={"box_distance_m": 1.0}).do(target={"is_held": True})
         assert progress(goal, story.end()) == [0.0, 0.333333, 0.333333, 0.666667, 1.0]
 
     def test_what_is_met_at_reset_is_dropped(self):
         goal = ObjectInState(object_id="target", state="is_open", value=False)
-        story = Story(target=thing(openness=0.9, box_distance_m=1.0)).do(target={"openness": 0.5})
+        story = RecordBuilder(target=thing(openness=0.9, box_distance_m=1.0)).do(target={"openness": 0.5})
         assert progress(goal, story.end()) == [0.0, 0.5]
 
     def test_a_goal_met_in_every_part_at_reset_has_no_progress_once_it_is_lost(self):
         goal = ObjectInState(object_id="target", state="is_open", value=False)
-        story = Story(target=thing(openness=0.0, box_distance_m=1.0)).do(target={"openness": 0.5})
+        story = RecordBuilder(target=thing(openness=0.0, box_distance_m=1.0)).do(target={"openness": 0.5})
         assert progress(goal, story.end()) == [1.0, 0.0]
 
 
@@ -209,7 +217,7 @@ class TestHeldAndPlaced:
     GOAL = ObjectAtReceptacle(object_id="target", receptacle_id="table", chain=(ObjectHeld(object_id="target"),))
 
     def test_held(self):
-        story = Story(target=thing()).do(target={"is_held": True})
+        story = RecordBuilder(target=thing()).do(target={"is_held": True})
         assert verdict(ObjectHeld(object_id="target"), story.report()) == (True, True)
 
     @pytest.mark.parametrize(
@@ -224,7 +232,7 @@ class TestHeldAndPlaced:
         ],
     )
     def test_at_a_receptacle(self, where, expected):
-        record = Story(target=thing(), table=thing()).do(target=where).report()
+        record = RecordBuilder(target=thing(), table=thing()).do(target=where).report()
         assert verdict(self.GOAL, record) == expected
 
     @pytest.mark.parametrize(
@@ -241,7 +249,11 @@ class TestHeldAndPlaced:
     )
     def test_inside_a_receptacle(self, where, expected):
         goal = self.GOAL.model_copy(update={"inside": True})
-        story = Story(target=thing(), table=thing()).do(target={"is_held": True}).do(target={"is_held": False} | where)
+        story = (
+            RecordBuilder(target=thing(), table=thing())
+            .do(target={"is_held": True})
+            .do(target={"is_held": False} | where)
+        )
         record = story.report()
         assert verdict(goal, record) == expected
         assert (progress(goal, record)[-1] == 1.0) == expected[0]
@@ -250,36 +262,36 @@ class TestHeldAndPlaced:
         assert self.GOAL.model_dump(mode="json")["inside"] is False
 
     def test_progress_counts_each_link_latched_and_the_end(self):
-        story = Story(target=thing(), table=thing()).do(target={"is_held": True}).do(target={"is_held": False})
+        story = RecordBuilder(target=thing(), table=thing()).do(target={"is_held": True}).do(target={"is_held": False})
         assert progress(self.GOAL, story.end()) == [0.0, 0.5, 0.5]
         on = {"parent": "table", "support_chain": ("table",)}
         assert progress(self.GOAL, story.do(target=on).end()) == [0.0, 0.5, 0.5, 1.0]
 
     def test_a_chain_that_was_skipped_does_not_matter_for_the_goal(self):
         on = {"parent": "table", "support_chain": ("table",)}
-        assert verdict(self.GOAL, Story(target=thing(), table=thing()).do(target=on).end()) == (True, True)
+        assert verdict(self.GOAL, RecordBuilder(target=thing(), table=thing()).do(target=on).end()) == (True, True)
 
 
 class TestReportStatus:
     GOAL = ReportStatus(object_id="target", state="is_toggled")
 
     def test_the_closing_frame_is_the_one_that_the_last_reply_answered(self):
-        seen_then_not = Story(target=thing(is_toggled=True)).do(target=HIDDEN)
+        seen_then_not = RecordBuilder(target=thing(is_toggled=True)).do(target=HIDDEN)
         assert verdict(self.GOAL, seen_then_not.end()) == (True, True)
         assert verdict(self.GOAL, seen_then_not.report("on")) == (False, False)
-        found_again = Story(target=thing(is_toggled=True, **HIDDEN)).do(target=SEEN)
+        found_again = RecordBuilder(target=thing(is_toggled=True, **HIDDEN)).do(target=SEEN)
         assert verdict(self.GOAL, found_again.end()) == (False, False)
         assert verdict(self.GOAL, found_again.report("on")) == (True, True)
 
     def test_it_is_the_state_that_must_be_seen(self):
-        back = Story(target=thing(is_toggled=True, toggle_px=39))
+        back = RecordBuilder(target=thing(is_toggled=True, toggle_px=39))
         assert verdict(self.GOAL, back.report("on")) == (False, False)
-        small = Story(target=thing(is_toggled=True, visible=False))
+        small = RecordBuilder(target=thing(is_toggled=True, visible=False))
         assert verdict(self.GOAL, small.report("on")) == (True, False)
 
     @pytest.mark.parametrize("changes", [[True], [True, False]])
     def test_a_state_that_was_ever_changed_is_tampered_with(self, changes):
-        story = Story(target=thing(is_toggled=False))
+        story = RecordBuilder(target=thing(is_toggled=False))
         for value in changes:
             story.do(target={"is_toggled": value})
         found = check(self.GOAL, story.report("off"))
@@ -287,13 +299,13 @@ class TestReportStatus:
         assert label_at_reset(self.GOAL, story.end()) == "off"
 
     def test_another_state_of_the_object_may_change(self):
-        story = Story(target=thing(is_toggled=False, openness=0.0)).do(target={"openness": 1.0})
+        story = RecordBuilder(target=thing(is_toggled=False, openness=0.0)).do(target={"openness": 1.0})
         assert verdict(self.GOAL, story.report("off")) == (True, True)
         opened = check(ReportStatus(object_id="target", state="is_open"), story.end())
         assert opened.is_tampered
 
     def test_there_is_no_progress(self):
-        found = check(self.GOAL, Story(target=thing(is_toggled=False)).do().report("off"))
+        found = check(self.GOAL, RecordBuilder(target=thing(is_toggled=False)).do().report("off"))
         assert [row.progress for row in found.rows] == [None, None, None]
         assert found.max_progress is None
 
@@ -308,7 +320,8 @@ class TestReportStatus:
     )
     def test_labels(self, state, facts, label):
         assert (
-            label_at_reset(ReportStatus(object_id="target", state=state), Story(target=thing(**facts)).end()) == label
+            label_at_reset(ReportStatus(object_id="target", state=state), RecordBuilder(target=thing(**facts)).end())
+            == label
         )
 
 
@@ -319,7 +332,7 @@ class TestConstraint:
 
     def test_a_state_must_be_so_at_closure(self):
         goal = self.goal(kind="object_closed", latched=False)
-        story = Story(target=thing(), obstacle=thing(openness=1.0)).do(target={"is_held": True})
+        story = RecordBuilder(target=thing(), obstacle=thing(openness=1.0)).do(target={"is_held": True})
         assert verdict(goal, story.end()) == (False, False)
         story.do(obstacle={"openness": 0.05})
         assert verdict(goal, story.end()) == (True, True)
@@ -328,12 +341,14 @@ class TestConstraint:
     def test_an_event_is_latched(self):
         goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
         away, back = {"position": Vec3(0.0, 1.0, 3.5)}, {"position": Vec3(0.0, 1.0, 3.0)}
-        story = Story(target=thing(), obstacle=thing()).do(obstacle=away).do(obstacle=back)
+        story = RecordBuilder(target=thing(), obstacle=thing()).do(obstacle=away).do(obstacle=back)
         assert verdict(goal, story.do(target={"is_held": True}).end()) == (True, True)
 
     def test_moving_up_is_not_away_and_taking_up_is(self):
         goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
-        lifted = Story(target=thing(is_held=True), obstacle=thing()).do(obstacle={"position": Vec3(0.0, 9.0, 3.0)})
+        lifted = RecordBuilder(target=thing(is_held=True), obstacle=thing()).do(
+            obstacle={"position": Vec3(0.0, 9.0, 3.0)}
+        )
         assert verdict(goal, lifted.end()) == (False, False)
         assert verdict(goal, lifted.do(obstacle={"is_held": True}).end()) == (True, True)
 
@@ -350,7 +365,7 @@ class TestConstraint:
     @pytest.mark.parametrize("latched", [True, False])
     def test_each_kind_counts_for_goal_and_progress(self, kind, before, after, latched):
         goal = self.goal(kind=kind, latched=latched)
-        story = Story(target=thing(box_distance_m=1.0), obstacle=thing(**before)).do(obstacle=after)
+        story = RecordBuilder(target=thing(box_distance_m=1.0), obstacle=thing(**before)).do(obstacle=after)
         story.do(target={"is_held": True}).do(obstacle=before)
         found = check(goal, story.end())
         assert [row.semantic for row in found.rows] == [False, False, True, latched]
@@ -361,25 +376,25 @@ class TestConstraint:
         [(0.0, False, True), (0.09, False, True), (0.1, False, False), (0.5, False, False), (0.51, True, False)],
     )
     def test_open_is_more_than_a_half_and_closed_less_than_a_tenth(self, openness, is_open, is_closed):
-        story = Story(target=thing(is_held=True), obstacle=thing(openness=openness))
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing(openness=openness))
         held = [verdict(self.goal(kind=kind, latched=False), story.end()) for kind in ("object_open", "object_closed")]
         assert held == [(is_open, is_open), (is_closed, is_closed)]
 
     @pytest.mark.parametrize("kind", ["object_open", "object_closed", "object_on", "object_off"])
     def test_a_thing_without_the_state_meets_nothing(self, kind):
-        story = Story(target=thing(is_held=True), obstacle=thing(openness=None, is_toggled=None))
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing(openness=None, is_toggled=None))
         assert verdict(self.goal(kind=kind, latched=False), story.end()) == (False, False)
 
     @pytest.mark.parametrize(("moved_m", "holds"), [(0.5, True), (0.499, False)])
     def test_moved_is_the_asked_distance_or_more(self, moved_m, holds):
         goal = self.goal(kind="object_moved", latched=False, distance_m=0.5)
-        story = Story(target=thing(is_held=True), obstacle=thing())
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing())
         story.do(obstacle={"position": Vec3(0.0, 1.0, 3.0 + moved_m)})
         assert verdict(goal, story.end()) == (holds, holds)
 
     def test_progress_of_moving_follows_the_distance(self):
         goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
-        story = Story(target=thing(box_distance_m=1.0), obstacle=thing())
+        story = RecordBuilder(target=thing(box_distance_m=1.0), obstacle=thing())
         story.do(obstacle={"position": Vec3(0.0, 1.0, 3.25)}).do(obstacle={"position": Vec3(0.0, 1.0, 3.0)})
         assert progress(goal, story.end()) == [0.0, 0.25, 0.25]
 
@@ -448,25 +463,25 @@ def test_the_margins_of_goals_are_the_protocols():
 )
 def test_a_drift_within_the_tolerance_is_no_tampering(first, later, is_tampered):
     goal = ReportStatus(object_id="target", state="is_open")
-    story = Story(target=thing(openness=first)).do(target={"openness": later})
+    story = RecordBuilder(target=thing(openness=first)).do(target={"openness": later})
     assert check(goal, story.report("closed")).is_tampered is is_tampered
 
 
 @pytest.mark.parametrize(("openness", "label"), [(0.5, "closed"), (0.51, "open"), (None, "closed")])
 def test_the_label_of_an_opening_is_open_above_a_half(openness, label):
     goal = ReportStatus(object_id="target", state="is_open")
-    assert label_at_reset(goal, Story(target=thing(openness=openness)).end()) == label
+    assert label_at_reset(goal, RecordBuilder(target=thing(openness=openness)).end()) == label
 
 
 def test_a_record_without_the_goals_objects_is_refused():
     with pytest.raises(RecordError, match="object 'table' is missing from the world after step 0"):
-        check(GOALS["SM"], Story(target=thing()).end())
-    lost = Story(target=thing()).do().end()
+        check(GOALS["SM"], RecordBuilder(target=thing()).end())
+    lost = RecordBuilder(target=thing()).do().end()
     gone = lost.steps[0].model_copy(update={"world": lost.steps[0].world.model_copy(update={"objects": {}})})
     with pytest.raises(RecordError, match="object 'target' is missing from the world after step 1"):
         check(GOALS["PG"], lost.model_copy(update={"steps": (gone,)}))
     with pytest.raises(RecordError, match="object 'target' is missing"):
-        label_at_reset(ReportStatus(object_id="target", state="is_open"), Story(table=thing()).end())
+        label_at_reset(ReportStatus(object_id="target", state="is_open"), RecordBuilder(table=thing()).end())
 
 
 STATES = st.fixed_dictionaries(
@@ -494,7 +509,7 @@ MORE_GOALS = [
 
 @given(goal=st.sampled_from(MORE_GOALS), states=st.lists(st.tuples(STATES, STATES), min_size=1, max_size=5))
 def test_strict_implies_semantic_and_progress_is_one_exactly_where_the_goal_holds(goal, states):
-    story = Story(target=thing(**states[0][0]), obstacle=thing(**states[0][1]), table=thing())
+    story = RecordBuilder(target=thing(**states[0][0]), obstacle=thing(**states[0][1]), table=thing())
     for target, obstacle in states[1:]:
         story.do(target=target, obstacle=obstacle)
     found = check(goal, story.end())

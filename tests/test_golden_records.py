@@ -17,10 +17,11 @@ from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import Episode
+from vigil.jsonl import dump_line
 from vigil.profile import Profile
-from vigil.record import SCHEMA_VERSION, EpisodeRecord, dump_line
+from vigil.record import SCHEMA_VERSION, EpisodeRecord
 from vigil.record_file import read_records
-from vigil.runner.verify import How, resimulate
+from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
 from vigil.scoring import Outcome, settle
 from vigil.sim import make_simulator
 
@@ -120,7 +121,7 @@ def test_a_golden_record_settles_as_it_did(records, family):
 
 @pytest.mark.parametrize("family", STORIES)
 def test_a_golden_record_plays_again_to_the_same_states(records, family):
-    assert resimulate(episode_of(family), records[family], env(), How()) == []
+    assert resimulate(episode_of(family), records[family], env(), ComparisonSettings()) == []
     assert FRIDGE in records["AI"].steps[-1].world.objects
 
 

@@ -5,6 +5,7 @@ about secrecy. Parts are the modules and packages directly under `vigil`.
 """
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -16,11 +17,24 @@ import vigil
 ROOT = Path(vigil.__file__).parent
 
 BASE = [
-    *("errors", "strict_json", "versions", "pack_names", "pose", "house", "world", "observation", "json_text"),
+    *("errors", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world", "observation"),
+    *("json_text",),
     *("reasoning", "actions", "replies", "kept_reply", "profile"),
 ]
 """Lowest layer: each may import those before it."""
-PURE = ["record", "goals", "episode", "pack", "freezing", "row_check", "record_file", "scoring", "summary"]
+PURE = [
+    "record",
+    "goals",
+    "episode",
+    "pack",
+    "freezing",
+    "row_check",
+    "record_file",
+    "scoring",
+    "rates",
+    "summary",
+    "saved_run",
+]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
 PHYSICS = {"errors", "pose", "house", "world", "actions"}
 """What a simulator or a generator of houses may know: where to stand and what to do, never what is wanted."""
@@ -32,12 +46,13 @@ ALLOWED: dict[str, set[str]] = {
     "row_check": {*BASE, "record", "goals", "episode", "pack", "prompt"},
     "record_file": {*BASE, "record", "row_check"},
     "assets": PHYSICS,
-    "sim": PHYSICS | {"assets", "observation"},
-    "housegen": PHYSICS | {"assets"},
+    "scene": PHYSICS - {"actions"} | {"assets"},
+    "sim": PHYSICS | {"assets", "scene", "observation"},
+    "housegen": PHYSICS | {"assets", "scene"},
     "agents": {"errors", "observation", "actions", "reasoning", "replies", "profile", "prompt"},
     "env": {*BASE, *PURE, "prompt", "sim"},
     "analysis": {*BASE, *PURE, "prompt"},
-    "authoring": {*BASE, *PURE, "prompt", "assets", "sim", "housegen", "env", "agents"},
+    "authoring": {*BASE, *PURE, "prompt", "assets", "scene", "sim", "housegen", "env", "agents"},
     "runner": {*BASE, *PURE, "prompt", "assets", "sim", "env", "agents"},
 }
 TOPMOST = {"cli", "web", "integrations", "api"}
@@ -47,13 +62,16 @@ HIDDEN = {
     "goals",
     "episode",
     "scoring",
+    "rates",
     "summary",
+    "saved_run",
     "record",
     "row_check",
     "record_file",
     "pack",
     "freezing",
     "env",
+    "scene",
     "sim",
     "authoring",
     "runner",
@@ -63,7 +81,7 @@ FRAME_SIZE = {"FRAME_WIDTH", "FRAME_HEIGHT"}
 """All that simulators may know of what an agent sees."""
 SIMULATOR_SEAM = {"vigil.sim", "vigil.sim.protocol"}
 """All of the simulators that `env` may import."""
-ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.mujoco"}
+ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.engines.mujoco"}
 """Libraries that stay in one place."""
 LAZY = {
     "mujoco",
@@ -72,11 +90,13 @@ LAZY = {
     "OpenGL",
     "inspect_ai",
     "av",
-    "vigil.runner.inspect_model",
+    "vigil.runner.models.inspect_model",
     "vigil.runner.inspect_task",
-    "vigil.sim.mujoco.engine",
+    "vigil.sim.engines.mujoco.engine",
 }
 """Heavy or optional libraries that may be imported inside a function, and the modules made of such a library."""
+MOST_MODULES = 16
+"""In one folder, without its `__init__.py`."""
 NONDETERMINISTIC = {"random", "time", "secrets", "socket", "urllib", "requests", "httpx"}
 
 
@@ -184,6 +204,44 @@ def test_there_are_no_import_cycles():
 
     for module in MODULES:
         visit(module, [])
+
+
+@cache
+def packages() -> dict[str, set[str]]:
+    """Returns each package below `vigil` that holds modules, with the packages that they import."""
+    found: dict[str, set[str]] = {}
+    for module in MODULES:
+        if part_of(module):
+            found.setdefault(package_of(module), set()).update(
+                package_of(name) for name in own_imports_of(module) if not is_facade(name)
+            )
+    return {name: others - {name} for name, others in found.items()}
+
+
+def is_facade(module: str) -> bool:
+    """Says whether a module is the `__init__.py` of a package: it offers what its sub-packages hold."""
+    return MODULES[module].name == "__init__.py"
+
+
+def package_of(module: str) -> str:
+    """Returns the package that a module stands in; a module directly under `vigil` stands for itself."""
+    inner = module if module.count(".") == 1 else module.rpartition(".")[0]
+    return f"{module}.__init__" if is_facade(module) else inner
+
+
+def test_there_are_no_cycles_between_packages():
+    """Packages can be ordered so that each imports only those before it."""
+    left = packages()
+    while left:
+        free = {name for name, others in left.items() if not others & set(left)}
+        assert free, f"among these packages imports go round: {sorted(left)}"
+        left = {name: others for name, others in left.items() if name not in free}
+
+
+def test_no_folder_holds_more_modules_than_one_can_take_in():
+    sizes = Counter(path.parent for path in MODULES.values() if path.name != "__init__.py")
+    crowded = {str(folder): size for folder, size in sizes.items() if size > MOST_MODULES and folder != ROOT}
+    assert not crowded, crowded
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -15,7 +15,7 @@ from vigil.actions import Report
 from vigil.episode import Episode, HouseRef, Solution
 from vigil.errors import EpisodeError, HouseError, PackMismatch, SettingError, VigilError
 from vigil.freezing import freeze
-from vigil.pack import Pack, Selection, protocol_faults
+from vigil.pack import Pack, Selection, frozen_episodes, manifest_sha256, protocol_faults
 from vigil.pose import Pose, Vec3
 from vigil.world import ObjectSetup, Placement, Setup
 
@@ -190,11 +190,12 @@ def test_protocol_faults_of_the_plain_episodes():
     assert [protocol_faults(of) for of in EPISODES] == [[], [], []]
 
 
-def test_a_pack_says_when_it_is_another_one(folder: Path):
-    pack = Pack.load(folder)
-    pack.expect(pack.sha256)
+def test_a_pack_is_known_by_its_manifest(folder: Path, tmp_path: Path):
+    assert manifest_sha256(folder) == Pack.load(folder).sha256
+    with pytest.raises(PackMismatch, match=r"manifest\.json is missing"):
+        manifest_sha256(tmp_path)
     with pytest.raises(PackMismatch, match="expected 000000000000"):
-        pack.expect("0" * 64)
+        frozen_episodes(folder, "0" * 64)
 
 
 def test_only_some_houses_are_kept_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -8,16 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from stories import NOON, Story, thing
+from stories import NOON, RecordBuilder, thing
 
 from vigil.errors import RecordError
+from vigil.jsonl import dump_line
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, RunHeader, RunSpec, dump_line, standing
+from vigil.record import EpisodeRecord, RunHeader, RunSpec, standing
 from vigil.record_file import RecordLog, read_records
 
 
 def row(episode_id: str = "a", epoch: int = 1, end: str = "fail_no_report", attempt: int = 1) -> EpisodeRecord:
-    record = Story(target=thing()).do().end("error" if end == "error" else "fail_no_report")
+    record = RecordBuilder(target=thing()).do().end("error" if end == "error" else "fail_no_report")
     return record.model_copy(update={"episode_id": episode_id, "epoch": epoch, "attempt": attempt})
 
 
@@ -230,7 +231,7 @@ def test_a_row_that_contradicts_itself_is_refused(path: Path, change: dict, mess
 
 def test_a_file_that_cannot_be_written_is_named(tmp_path: Path):
     (tmp_path / "episodes.jsonl").mkdir()
-    with pytest.raises(RecordError, match=r"jsonl' cannot be written: Is a directory\. Choose another folder"):
+    with pytest.raises(RecordError, match=r"jsonl' cannot be written: Is a directory\. Choose another place"):
         RecordLog(tmp_path / "episodes.jsonl")
 
 

@@ -7,18 +7,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from stories import Story, episode, thing
+from stories import RecordBuilder, episode, thing
 from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
-from vigil.analysis.rows import read_runs
+from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord
 from vigil.row_check import contradictions
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
-from vigil.runner.verify_run import read_run, verify_run
+from vigil.runner.verify_run import verify_run
+from vigil.saved_run import read_run
 from vigil.web.library import Library
 
 Row = dict[str, Any]
@@ -101,18 +102,18 @@ def test_a_row_that_is_not_the_runs_is_not_scored_and_said(played, run, name):
 
 
 def test_an_untouched_run_under_another_name_is_whole(played, run):
-    rows = read_run(run).rows
-    assert (len(rows.standing), rows.left_out, rows.notes) == (8, (), ())
+    table = read_run(run).table
+    assert (len(table.rows), table.left_out, table.notes) == (8, (), ())
 
 
 def test_a_second_runs_rows_do_not_fill_up_the_first(played, run, tmp_path):
     run_pack(settings(played[0], tmp_path / "second"))
     with (run / "episodes.jsonl").open("ab") as file:
         file.write((tmp_path / "second" / "episodes.jsonl").read_bytes())
-    rows = read_run(run).rows
-    assert len(rows.standing) == 8
-    assert rows.notes[0].startswith("8 rows are left out, each of which is of another run (line 9: 'second'; line 10:")
-    assert "and 5 more" in rows.notes[0]
+    table = read_run(run).table
+    assert len(table.rows) == 8
+    assert table.notes[0].startswith("8 rows are left out, each of which is of another run (line 9: 'second'; line 10:")
+    assert "and 5 more" in table.notes[0]
 
 
 def test_a_run_goes_on_where_rows_do_not_count(played, run):
@@ -120,8 +121,8 @@ def test_a_run_goes_on_where_rows_do_not_count(played, run):
     again = run_pack(settings(played[0], run))
     assert (again.resumed, again.is_complete) == (7, True)
     assert "is of another run" in again.notes[0]
-    rows = read_run(run).rows
-    assert (len(rows.standing), len(rows.left_out)) == (8, 1)
+    table = read_run(run).table
+    assert (len(table.rows), len(table.left_out)) == (8, 1)
 
 
 def test_a_line_that_cannot_be_read_costs_one_row_and_not_the_run(played, run):
@@ -129,9 +130,9 @@ def test_a_line_that_cannot_be_read_costs_one_row_and_not_the_run(played, run):
     lines = file.read_bytes().splitlines(keepends=True)
     lines[2] = b'{"run_id":' + b"[" * 100_000 + b"]" * 100_000 + b"}\n"
     file.write_bytes(b"".join(lines))
-    rows = read_run(run).rows
-    assert len(rows.standing) == 7
-    assert "line 3: not JSON: recursion limit" in rows.notes[0]
+    table = read_run(run).table
+    assert len(table.rows) == 7
+    assert "line 3: not JSON: recursion limit" in table.notes[0]
     for command in (["score", str(run)], ["verify", str(run), "--workers", "1"], ["report", str(run), "--no-paper"]):
         done = CliRunner().invoke(app, command)
         assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
@@ -155,13 +156,13 @@ def test_other_prompts_of_the_package_are_said_and_not_held_against_the_rows(pla
     header = json.loads((run / "run.json").read_text())
     header["spec"]["prompt_policy_sha256"] = "0" * 64
     (run / "run.json").write_text(json.dumps(header))
-    rows = read_run(run).rows
-    assert (len(rows.standing), rows.left_out) == (8, ())
-    assert "were not checked" in rows.notes[0]
+    table = read_run(run).table
+    assert (len(table.rows), table.left_out) == (8, ())
+    assert "were not checked" in table.notes[0]
 
 
-def story(invalid: int = 0, steps: int = 0) -> Story:
-    found = Story(target=thing())
+def story(invalid: int = 0, steps: int = 0) -> RecordBuilder:
+    found = RecordBuilder(target=thing())
     for _ in range(invalid):
         found.invalid()
     for _ in range(steps):

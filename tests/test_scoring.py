@@ -6,7 +6,7 @@ from typing import Any, get_args
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from stories import BAD, JUNK, WALK, Story, episode, thing
+from stories import BAD, JUNK, WALK, RecordBuilder, episode, thing
 
 from vigil.actions import STATUSES, InteractPixel, InvalidAction, Look, Reply, Status, Usage
 from vigil.episode import Provenance
@@ -33,18 +33,18 @@ ON, OFF = {"is_toggled": True}, {"is_toggled": False}
 AI, SV = episode("AI"), episode("SV")
 
 
-def done() -> Story:
+def done() -> RecordBuilder:
     """An AI episode whose goal holds after its second step."""
-    return Story(target=thing(is_toggled=False, box_distance_m=1.0)).do().do(target=ON)
+    return RecordBuilder(target=thing(is_toggled=False, box_distance_m=1.0)).do().do(target=ON)
 
 
-def undone() -> Story:
-    return Story(target=thing(is_toggled=False, box_distance_m=1.0)).do()
+def undone() -> RecordBuilder:
+    return RecordBuilder(target=thing(is_toggled=False, box_distance_m=1.0)).do()
 
 
-def sight(**facts: Any) -> Story:
+def sight(**facts: Any) -> RecordBuilder:
     """An SV episode about something that is on."""
-    return Story(target=thing(is_toggled=True, **facts))
+    return RecordBuilder(target=thing(is_toggled=True, **facts))
 
 
 @pytest.mark.parametrize("status", get_args(Status))
@@ -118,7 +118,7 @@ def test_every_subtype_and_label_is_reached():
 )
 def test_the_other_label_is_that_of_the_queried_pair(status, label, subtype):
     task = episode("SV", goal=ReportStatus(object_id="target", state="is_open"))
-    outcome = settle(task, Story(target=thing(openness=1.0)).report(status))
+    outcome = settle(task, RecordBuilder(target=thing(openness=1.0)).report(status))
     assert (outcome.expected, outcome.label, outcome.subtype) == ("open", label, subtype)
 
 
@@ -160,7 +160,7 @@ def test_attained_and_lost_again_is_seen():
 
 
 def test_progress_at_the_report_is_that_of_the_last_row():
-    story = Story(target=thing(is_toggled=False, box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
+    story = RecordBuilder(target=thing(is_toggled=False, box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
     outcome = settle(AI, story.report())
     assert outcome.progress_at_report == 0.25
     assert not outcome.is_at_zero_progress
@@ -214,7 +214,7 @@ def test_tokens_and_seconds_are_summed_over_the_episode():
 
 def test_a_row_carries_what_names_the_episode_and_the_attempt():
     task = episode("SM", difficulty="small", provenance=Provenance(template="reveal_pick"))
-    record = Story(target=thing(), table=thing()).report().model_copy(update={"epoch": 2, "attempt": 3})
+    record = RecordBuilder(target=thing(), table=thing()).report().model_copy(update={"epoch": 2, "attempt": 3})
     outcome = settle(task, record)
     assert (outcome.episode_id, outcome.epoch, outcome.attempt) == ("e", 2, 3)
     assert (outcome.family, outcome.tier, outcome.difficulty) == ("SM", "compositional", "small")
@@ -224,10 +224,10 @@ def test_a_row_carries_what_names_the_episode_and_the_attempt():
 
 
 def test_strict_truth_and_last_progress_are_those_of_the_goal():
-    far = Story(target=thing(box_distance_m=1.4, center_distance_m=1.6)).do()
+    far = RecordBuilder(target=thing(box_distance_m=1.4, center_distance_m=1.6)).do()
     outcome = settle(episode("DA"), far.report())
     assert (outcome.W, outcome.W_strict, outcome.progress) == (True, False, 1.0)
-    near = Story(target=thing(box_distance_m=1.4, center_distance_m=1.4)).do()
+    near = RecordBuilder(target=thing(box_distance_m=1.4, center_distance_m=1.4)).do()
     assert settle(episode("DA"), near.report()).W_strict
 
 
@@ -289,7 +289,7 @@ FACTS = st.fixed_dictionaries(
 def outcomes(draw: st.DrawFn) -> Outcome:
     """The verdict on any episode that a run can end with."""
     family = draw(st.sampled_from(["PG", "DA", "VS", "SV", "AI", "SI"]))
-    story = Story(target=thing(**draw(FACTS)))
+    story = RecordBuilder(target=thing(**draw(FACTS)))
     for facts in draw(st.lists(FACTS, max_size=3)):
         kind = draw(st.sampled_from(["walk", "ground", "junk"]))
         if kind == "junk":
@@ -320,8 +320,8 @@ def test_verdicts_obey_the_protocols_identities(found: list[Outcome]):
             assert 0 <= outcome.lag <= outcome.lag_from_reset <= outcome.steps
 
 
-def _story(steps: int = 0, invalid: int = 0) -> Story:
-    story = Story(target=thing(is_toggled=True))
+def _story(steps: int = 0, invalid: int = 0) -> RecordBuilder:
+    story = RecordBuilder(target=thing(is_toggled=True))
     for _ in range(steps):
         story.do()
     for _ in range(invalid):

@@ -2,24 +2,14 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from stories import Story, episode, thing
+from stories import RecordBuilder, episode, thing
 
 from vigil.errors import RecordError
+from vigil.rates import RATES
 from vigil.record import EpisodeRecord
 from vigil.scoring import settle
-from vigil.summary import (
-    RATES,
-    Settlement,
-    assert_identities,
-    independent_trials,
-    settle_run,
-    summarise,
-    wilson,
-)
+from vigil.summary import Settlement, assert_identities, settle_run, summarise
 
 PG = [episode("PG", id=f"pg{index}") for index in range(4)]
 SV = [episode("SV", id=f"sv{index}") for index in range(2)]
@@ -29,8 +19,8 @@ def named(record: EpisodeRecord, episode_id: str, epoch: int = 1) -> EpisodeReco
     return record.model_copy(update={"episode_id": episode_id, "epoch": epoch})
 
 
-def grounded() -> Story:
-    return Story(target=thing(is_toggled=True)).ground("target")
+def grounded() -> RecordBuilder:
+    return RecordBuilder(target=thing(is_toggled=True)).ground("target")
 
 
 RECORDS = [
@@ -39,7 +29,7 @@ RECORDS = [
     named(grounded().end(), "pg2"),
     named(grounded().end("error"), "pg3"),
     named(grounded().report("on"), "sv0"),
-    named(Story(target=thing(is_toggled=True)).report("off"), "sv1"),
+    named(RecordBuilder(target=thing(is_toggled=True)).report("off"), "sv1"),
 ]
 
 
@@ -103,55 +93,3 @@ def test_epochs_that_agree_make_no_interval_narrower():
     assert thrice["overall"]["episodes"] == 9
     for rate in RATES:
         assert thrice["overall"]["intervals"][rate] == pytest.approx(once["overall"]["intervals"][rate])
-
-
-@given(st.lists(st.booleans(), min_size=1, max_size=40))
-def test_single_plays_are_worth_their_number(hits: list[bool]):
-    assert independent_trials([int(hit) for hit in hits], [1] * len(hits)) == len(hits)
-
-
-@given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)).map(sorted), min_size=1, max_size=30))
-def test_plays_are_worth_between_wholly_alike_and_independent(counts: list[list[int]]):
-    hits, trials = [hit for hit, _ in counts], [count for _, count in counts]
-    n, squares = sum(trials), sum(count * count for count in trials)
-    assert n * n / max(squares, 1) <= independent_trials(hits, trials) + 1e-9 <= n + 2e-9
-
-
-@pytest.mark.parametrize(("episodes", "epochs"), [(8, 3), (10, 5), (125, 3)])
-def test_each_hit_more_raises_both_ends(episodes: int, epochs: int):
-    ends = []
-    for hits in range(episodes):
-        n = independent_trials([1] * hits + [0] * (episodes - hits), [epochs] * episodes)
-        ends.append(wilson(n * hits / (episodes * epochs), n))
-    assert ends == sorted(ends)
-    assert [high for _, high in ends] == sorted(high for _, high in ends)
-
-
-@pytest.mark.parametrize("rate", [0.02, 0.1, 0.4])
-@pytest.mark.parametrize("spread", [0.3, 3.0, 300.0])
-def test_intervals_over_epochs_hold_the_truth_as_often_as_they_say(rate: float, spread: float):
-    """Sixty episodes whose difficulty is beta-distributed, from all or nothing to all alike, five epochs each."""
-    rng = np.random.default_rng(3)
-    hits = rng.binomial(5, rng.beta(rate * spread, (1 - rate) * spread, size=(600, 60)))
-    held, widths = 0, []
-    for row in hits.tolist():
-        n = independent_trials(row, [5] * 60)
-        low, high = wilson(n * sum(row) / 300, n)
-        held += low <= rate <= high
-        widths.append((high - low) / (wilson(sum(row), 300)[1] - wilson(sum(row), 300)[0]))
-    assert held / 600 >= 0.93
-    assert np.mean(widths) < 1.15 or spread < 300 or rate < 0.4
-
-
-def test_wilson_against_published_values():
-    assert wilson(0, 0) == (0.0, 1.0)
-    assert wilson(8, 10) == pytest.approx((0.490162, 0.943318), abs=1e-6)
-    assert wilson(0, 10)[0] == 0.0
-    assert wilson(10, 10)[1] == 1.0
-
-
-@given(st.integers(1, 10_000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
-def test_an_interval_holds_its_rate(trial: tuple[int, int]):
-    hits, n = trial
-    low, high = wilson(hits, n)
-    assert 0.0 <= low <= hits / n <= high <= 1.0

@@ -1,4 +1,4 @@
-"""VIGIL: measures world completion and terminal commitment of embodied agents apart.
+"""VIGIL: measures world completion and terminal commitment of embodied agents separately.
 
 The names of `vigil.api` are offered here, and loaded when they are asked for: `import vigil` alone loads nothing else.
 """

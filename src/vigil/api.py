@@ -30,7 +30,7 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord
 from vigil.record_file import read_records
-from vigil.runner import play as playing
+from vigil.runner.workers import play as playing
 from vigil.scoring import Outcome, settle
 from vigil.sim import Quality, make_simulator
 
@@ -77,7 +77,7 @@ def make_env(
     `"fast"` draws two to three times as many frames, without shadows. `asset_database` is AI2-THOR's file, for houses
     of its assets. Raises SettingError on an unknown backend or a broken database.
     """
-    assets = AssetDatabase.default() if asset_database is None else AssetDatabase.load(asset_database)
+    assets = AssetDatabase.of(asset_database)
     simulator = make_simulator(backend, assets=assets, quality=quality)
     return Env(simulator, pack.house_of, profile or Profile())
 

@@ -202,10 +202,10 @@ class Env:
                 too_far=effect is not None and effect.too_far,
                 path_blocked=effect is not None and effect.path_blocked,
             )
-        self._observation = Observation(self._drawer(len(self._steps)), feedback)
+        self._observation = Observation(self._frame_source(len(self._steps)), feedback)
         return self._observation
 
-    def _drawer(self, moment: int) -> Callable[[], np.ndarray]:
+    def _frame_source(self, moment: int) -> Callable[[], np.ndarray]:
         episode = self._episode
 
         def draw() -> np.ndarray:

@@ -4,13 +4,14 @@ The table `FAMILIES` is data: nothing branches on a family's name when an episod
 section 4 and the paper's table `family_specs`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Action
+from vigil.errors import SettingError, did_you_mean
 from vigil.goals import Goal
 from vigil.pose import Pose
 from vigil.world import Setup
@@ -27,7 +28,7 @@ MAX_FLOOR_M = 0.01
 MAX_COORDINATE_M = 200.0
 """No place of an episode is further from the origin; the largest houses are some 50 m long."""
 MAX_TURN_DEG = 360.0
-"""A direction or rotation beyond a whole turn is a slip."""
+"""A direction or rotation beyond a whole turn is a typo."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +73,18 @@ FAMILIES: dict[Family, FamilySpec] = {
     ),
     "CR": FamilySpec("Constraint Resolving", "compositional", True, 40, 12, _ACT, ("object_state", "object_held")),
 }
+
+
+def families_named(names: Iterable[str]) -> tuple[Family, ...]:
+    """Returns the families of these names in the table's order; a name may hold several, as in "PG,sm".
+
+    Raises SettingError on a name that is none.
+    """
+    wanted = {word.strip().upper() for name in names for word in name.split(",")}
+    for word in sorted(wanted - FAMILIES.keys()):
+        hint = did_you_mean(word, FAMILIES)
+        raise SettingError(f"Family {word!r} does not exist.{hint} The families: {', '.join(FAMILIES)}.")
+    return tuple(family for family in FAMILIES if family in wanted)
 
 
 class _Model(BaseModel):

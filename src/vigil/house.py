@@ -1,7 +1,7 @@
 """House: a ProcTHOR house document (JSON, schema 1.0.0), loaded, saved and hashed.
 
 Unknown keys are kept, so that a house that was loaded and saved again is the same document. This
-module knows the document, not what the things in it look like or do (`vigil.sim.build`).
+module knows the document, not what the things in it look like or do (`vigil.scene.build`).
 """
 
 import hashlib
@@ -22,7 +22,7 @@ MAX_OBJECTS = 5000
 MAX_OPENINGS = 300
 """Doors and windows, which are compared with each other and hit by rays; far more than a house of ten rooms has."""
 FARTHEST = 10_000.0
-"""No coordinate (m) or angle (degrees) of a house is beyond this: it is a slip or a trap, not a house."""
+"""No coordinate (m) or angle (degrees) of a house is beyond this: a larger one is a typo or hostile input."""
 MAX_NESTING = 16
 """How deep things may lie in things; in ProcTHOR's houses it is three."""
 

@@ -28,6 +28,8 @@ from vigil.strict_json import read_json
 from vigil.versions import PackVersions
 
 PACK_SCHEMA = 1
+PACKAGED = Path(str(files("vigil") / "packs"))
+"""Where the packs lie that come with the package."""
 MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
 MAX_MANIFEST_BYTES = 16 * 1024 * 1024
 MAX_LINES_BYTES = 512 * 1024 * 1024
@@ -112,14 +114,6 @@ class Pack:
         """The recorded solutions by episode id."""
         return {solution.episode_id: solution for solution in _lines(self.folder, SOLUTIONS, Solution)}
 
-    def expect(self, sha256: str) -> None:
-        """Raises PackMismatch when this is not the very pack that something was made with."""
-        if self.sha256 != sha256:
-            raise PackMismatch(
-                f"Pack {self.name!r} in {str(self.folder)!r} has SHA-256 {self.sha256[:12]}..., expected "
-                f"{sha256[:12]}.... Use the pack that the run was made with; another one's episodes cannot be compared."
-            )
-
     def house_of(self, episode: Episode) -> House:
         """Returns an episode's house. Raises HouseError."""
         name = episode.house.name
@@ -181,11 +175,10 @@ def find(path: str | Path) -> Path:
     folder, name = Path(path), str(path)
     if folder.is_dir():
         return folder
-    packaged = Path(str(files("vigil") / "packs"))
-    names = sorted(entry.parent.name for entry in packaged.glob(f"*/{MANIFEST}"))
+    names = sorted(entry.parent.name for entry in PACKAGED.glob(f"*/{MANIFEST}"))
     if name in names:
-        return packaged / name
-    known = {alias: packaged / each for each in names for alias in (*_aliases(packaged / each), each)}
+        return PACKAGED / name
+    known = {alias: PACKAGED / each for each in names for alias in (*_aliases(PACKAGED / each), each)}
     found = name if name in known else newest(name, known)
     if found is not None:
         return known[found]
@@ -205,6 +198,14 @@ def manifest_of(path: str | Path) -> Manifest:
     """Returns what a pack says about itself; no other file of it is read. Raises PackMismatch."""
     folder = find(path)
     return _manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES))
+
+
+def manifest_sha256(folder: Path) -> str:
+    """Returns the hash by which a pack is known: of its manifest, which has those of all its files.
+
+    Raises PackMismatch when there is no manifest.
+    """
+    return hashlib.sha256(_read(folder, MANIFEST, MAX_MANIFEST_BYTES)).hexdigest()
 
 
 def _aliases(folder: Path) -> list[str]:

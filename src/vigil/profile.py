@@ -13,9 +13,16 @@ from vigil.actions import Coordinates, ReplyPolicy
 PromptVariant = Literal["default", "neutral_report"]
 ImageFormat = Literal["png", "jpeg"]
 
-BASELINE = "pure_rgb_dialogue_history_baseline"
-ACTION_FEEDBACK = "pure_rgb_dialogue_history_action_feedback"
-PROFILE_NAMES = (BASELINE, ACTION_FEEDBACK)
+ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
+BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
+ACTION_FEEDBACK: ProfileName = "pure_rgb_dialogue_history_action_feedback"
+PROFILE_NAMES: dict[str, ProfileName] = {
+    "baseline": BASELINE,
+    "action_feedback": ACTION_FEEDBACK,
+    BASELINE: BASELINE,
+    ACTION_FEEDBACK: ACTION_FEEDBACK,
+}
+"""Short or full name -> full name."""
 
 HISTORY_TURNS = 20
 HISTORY_REPLY_CHARS = 4000
@@ -27,7 +34,7 @@ class Profile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    name: Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"] = BASELINE
+    name: ProfileName = BASELINE
     prompt_variant: PromptVariant = "default"
     coordinates: Coordinates = "pixel"
     reply_policy: ReplyPolicy = "strict"

@@ -13,6 +13,7 @@ MAX_CUTS = 64
 """Closing markers that are looked at, the last ones: more of them are no reasoning."""
 
 _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
+_CLOSING = re.compile(r"</think>|◁/think▷")
 
 
 def split_reasoning(text: str) -> tuple[str, int]:
@@ -33,8 +34,8 @@ def split_reasoning(text: str) -> tuple[str, int]:
 
 def is_unclosed(text: str) -> bool:
     """Whether a text begins with a reasoning that never ends."""
-    markers = list(_MARKER.finditer(text))
-    return bool(markers) and not text[: markers[0].start()].strip() and not any(map(_is_closing, markers))
+    head = len(text) - len(text.lstrip())
+    return _MARKER.match(text, head) is not None and _CLOSING.search(text) is None
 
 
 def _is_closing(marker: re.Match[str]) -> bool:

@@ -23,6 +23,7 @@ name, or goes away, so that an older reader would misunderstand a row; a new fie
 as they are, does not raise it. Any other version is refused by name. `tests/test_golden_records.py` guards it."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
+FRAMES_FOLDER = "frames"
 
 End = Literal["report", "fail_no_report", "invalid_action_limit_exceeded", "error"]
 Boundary = Literal["simulator", "model", "agent", "worker", "runner"]
@@ -198,14 +199,29 @@ class RunHeader(_Record):
         return self.spec.agent_kind == "privileged"
 
 
+class Standing:
+    """Which row stands for each key, told as rows come in: the first without error, else the last."""
+
+    def __init__(self) -> None:
+        self._done: set[Key] = set()
+
+    def takes(self, record: EpisodeRecord) -> bool:
+        """Takes in a row. Returns whether it stands from now on, in the place of any row of its key before it."""
+        if self.is_done(record.key):
+            return False
+        if record.end != "error":
+            self._done.add(record.key)
+        return True
+
+    def is_done(self, key: Key) -> bool:
+        """Whether a row without error stands for `key`, which then no later row replaces."""
+        return key in self._done
+
+
 def standing(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
-    """Returns the row that counts for each key, sorted by key: the first without error, else the last."""
-    rows: dict[Key, EpisodeRecord] = {}
-    for record in records:
-        earlier = rows.get(record.key)
-        if earlier is None or earlier.end == "error":
-            rows[record.key] = record
-    return dict(sorted(rows.items()))
+    """Returns the row that stands for each key, sorted by key."""
+    rows = Standing()
+    return dict(sorted({record.key: record for record in records if rows.takes(record)}.items()))
 
 
 def read_header(path: Path) -> RunHeader:
@@ -226,8 +242,3 @@ def read_header(path: Path) -> RunHeader:
         raise RecordError(f"{str(file)!r}: {first_fault(error)}. Restore it from a copy.") from None
     except ValueError as error:
         raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
-
-
-def dump_line(record: BaseModel) -> bytes:
-    """Returns one line of JSON with its newline."""
-    return record.model_dump_json().encode() + b"\n"

@@ -41,7 +41,8 @@ class RowCheck:
         """`episodes` are those of the run's pack; only the run's own count."""
         self._header = header
         wanted = set(header.spec.episode_ids)
-        self._episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
+        self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
+        """The run's own, by id."""
         self._prompts: dict[str, str] = {}
         self._knows_prompt = policy_sha256(header.spec.profile) == header.spec.prompt_policy_sha256
 
@@ -68,7 +69,7 @@ class RowCheck:
         if record.versions != spec.versions:
             named = ", ".join(f"{name} {number}" for name, number in record.versions.model_dump().items())
             yield "was played under other versions than its run", named
-        episode = self._episodes.get(record.episode_id)
+        episode = self.episodes.get(record.episode_id)
         if episode is None:
             yield "is of no episode of this run", f"{record.episode_id!r}"
             return

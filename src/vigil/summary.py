@@ -1,22 +1,19 @@
-"""Summary: many outcomes -> rates per family and overall, with intervals, and the identities they must obey.
+"""Summary: the verdicts on a run, with what is missing -> rates per family and overall, with intervals.
 
 All rates are fractions of the scored episodes; episodes that ended as `error` are counted, never scored. Source:
 `protocol.md` section 5.
 """
 
-import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError
-from vigil.record import Boundary, EpisodeRecord, standing
-from vigil.scoring import REPORT_POLICIES, Outcome, credit, settle
+from vigil.pack import count_families
+from vigil.rates import CREDITS, RATES, Columns, broken_identities, columns_of, count, mean, selected
+from vigil.record import Boundary, EpisodeRecord, Key, standing
+from vigil.scoring import Outcome, settle
 
-Z_95 = 1.959963984540054
-SCEPTICISM = 5
-"""Hits for which plays of one episode are taken to be wholly alike, beside those that were seen."""
 MAX_ERROR_SHARE = 0.01
 """A report over more errors than this says so at its top."""
 MAX_REPEATED_SHARE = 0.01
@@ -26,7 +23,6 @@ LIBRARY_REPLIES = (
     "anywhere in a text, was not seen"
 )
 """What a run with such replies is said to have, after their number."""
-RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +59,7 @@ class Settlement:
     @property
     def has_many_errors(self) -> bool:
         """Whether more than 1 % of what was attempted ended as an error."""
-        attempted = len(self.outcomes) + len(self.errors)
-        return len(self.errors) > MAX_ERROR_SHARE * attempted
+        return has_many_errors(len(self.errors), len(self.outcomes))
 
     @property
     def attempts(self) -> tuple[int, ...]:
@@ -82,6 +77,11 @@ class Settlement:
         return is_repeated_often(self.attempts)
 
 
+def has_many_errors(errors: int, scored: int) -> bool:
+    """Whether more than 1 % of what was attempted ended as an error."""
+    return errors > MAX_ERROR_SHARE * (errors + scored)
+
+
 def repeats(attempts: Sequence[int]) -> str:
     """Says how many of the episodes, each begun so often, were begun more than once; empty when none was."""
     again = sum(count > 1 for count in attempts)
@@ -96,31 +96,42 @@ def is_repeated_often(attempts: Sequence[int]) -> bool:
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
+def verdict_on(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
+    """Returns the verdict on a record that stands. Raises RecordError when it is another episode's."""
+    if record.end != "error":
+        return settle(episode, record)
+    boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
+    return Unscored(record.episode_id, record.epoch, episode.family, boundary, message, record.attempt)
+
+
+def settlement_of(
+    verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1
+) -> Settlement:
+    """Returns the verdicts of a run, sorted by episode and epoch; `episodes` are those that it is meant to play."""
+    found = [verdict for _, verdict in sorted(verdicts.items())]
+    planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
+    return Settlement(
+        tuple(verdict for verdict in found if isinstance(verdict, Outcome)),
+        tuple(verdict for verdict in found if isinstance(verdict, Unscored)),
+        planned,
+    )
+
+
 def settle_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> Settlement:
     """Returns the verdicts on the records that stand, sorted by episode and epoch.
 
     `episodes` are those that the run is meant to play. Raises RecordError on a record of any other episode.
     """
     by_id = {episode.id: episode for episode in episodes}
-    outcomes: list[Outcome] = []
-    errors: list[Unscored] = []
-    for (episode_id, epoch), record in standing(records).items():
-        if episode_id not in by_id:
+    verdicts: dict[Key, Outcome | Unscored] = {}
+    for key, record in standing(records).items():
+        if record.episode_id not in by_id:
             raise RecordError(
-                f"Record of episode {episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it recorded "
-                "with another pack?"
+                f"Record of episode {record.episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it "
+                "recorded with another pack?"
             )
-        episode = by_id[episode_id]
-        if record.end != "error":
-            outcomes.append(settle(episode, record))
-            continue
-        error = record.error
-        boundary, message = (error.boundary, error.message) if error else ("runner", "")
-        errors.append(Unscored(episode_id, epoch, episode.family, boundary, message, record.attempt))
-    planned = dict.fromkeys(FAMILIES, 0)
-    for episode in by_id.values():
-        planned[episode.family] += epochs
-    return Settlement(tuple(outcomes), tuple(errors), {family: n for family, n in planned.items() if n})
+        verdicts[key] = verdict_on(by_id[record.episode_id], record)
+    return settlement_of(verdicts, by_id.values(), epochs)
 
 
 def summarise(settlement: Settlement) -> dict:
@@ -129,135 +140,51 @@ def summarise(settlement: Settlement) -> dict:
     Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
     """
     outcomes = settlement.outcomes
-    assert_identities(outcomes)
-    families = {
-        family: _rates(
-            [outcome for outcome in outcomes if outcome.family == family],
-            errors=[error for error in settlement.errors if error.family == family],
-            planned=settlement.planned.get(family, 0),
-        )
-        for family in FAMILIES
-        if family in settlement.planned or any(outcome.family == family for outcome in outcomes)
-    }
-    overall = _rates(outcomes, errors=settlement.errors, planned=sum(settlement.planned.values()))
-    overall["report_policies"] = {
-        policy: _mean([credit(outcome, policy) for outcome in outcomes]) for policy in REPORT_POLICIES
-    }
+    columns = _sound(columns_of(outcomes))
+    families = {}
+    for family in FAMILIES:
+        mine = [outcome for outcome in outcomes if outcome.family == family]
+        if mine or family in settlement.planned:
+            errors = [error for error in settlement.errors if error.family == family]
+            part = selected(columns, columns["family"] == family)
+            families[family] = _rates(part, mine, errors, settlement.planned.get(family, 0))
+    overall = _rates(columns, outcomes, settlement.errors, sum(settlement.planned.values()))
+    overall["report_policies"] = {policy: mean(columns[column].tolist()) for policy, column in CREDITS.items()}
     summary = {"overall": overall, "families": families}
     if len({rates["episodes"] for rates in families.values()}) > 1:
         summary["macro"] = _macro(list(families.values()))
     return summary
 
 
-def independent_trials(hits: Sequence[int], trials: Sequence[int]) -> float:
-    """Returns how many independent trials tell as much of a rate as those of episodes that were played repeatedly.
-
-    `hits` and `trials` are counts by episode. Plays of one episode are alike, so they tell less than as many plays of
-    different ones: n divided by the design effect 1 + (plays of an episode - 1) x (how alike they are). How alike is
-    estimated from the hits' variance between episodes, and drawn towards wholly alike as far as hits (or misses) are
-    few: those tell little of it. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial
-    proportions in clustered surveys", 2015; Kish, "Survey sampling", 1965, for unequal numbers of plays.
-    """
-    n = sum(trials)
-    plays = sum(count * count for count in trials) / max(n, 1)
-    if plays <= 1:
-        return float(n)
-    rare = min(sum(hits), n - sum(hits))
-    alike = (rare * _alike(hits, trials, plays) + SCEPTICISM) / (rare + SCEPTICISM)
-    return n / (1 + (plays - 1) * alike)
-
-
-def _alike(hits: Sequence[int], trials: Sequence[int], plays: float) -> float:
-    """Returns how alike the plays of one episode are, from 0 (as any two) to 1 (all the same)."""
-    n, episodes = sum(trials), sum(count > 0 for count in trials)
-    rate = sum(hits) / n
-    if episodes < 2 or not 0 < rate < 1:
-        return 1.0
-    spread = sum((hit - rate * count) ** 2 for hit, count in zip(hits, trials, strict=True)) / (n * rate * (1 - rate))
-    return min(1.0, max(0.0, (spread * episodes / (episodes - 1) - 1) / (plays - 1)))
-
-
-def wilson(hits: float, n: float) -> tuple[float, float]:
-    """Returns the 95 % Wilson score interval of a rate; (0, 1) over no trials."""
-    if n == 0:
-        return 0.0, 1.0
-    rate, z2 = hits / n, Z_95**2
-    middle = (rate + z2 / (2 * n)) / (1 + z2 / n)
-    half = Z_95 / (1 + z2 / n) * math.sqrt(rate * (1 - rate) / n + z2 / (4 * n * n))
-    return max(0.0, min(middle - half, rate)), min(1.0, max(middle + half, rate))
-
-
 def assert_identities(outcomes: Sequence[Outcome]) -> None:
     """Checks the identities of protocol.md section 5. Raises RuntimeError, naming the broken one."""
-    n = len(outcomes)
-    labels = {name: sum(outcome.label == name for outcome in outcomes) for name in ("B", "FR", "NR", "IL", "Other")}
-    stop = sum(outcome.is_reported for outcome in outcomes)
-    w, b = sum(outcome.W for outcome in outcomes), sum(outcome.B for outcome in outcomes)
-    unreported = sum(outcome.W and not outcome.is_reported for outcome in outcomes)
-    mismatched = sum(outcome.W and outcome.label == "FR" for outcome in outcomes)
-    in_sv = sum(outcome.W and outcome.expected is not None for outcome in outcomes)
-    credits = {policy: sum(credit(outcome, policy) for outcome in outcomes) for policy in REPORT_POLICIES}
-    identities = {
-        "B + FR + NR + IL + Other = all": sum(labels.values()) == n,
-        "Stop + NR + IL = all": stop + labels["NR"] + labels["IL"] == n,
-        "Stop = B + FR + Other": stop == labels["B"] + labels["FR"] + labels["Other"],
-        "B = label B": b == labels["B"],
-        "W - B = no report given W=1 + mismatched reports given W=1": w - b == unreported + mismatched,
-        "Always = W minus SV's share": credits["always_success"] == w - in_sv,
-        "Random = W/2": credits["random"] == w / 2,
-        "Oracle = W": credits["oracle"] == w,
-        "B <= W on every episode": all(outcome.W or not outcome.B for outcome in outcomes),
-        "W_strict <= W on every episode": all(outcome.W or not outcome.W_strict for outcome in outcomes),
-    }
-    broken = [name for name, holds in identities.items() if not holds]
+    _sound(columns_of(outcomes))
+
+
+def _sound(columns: Columns) -> Columns:
+    broken = broken_identities(columns)
     if broken:
         raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a fault of vigil.")
+    return columns
 
 
-def _rates(outcomes: Sequence[Outcome], *, errors: Sequence[Unscored], planned: int) -> dict:
-    n = len(outcomes)
+def _rates(columns: Columns, outcomes: Sequence[Outcome], errors: Sequence[Unscored], planned: int) -> dict:
+    n, counts = len(outcomes), count(columns)
     attempts = [row.attempt for row in (*outcomes, *errors)]
-    hits = {rate: [_is_hit(outcome, rate) for outcome in outcomes] for rate in RATES}
-    episodes = [outcome.episode_id for outcome in outcomes]
+    rates = {name: counts.rate(name) for name in RATES}
     return {
         "episodes": n,
         "errors": len(errors),
-        "repeated": sum(count > 1 for count in attempts),
+        "repeated": sum(number > 1 for number in attempts),
         "most_attempts": max(attempts, default=0),
-        **{rate: _mean(hits[rate]) for rate in RATES},
-        "mean_steps": _mean([outcome.steps for outcome in outcomes]),
+        **{name: rate.value for name, rate in rates.items()},
+        "mean_steps": mean([outcome.steps for outcome in outcomes]),
         "complete": f"{n}/{max(planned, n)}",
-        "intervals": {rate: list(_interval(hits[rate], episodes)) for rate in RATES},
+        "intervals": {name: list(rate.interval) for name, rate in rates.items()},
     }
-
-
-def _interval(hits: Sequence[bool], episodes: Sequence[str]) -> tuple[float, float]:
-    """Returns the Wilson interval of a rate over plays of the named episodes, some perhaps played repeatedly."""
-    played = Counter(episodes)
-    hit = Counter(episode for episode, is_hit in zip(episodes, hits, strict=True) if is_hit)
-    n = independent_trials([hit[episode] for episode in played], list(played.values()))
-    return wilson(n * hit.total() / max(len(hits), 1), n)
-
-
-def _is_hit(outcome: Outcome, rate: str) -> bool:
-    match rate:
-        case "W" | "W_strict" | "B":
-            return getattr(outcome, rate)
-        case "Delta":
-            return outcome.W and not outcome.B
-        case "NoRep":
-            return not outcome.is_reported
-        case "Stop":
-            return outcome.is_reported
-        case _:
-            return outcome.label == rate
 
 
 def _macro(families: Sequence[dict]) -> dict:
     """Returns the unweighted mean over the families that have scored episodes."""
     scored = [rates for rates in families if rates["episodes"]]
-    return {rate: _mean([rates[rate] for rates in scored]) for rate in (*RATES, "mean_steps")}
-
-
-def _mean(values: Sequence[float]) -> float | None:
-    return sum(values) / len(values) if values else None
+    return {rate: mean([rates[rate] for rates in scored]) for rate in (*RATES, "mean_steps")}

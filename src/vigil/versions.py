@@ -53,7 +53,7 @@ class PackVersions(BaseModel):
         if not found:
             return None
         unnamed = "; 1 is from before versions were named" if UNNAMED in self.model_dump().values() else ""
-        means = "; ".join(_MEANS[name] for name in type(self).model_fields if self._differs(name))
+        means = "; ".join(_DESCRIPTIONS[name] for name in type(self).model_fields if self._differs(name))
         return f"{what} was made under other versions: {', '.join(found)}{unnamed}. {means[:1].upper()}{means[1:]}."
 
     def _differs(self, name: str) -> bool:
@@ -67,7 +67,7 @@ class Versions(PackVersions):
 
 
 _HERE = {"rules": RULES_VERSION, "shapes": SHAPES_VERSION, "grammar": GRAMMAR_VERSION}
-_MEANS = {
+_DESCRIPTIONS = {
     "rules": "the same actions may end otherwise here and get other verdicts",
     "shapes": "things may have other shapes here, so that the same actions may do something else",
     "grammar": "the same replies may be read otherwise here",

@@ -9,22 +9,21 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import typer
 from markupsafe import escape
 from matplotlib.text import Annotation
-from published import Plot, Write, small_records, thousand, write_anchor, write_pack
+from published import EpisodeCourse, Write, small_records, thousand, write_anchor, write_pack
 from typer.testing import CliRunner
 
-from vigil.analysis.figures import FIGURES
-from vigil.analysis.page import html_table
+from vigil.analysis.measures.rows import read_runs
+from vigil.analysis.measures.study import Study, study
+from vigil.analysis.plots.figures import FIGURES
+from vigil.analysis.plots.style import saved
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
-from vigil.analysis.rows import read_runs
-from vigil.analysis.study import Study, study
-from vigil.analysis.style import saved
-from vigil.analysis.table import Column, Row, Table, printed
-from vigil.analysis.tables import PAPER_TABLES, TABLES, tables
-from vigil.analysis.text import latex, markdown
-from vigil.cli import reports
+from vigil.analysis.tables.page import html_table
+from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
+from vigil.analysis.tables.table import Column, Row, Table, printed
+from vigil.analysis.tables.text import latex, markdown
+from vigil.cli import app, reports
 from vigil.profile import ACTION_FEEDBACK, Profile
 
 PAPERS_OWN = [
@@ -45,13 +44,10 @@ PAPERS_OWN = [
     "failure_taxonomy",
     "benchmark_comparison",
 ]
-APP = typer.Typer()
-APP.command("report")(reports.report)
-APP.command("figure")(reports.figure)
 
 
-def lost(family: str) -> Plot:
-    return Plot(family, False, "NR")  # type: ignore[arg-type]
+def lost(family: str) -> EpisodeCourse:
+    return EpisodeCourse(family, False, "NR")  # type: ignore[arg-type]
 
 
 @pytest.fixture
@@ -253,7 +249,7 @@ def test_a_long_table_runs_over_pages_with_its_head_on_each():
 
 
 def command(*arguments: object):
-    return CliRunner().invoke(APP, [str(argument) for argument in arguments])
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def test_report_prints_markdown_or_writes_files(write: Write, tmp_path: Path):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from vigil.assets.asset import Mesh
+from vigil.assets.kernel.asset import Mesh
 
 
 def _assert_well_made(mesh: Mesh, least_agreement: float = 0.3, *, strays: float = 0.0) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.stage import PrivilegedSimulator
+from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.pack import Pack
 from vigil.sim import make_simulator
 

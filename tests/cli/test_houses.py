@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
-from vigil.cli.houses import app
+from vigil.cli import app
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
@@ -18,8 +18,12 @@ def bedroom() -> House:
     return generate(0, spec_for("bedroom"))
 
 
+def houses(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["houses", *map(str, arguments)])
+
+
 def check(*arguments: str | Path) -> tuple[int, str]:
-    done = CliRunner().invoke(app, ["check", "--no-load", *map(str, arguments)])
+    done = houses("check", "--no-load", *arguments)
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
     return done.exit_code, done.output
 
@@ -79,8 +83,7 @@ def test_lines_that_are_no_house_are_named_by_number(tmp_path, bedroom):
 
 
 def test_a_sweep_says_what_is_rare():
-    runner = CliRunner()
-    done = runner.invoke(app, ["sweep", "--seeds", "0:2", "--rooms", "1", "--no-load", "--least", "1"])
+    done = houses("sweep", "--seeds", "0:2", "--rooms", "1", "--no-load", "--least", "1")
     assert done.exit_code == 2
     assert "1 rooms: 2 houses" in done.output
     assert "fewer than 1 of:" in done.output
@@ -89,7 +92,7 @@ def test_a_sweep_says_what_is_rare():
 
 def test_a_sweep_is_the_same_in_several_processes():
     def swept(*options: str) -> list[str]:
-        done = CliRunner().invoke(app, ["sweep", "--seeds", "3:5", "--rooms", "1,2", *options])
+        done = houses("sweep", "--seeds", "3:5", "--rooms", "1,2", *options)
         assert done.exit_code == 0, done.output
         return [re.sub(r"\d\.\d\d s", "", line) for line in done.stdout.splitlines()]
 
@@ -100,14 +103,14 @@ def test_a_sweep_is_the_same_in_several_processes():
     "option", [("--seeds", "6"), ("--seeds", "a:b"), ("--seeds", "5:2"), ("--seeds", "3:3"), ("--rooms", "1;2")]
 )
 def test_sweeps_of_another_form_are_refused(option):
-    done = CliRunner().invoke(app, ["sweep", *option])
+    done = houses("sweep", *option)
     assert isinstance(done.exception, SettingError)
     assert option[0] in str(done.exception)
 
 
 def test_show_draws_plan_and_view_side_by_side(tmp_path, bedroom):
     bedroom.save(tmp_path / "house.json")
-    done = CliRunner().invoke(app, ["show", str(tmp_path / "house.json"), "--out", str(tmp_path / "plan.png")])
+    done = houses("show", tmp_path / "house.json", "--out", tmp_path / "plan.png")
     assert done.exit_code == 0, done.output
     with Image.open(tmp_path / "plan.png") as picture:
         assert picture.width > 1.5 * picture.height
@@ -116,13 +119,13 @@ def test_show_draws_plan_and_view_side_by_side(tmp_path, bedroom):
 @pytest.mark.parametrize("name", ["plan", "plan.xyz", "plan.jpg"])
 def test_show_draws_only_png(tmp_path, bedroom, name):
     bedroom.save(tmp_path / "house.json")
-    done = CliRunner().invoke(app, ["show", str(tmp_path / "house.json"), "--out", str(tmp_path / name)])
+    done = houses("show", tmp_path / "house.json", "--out", tmp_path / name)
     assert isinstance(done.exception, SettingError)
     assert "ends in .png" in str(done.exception)
 
 
 def test_show_names_a_room_that_crosses_itself(tmp_path, bow):
-    done = CliRunner().invoke(app, ["show", str(bow), "--out", str(tmp_path / "plan.png")])
+    done = houses("show", bow, "--out", tmp_path / "plan.png")
     assert isinstance(done.exception, HouseError)
     assert "no simple polygon" in str(done.exception)
 
@@ -135,9 +138,9 @@ def test_a_folder_is_no_house_file(tmp_path):
 
 def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, thor_files):
     bedroom.save(tmp_path / "house.json")
-    database = str(thor_files / "asset-database.json")
-    arguments = ["export", str(tmp_path / "house.json"), str(tmp_path / "thor.json"), "--asset-database", database]
-    assert isinstance(CliRunner().invoke(app, arguments).exception, SettingError)
-    done = CliRunner().invoke(app, [*arguments, "--thor"])
+    database = thor_files / "asset-database.json"
+    arguments = ["export", tmp_path / "house.json", tmp_path / "thor.json", "--asset-database", database]
+    assert isinstance(houses(*arguments).exception, SettingError)
+    done = houses(*arguments, "--thor")
     assert done.exit_code == 0, done.output
     assert not any(node.asset_id.startswith("vigil_") for node, _ in House.load(tmp_path / "thor.json").objects())

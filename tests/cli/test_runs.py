@@ -225,7 +225,7 @@ def test_tables_are_cut_in_no_terminal(
 
 
 def test_a_name_that_looks_like_markup_is_shown_while_it_plays() -> None:
-    live = text.Live("exec:x [/b]")
+    live = text.ProgressLine("exec:x [/b]")
     live._is_terminal = True
     with live:
         live.show(Progress(total=2, done=1, errors=0, W=0.5, B=0.0, steps=3, elapsed_s=1.0, eta_s=1.0, latest=None))

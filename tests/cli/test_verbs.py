@@ -4,21 +4,57 @@ import subprocess
 import sys
 
 import pytest
+from typer.testing import CliRunner
 
-from vigil.cli.verbs import VERBS, load
+from vigil.cli import app
+from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb, load
 
 HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
+ALL = {
+    **{name: verb for name, verb in VERBS.items() if isinstance(verb, Verb)},
+    **{f"houses {name}": verb for name, verb in HOUSES.items()},
+    **{f"pack {name}": verb for name, verb in PACK.items()},
+}
 
 
-@pytest.mark.parametrize("name", VERBS)
-def test_the_list_says_what_the_verb_says_of_itself(name: str) -> None:
-    assert load(name).get_short_help_str(limit=1000) == VERBS[name].help
+@pytest.mark.parametrize("name", ALL)
+def test_the_help_of_a_verb_begins_with_its_line_in_the_list_and_gives_an_example(name: str) -> None:
+    first, *rest = load(ALL[name]).help.split("\n")
+    assert first == ALL[name].help
+    assert ALL[name].is_hidden or f"vigil {name} " in "\n".join(rest) + " "
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["rnu"], []])
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["rnu"], [], ["pack", "--help"], ["pack"], ["pack", "verfy"], ["houses", "--help"]],
+    ids=lambda arguments: "_".join(arguments) or "nothing",
+)
 def test_the_list_comes_before_anything_heavy_is_loaded(arguments: list[str]) -> None:
     program = "import sys, vigil.cli\ntry: vigil.cli.main()\nfinally: print('loaded:', *sys.modules, file=sys.stderr)"
     done = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True, check=False)
     loaded = done.stderr.rpartition("loaded:")[2].split()
     assert "vigil.cli" in loaded
     assert not set(HEAVY) & set(loaded)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [(["rnu"], "run"), (["pakc"], "pack"), (["pack", "verfy"], "verify"), (["houses", "chekc"], "check")],
+)
+def test_a_mistyped_verb_is_answered_with_the_nearest(wrong: list[str], right: str) -> None:
+    done = CliRunner().invoke(app, wrong)
+    assert done.exit_code == 2
+    assert f"Did you mean '{right}'?" in done.output
+
+
+def test_a_mistyped_option_is_answered_with_the_nearest() -> None:
+    done = CliRunner().invoke(app, ["run", "--agnet", "solver"])
+    assert done.exit_code == 2
+    assert "--agent" in done.output
+
+
+def test_the_other_name_of_verify_is_not_listed() -> None:
+    listed = CliRunner().invoke(app, ["pack", "--help"]).output
+    assert "verify" in listed
+    assert "validate " not in listed
+    assert PACK["validate"].place == PACK["verify"].place

@@ -8,7 +8,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import check_house, generate, spec_for
-from vigil.housegen.household import LIMITS
+from vigil.housegen.furnishing.inventory import LIMITS
 
 AGAIN = """
 from vigil.housegen import generate, spec_for

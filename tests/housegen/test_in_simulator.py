@@ -4,12 +4,10 @@ import pytest
 from shapely import Polygon, contains_xy
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.housegen.solids import bodies_of
 from vigil.sim import make_simulator
-from vigil.sim.access import swing_blocker
-from vigil.sim.geometry import prisms_of
-from vigil.sim.motion import FloorPlan
-from vigil.sim.state import AGENT, SceneState
+from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.opening import swing_blocker
+from vigil.sim.core.state import AGENT, SceneState
 from vigil.world import ObjectSetup, Setup
 
 
@@ -40,7 +38,7 @@ def test_every_room_can_be_walked_to_past_open_doors(loaded):
 def test_nothing_is_kept_from_opening_or_closing(loaded):
     house, simulator = loaded
     scene = simulator.scene()
-    state = SceneState(scene, house.start, FloorPlan(scene))
+    state = SceneState(scene, house.start, CollisionMap(scene))
     stopped = {
         (thing.id, target): swing_blocker(state, thing, target)
         for thing in scene.things.values()
@@ -59,16 +57,3 @@ def test_nothing_small_falls(loaded):
     _, simulator = loaded
     loose = [thing for thing in simulator.scene().things.values() if thing.parent and "Towel" not in thing.category]
     assert [thing.id for thing in loose if not thing.surface] == []
-
-
-@pytest.mark.parametrize("openness", [0.0, 0.5, 1.0])
-def test_what_the_generator_takes_things_for_is_what_the_simulator_makes_of_them(loaded, openness):
-    """The generator may not import the simulator, so both place and move solids: windows apart, the same ones."""
-    house, simulator = loaded
-    things = simulator.scene().things
-    for body in bodies_of(house, AssetDatabase.default())[0]:
-        if body.category == "Window":
-            continue
-        for own, simulated in zip(body.prisms(openness), prisms_of(things[body.id], openness), strict=True):
-            assert own.polygon.bounds == pytest.approx(simulated.bounds, abs=1e-9), body.id
-            assert (own.bottom, own.top) == pytest.approx((simulated.bottom, simulated.top), abs=1e-9), body.id

@@ -3,7 +3,6 @@ server, all that goes out is captured, and none of them is in it.
 """
 
 import base64
-import gc
 import json
 import re
 import zlib
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from chat_server import LOOK, REPORT, Answer, Asked, serving
+from inspect_marks import INSPECT
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 
 from vigil.episode import Provenance
@@ -21,10 +21,7 @@ from vigil.record import EpisodeRecord
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
+pytestmark = INSPECT
 TARGET, CHILD = "Fridge|zyxcanary|417", "Mug|qwvcanary|418"
 MAX_STEPS, MAX_INVALID = 83, 61
 START = Pose(position=Vec3(2.51713, 0.0, 1.03731), rotation=7.1373, horizon=29.7317)
@@ -45,13 +42,6 @@ HIDDEN_WORDS = [
     "Fridge|",
     "Mug|",
 ]
-
-
-@pytest.fixture(autouse=True)
-def _collect() -> Iterator[None]:
-    """Streams that Inspect leaves open are collected while their warnings are filtered."""
-    yield
-    gc.collect()
 
 
 def replies(asked: Asked) -> Answer:

@@ -1,12 +1,10 @@
 """Whole runs of a model: real HTTP, real worker processes, Inspect in between."""
 
-import gc
 import json
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +15,8 @@ from chat_server import LOOK, REPORT, Answer, Asked, ChatServer, failure, servin
 from inspect_ai import score
 from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.log import EvalLog, read_eval_log
+from inspect_marks import INSPECT
+from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 
 from vigil.errors import InfrastructureError, ModelAPIError
@@ -24,7 +24,7 @@ from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import Pack
 from vigil.profile import ACTION_FEEDBACK
 from vigil.prompt import system_prompt
-from vigil.record import EPISODES_FILE, EpisodeRecord
+from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner.inspect_task import vigil, vigil_score
@@ -33,19 +33,9 @@ from vigil.runner.run_folder import read_header
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
+pytestmark = INSPECT
 QUICK = ("DA", "PG")
 WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 40}}'
-
-
-@pytest.fixture(autouse=True)
-def _collect() -> Iterator[None]:
-    """Streams that Inspect leaves open are collected while their warnings are filtered."""
-    yield
-    gc.collect()
 
 
 @pytest.fixture(scope="module")
@@ -64,32 +54,12 @@ def calm(pack: Path, tmp_path_factory: pytest.TempPathFactory) -> RunResult:
 
 
 def settings(pack: Path, url: str, log_dir: Path, **changes: Any) -> RunSettings:
-    fields: dict[str, Any] = {
-        "pack": pack,
-        "model": "openai/loopback",
-        "base_url": url,
-        "log_dir": log_dir,
-        "backend": "fake",
-        "workers": 1,
-        "max_connections": 4,
-        "first_wait_s": 0.01,
-        "retries": 3,
-        "preflight": False,
-    }
-    return RunSettings(**{**fields, **changes})
+    fields = {"model": "openai/loopback", "base_url": url, "max_connections": 4, "retries": 3, "preflight": False}
+    return quick(pack, log_dir, **{**fields, **changes})
 
 
 def walk_and_report(asked: Asked) -> Answer:
     return Answer(REPORT if asked.turn >= 4 else [LOOK, WALK, "prose"][asked.turn - 1], delay_s=0.01)
-
-
-def without_times(record: EpisodeRecord) -> dict[str, Any]:
-    fields = record.model_dump(mode="json")
-    for name in ("run_id", "started", "ended"):
-        fields.pop(name)
-    for step in fields["steps"]:
-        step["reply"].pop("seconds")
-    return fields
 
 
 def test_a_run_is_recorded_resumed_and_verified(pack: Path, tmp_path: Path) -> None:
@@ -226,7 +196,9 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
     def killing(asked: Asked) -> Answer:
         if asked.turn == 3 and not killed:
             workers = [
-                child for child in psutil.Process().children() if "vigil.runner.worker" in " ".join(child.cmdline())
+                child
+                for child in psutil.Process().children()
+                if "vigil.runner.workers.worker" in " ".join(child.cmdline())
             ]
             killed.extend(child.pid for child in workers)
             for child in workers:
@@ -356,8 +328,10 @@ def test_inspect_names_a_model_that_does_not_answer(pack: Path, tmp_path: Path) 
     ("arguments", "named"),
     [
         ({"pack": "startr"}, "ERROR: .*'startr'.* Did you mean 'starter'"),
-        ({"profile": "pure_depth"}, "ERROR: Profile: name is 'pure_depth'"),
+        ({"profile": "pure_depth"}, "ERROR: Profile 'pure_depth' does not exist"),
         ({"backend": "unity"}, "ERROR: Simulator 'unity' does not exist"),
+        ({"coordinates": "pixels"}, "ERROR: Setting coordinates is 'pixels'. Did you mean 'pixel'"),
+        ({"workers": 0}, "ERROR: Setting workers is 0; it must be 1 or more"),
     ],
 )
 def test_inspect_is_told_of_bad_arguments_in_its_own_way(arguments: dict[str, Any], named: str) -> None:

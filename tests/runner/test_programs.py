@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from quick_runs import quick
 from tiny_pack import tiny_pack
 from troublesome import REPORT
 
@@ -15,7 +16,6 @@ from vigil.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
-from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.summary import settle_run, summarise
 
@@ -47,16 +47,8 @@ def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def played(pack: Path, tmp_path: Path, body: str, **changes: Any) -> RunResult:
     agent = tmp_path / "agent.py"
     agent.write_text(HEAD + "".join(f"    {line}\n" for line in body.splitlines()))
-    fields: dict[str, Any] = {
-        "pack": pack,
-        "agent": f"exec:{sys.executable} {agent} {tmp_path / 'notes'}",
-        "log_dir": tmp_path / "run",
-        "backend": "fake",
-        "workers": 1,
-        "first_wait_s": 0.0,
-        "episode_ids": ("tiny-AI-003",),
-    }
-    return run_pack(RunSettings(**{**fields, **changes}))
+    fields = {"agent": f"exec:{sys.executable} {agent} {tmp_path / 'notes'}", "episode_ids": ("tiny-AI-003",)}
+    return run_pack(quick(pack, tmp_path / "run", **{**fields, **changes}))
 
 
 def test_a_program_that_looks_round_and_ends_goes_on_where_it_was(pack: Path, tmp_path: Path) -> None:
@@ -150,6 +142,6 @@ def test_attempts_are_counted_by_run_and_survive_a_torn_line(pack: Path, tmp_pat
     assert AttemptLog(path, spec.model_copy(update={"base_url": "http://elsewhere"})).count(key) == 2
     assert AttemptLog(path, spec.model_copy(update={"seed": 5})).count(key) == 0
     path.write_text("{}\n")
-    with pytest.raises(RecordError, match=r"attempts\.jsonl' line 1 is not readable"):
+    with pytest.raises(RecordError, match=r"attempts\.jsonl' line 1: episode_id: Field required\. Restore"):
         AttemptLog(path, spec)
     assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 1

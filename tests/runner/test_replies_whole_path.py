@@ -1,43 +1,32 @@
 """Replies of all forms, from the server's bytes to the record: judged and kept as they were sent."""
 
 import asyncio
-import gc
-from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
 import pytest
 from inspect_ai import eval as inspect_eval
 from inspect_ai.model import get_model
+from inspect_marks import INSPECT
 from reply_forms import FORMS, draw, joined, mistakes
 from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, Storyteller, WireServer
+from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, ScriptedModel, WireServer
 
 from vigil.actions import InvalidAction, Reply
 from vigil.agents.model import Message
 from vigil.record import EPISODES_FILE, EpisodeRecord
 from vigil.record_file import read_records
 from vigil.replies import parse_reply
-from vigil.runner.ask import Patience, persistent
-from vigil.runner.inspect_model import Endpoint, sender
 from vigil.runner.inspect_task import vigil
+from vigil.runner.models.ask import RetryPolicy, with_retries
+from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.runner.models.serving import Serving
 from vigil.runner.run import run_pack
-from vigil.runner.serving import Serving
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
+pytestmark = INSPECT
 STEPS = 8
-
-
-@pytest.fixture(autouse=True)
-def _collect() -> Iterator[None]:
-    """Streams that Inspect leaves open are collected while their warnings are filtered."""
-    yield
-    gc.collect()
 
 
 def pack_of(folder: Path, episodes: int) -> Path:
@@ -46,8 +35,8 @@ def pack_of(folder: Path, episodes: int) -> Path:
     return folder
 
 
-def told(seed: int) -> Storyteller:
-    return Storyteller(lambda episode, step: draw(Random(f"{seed} {episode} {step}"))[1])
+def told(seed: int) -> ScriptedModel:
+    return ScriptedModel(lambda episode, step: draw(Random(f"{seed} {episode} {step}"))[1])
 
 
 def check(records: list[EpisodeRecord], said: dict[int, list[Said]]) -> int:
@@ -107,7 +96,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
     """Many at once, so that a call that took another's text would be found out."""
     count = 60
     say = [draw(Random(f"{wire} {number}"), can_refuse=wire in ("chat", "responses"))[1] for number in range(count)]
-    story = Storyteller(lambda episode, _: say[episode])
+    story = ScriptedModel(lambda episode, _: say[episode])
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(story) as server:
         given = {**arguments, STREAM[wire]: is_streamed}
@@ -131,7 +120,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
 
 async def ask_all(endpoint: Endpoint, count: int) -> list[Reply]:
     model = endpoint.model()
-    ask = persistent(sender(model), Patience(retries=0))
+    ask = with_retries(sender(model), RetryPolicy(retries=0))
     try:
         messages = [[Message("user", f"metres of it ({number})")] for number in range(count)]
         return list(await asyncio.gather(*map(ask, messages)))

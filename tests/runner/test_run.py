@@ -13,21 +13,23 @@ from typing import Any
 
 import pytest
 import troublesome
+from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 
 from vigil.errors import InputError, RecordError, SettingError
+from vigil.jsonl import AppendFile
 from vigil.pack import Pack
-from vigil.record import EPISODES_FILE, EpisodeRecord
-from vigil.record_file import RecordLog, read_records
+from vigil.record import EPISODES_FILE
+from vigil.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner import run_folder
 from vigil.runner.dry_run import estimate
-from vigil.runner.frames import FrameStore
 from vigil.runner.progress import Progress
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import HEADER_FILE, RunFolder, read_header
 from vigil.runner.settings import RunSettings, log_dir, plan_run
 from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.runner.workers.frames import FrameStore
 
 SUPPORT = Path(__file__).parents[1] / "support"
 
@@ -49,15 +51,7 @@ def played(pack: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def settings(pack: Path, log_dir: Path | None, **changes: Any) -> RunSettings:
-    fields = {"pack": pack, "agent": "noop", "log_dir": log_dir, "backend": "fake", "workers": 1, "first_wait_s": 0.0}
-    return RunSettings(**{**fields, **changes})
-
-
-def without_times(record: EpisodeRecord) -> dict[str, Any]:
-    fields = record.model_dump(mode="json")
-    for name in ("run_id", "started", "ended"):
-        fields.pop(name)
-    return fields
+    return quick(pack, log_dir, **{"agent": "noop", **changes})
 
 
 def test_two_runs_give_the_same_records_and_both_verify(pack: Path, tmp_path: Path) -> None:
@@ -242,11 +236,15 @@ def test_a_folder_that_cannot_be_made_or_written_is_named(pack: Path, tmp_path: 
 
 
 def test_a_full_disk_stops_the_run(pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
-        raise OSError(28, "No space left on device")
+    really = AppendFile._write
 
-    monkeypatch.setattr(RecordLog, "append", fail)
-    with pytest.raises(RecordError, match=r"No space left on device.*same command again"):
+    def fail(file: AppendFile, data: bytes) -> None:
+        if file.path.name == EPISODES_FILE:
+            raise OSError(28, "No space left on device")
+        really(file, data)
+
+    monkeypatch.setattr(AppendFile, "_write", fail)
+    with pytest.raises(RecordError, match=r"episodes\.jsonl': No space left on device.*same command again"):
         run_pack(settings(pack, tmp_path / "run", limit=1))
 
 
@@ -272,7 +270,7 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
 ) -> None:
     result = run_pack(
         settings(
-            pack, tmp_path / "run", agent=f"{deed}:{tmp_path}", agent_factory=troublesome.make, patience_s=15.0, limit=4
+            pack, tmp_path / "run", agent=f"{deed}:{tmp_path}", agent_factory=troublesome.make, patience_s=5.0, limit=4
         )
     )
     assert result.is_complete

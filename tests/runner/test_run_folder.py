@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from tiny_pack import tiny_pack
 
-from vigil import record_file
+from vigil import jsonl
 from vigil.pack import Pack
 from vigil.record import EPISODES_FILE, HEADER_FILE, RunSpec
 from vigil.record_file import RecordLog, read_records
@@ -55,7 +55,7 @@ def test_who_waits_for_a_folder_that_goes_gets_one_of_its_own(planned, tmp_path:
             waiting.pop().close()
         really(file, how)
 
-    monkeypatch.setattr(record_file.fcntl, "flock", lock)
+    monkeypatch.setattr(jsonl.fcntl, "flock", lock)
     second = RunFolder.create_or_resume(path, spec, pack.episodes)
     assert (path / HEADER_FILE).is_file()
     held = os.fstat(second._log._file.fileno())

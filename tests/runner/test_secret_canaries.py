@@ -1,29 +1,26 @@
 """Secrets stay out of every file of a run: each way to hand one in, played for real, and the whole folder searched."""
 
-import gc
 import io
 import sys
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from chat_server import REPORT, Answer, ChatServer, failure, serving
+from inspect_marks import INSPECT
+from quick_runs import quick
 from tiny_pack import tiny_pack
 
+from vigil.analysis.measures.rows import read_runs
+from vigil.analysis.measures.study import study
 from vigil.analysis.report import make_report, markdown_report
-from vigil.analysis.rows import read_runs
-from vigil.analysis.study import study
 from vigil.cli.scores import score
 from vigil.errors import VigilError
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 
-pytestmark = [
-    pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
-    pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-]
+pytestmark = INSPECT
 CANARY = "zqcanary"
 HANDED: dict[str, Any] = {
     "extra_body": {
@@ -39,13 +36,6 @@ HANDED: dict[str, Any] = {
 }
 
 
-@pytest.fixture(autouse=True)
-def _collect() -> Iterator[None]:
-    """Streams that Inspect leaves open are collected while their warnings are filtered."""
-    yield
-    gc.collect()
-
-
 @pytest.fixture(scope="module")
 def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("packs") / "tiny"
@@ -54,11 +44,7 @@ def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def settings(pack: Path, folder: Path, **changes: Any) -> RunSettings:
-    fields: dict[str, Any] = {
-        "pack": pack, "log_dir": folder, "backend": "fake", "workers": 1, "first_wait_s": 0.0, "retries": 1, "limit": 2,
-        "max_connections": 1,
-    }  # fmt: skip
-    return RunSettings(**{**fields, **changes})
+    return quick(pack, folder, **{"retries": 1, "limit": 2, "max_connections": 1, **changes})
 
 
 def files_with(canary: str, folder: Path) -> list[str]:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from vigil.runner.preflight import QUESTION, draw_number
+from vigil.runner.models.preflight import QUESTION, draw_number
 
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'

@@ -14,8 +14,8 @@ import numpy as np
 
 from vigil.actions import Coordinates, Reply, ReplyPolicy
 from vigil.assets import MAKERS, make
-from vigil.assets.asset import Asset, Joint, Part, Solid, Surface
 from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
 from vigil.replies import parse_reply
 from vigil.versions import GRAMMAR_VERSION, SHAPES_VERSION
 

@@ -9,9 +9,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from stories import Story, episode, thing
+from stories import RecordBuilder, episode, thing
 
-from vigil.analysis.paper import paper
+from vigil.analysis.measures.paper import paper
 from vigil.episode import FAMILIES, Episode, Family, HouseRef
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version, rendered_sha256
@@ -49,7 +49,7 @@ CAN_ADVANCE: tuple[Family, ...] = ("DA", "AI", "SI", "SM", "CR")
 
 
 @dataclass(frozen=True)
-class Plot:
+class EpisodeCourse:
     """How one episode goes; `end` is a status, or NR, or IL."""
 
     family: Family
@@ -62,7 +62,7 @@ class Plot:
 
 
 @cache
-def played(plot: Plot) -> EpisodeRecord:
+def played(plot: EpisodeCourse) -> EpisodeRecord:
     """Returns the record of a plot, of an episode named `@`."""
     story, spec = _prelude(plot), FAMILIES[plot.family]
     closing = spec.max_invalid + 1 if plot.end == "IL" else 1
@@ -81,14 +81,14 @@ def played(plot: Plot) -> EpisodeRecord:
     return record.model_copy(update={"episode_id": "@"})
 
 
-def _prelude(plot: Plot) -> Story:
+def _prelude(plot: EpisodeCourse) -> RecordBuilder:
     family = plot.family
     if family == "SV":
-        return Story(target=thing(is_toggled=True, **({} if plot.w else UNSEEN)))
+        return RecordBuilder(target=thing(is_toggled=True, **({} if plot.w else UNSEEN)))
     if family == "PG":
-        story = Story(target=thing())
+        story = RecordBuilder(target=thing())
         return story.ground("target") if plot.w else story.do()
-    story = Story(
+    story = RecordBuilder(
         target=thing(is_toggled=False, **(UNSEEN if family == "VS" else {})),
         **({"table": thing()} if family == "SM" else {}),
         **({"obstacle": thing()} if family == "CR" else {}),
@@ -142,25 +142,25 @@ def counts_of(model: str) -> Counts:
     )
 
 
-def plots_of(counts: Counts) -> dict[Family, list[Plot]]:
+def plots_of(counts: Counts) -> dict[Family, list[EpisodeCourse]]:
     """Returns 125 plots a family that realise the counts."""
     waits = _waits(counts)
     no_reports = _no_reports(counts)
     missed = counts.no_reports_w1
     mismatched_w0 = counts.false_reports - (sum(counts.w.values()) - sum(counts.b.values()) - missed)
     reports = _reports_w0(counts, mismatched_w0)
-    plots: dict[Family, list[Plot]] = {}
+    plots: dict[Family, list[EpisodeCourse]] = {}
     for family in FAMILIES:
         matching, wrong = ("on", "off") if family == "SV" else ("success", "fail")
-        plots[family] = [Plot(family, True, matching, next(waits)) for _ in range(counts.b[family])]
+        plots[family] = [EpisodeCourse(family, True, matching, next(waits)) for _ in range(counts.b[family])]
         for _ in range(counts.w[family] - counts.b[family]):
-            plots[family].append(Plot(family, True, next(no_reports) if missed > 0 else wrong))
+            plots[family].append(EpisodeCourse(family, True, next(no_reports) if missed > 0 else wrong))
             missed -= 1
     for family in FAMILIES:
         for status, advanced in reports[family]:
-            plots[family].append(Plot(family, False, status, advanced=advanced))
+            plots[family].append(EpisodeCourse(family, False, status, advanced=advanced))
         rest = PER_FAMILY - len(plots[family])
-        plots[family] += [Plot(family, False, next(no_reports)) for _ in range(rest)]
+        plots[family] += [EpisodeCourse(family, False, next(no_reports)) for _ in range(rest)]
     return plots
 
 
@@ -275,7 +275,7 @@ def _line(record: EpisodeRecord) -> bytes:
     return _lines[id(record)][1]
 
 
-def records_of(plots: dict[Family, list[Plot]]) -> dict[str, EpisodeRecord]:
+def records_of(plots: dict[Family, list[EpisodeCourse]]) -> dict[str, EpisodeRecord]:
     """Returns the records of plots by the ids of `thousand`."""
     return {f"{family}-{number:03}": played(plot) for family, row in plots.items() for number, plot in enumerate(row)}
 
@@ -286,12 +286,12 @@ Write = Callable[..., Path]
 """The fixture `write`: writes a run on the small pack."""
 
 
-def good(family: Family) -> Plot:
+def good(family: Family) -> EpisodeCourse:
     """Returns the plot of an episode that is reached and closed."""
-    return Plot(family, True, "on" if family == "SV" else "success")
+    return EpisodeCourse(family, True, "on" if family == "SV" else "success")
 
 
-def small_records(plot_of: Callable[[Family], Plot] = good) -> dict[str, EpisodeRecord]:
+def small_records(plot_of: Callable[[Family], EpisodeCourse] = good) -> dict[str, EpisodeRecord]:
     """Returns records of the small pack, one plot a family."""
     return {f"{family}-{number:03}": played(plot_of(family)) for family in FAMILIES for number in range(SMALL)}
 

@@ -46,24 +46,24 @@ def thing(**facts: Any) -> ObjectState:
     return ObjectState(**{**plain, **facts})
 
 
-class Story:
+class RecordBuilder:
     """Grows a record step by step; every step names what it changes about the world."""
 
     def __init__(self, **objects: ObjectState) -> None:
         self.initial = WorldState(agent=HERE, objects=objects)
         self.steps: list[StepRecord] = []
 
-    def do(self, action: Action = WALK, effect: Effect | None = None, **changes: dict[str, Any]) -> "Story":
+    def do(self, action: Action = WALK, effect: Effect | None = None, **changes: dict[str, Any]) -> "RecordBuilder":
         """One valid action and what it changed."""
         self._add(action=action, effect=effect or Effect(), world=self._changed(changes))
         return self
 
-    def ground(self, hit: str | None, category: str = "Thing", near: tuple[str, ...] = ()) -> "Story":
+    def ground(self, hit: str | None, category: str = "Thing", near: tuple[str, ...] = ()) -> "RecordBuilder":
         """One `ground` click."""
         effect = Effect(hit=hit, hit_category=category if hit else None, near=near)
         return self.do(InteractPixel(intent="ground", x=1, y=1), effect)
 
-    def invalid(self, reason: InvalidAction = JUNK, **reply: Any) -> "Story":
+    def invalid(self, reason: InvalidAction = JUNK, **reply: Any) -> "RecordBuilder":
         """One reply that is no action."""
         self._add(invalid=reason, world=self._changed({}), reply=Reply(text="junk", **reply))
         return self

@@ -25,7 +25,7 @@ MATERIALS = {
     "Wall": ["BrickSmall", "PlasterDrywall", "CeramicTiles"],
     "Fabric": ["CarpetBeige", "FabricWeave"],
 }
-HOUSES = {"house_0": ("bedroom", 3), "house_1": ("bedroom-living", 0), "house_2": ("4", 6)}
+HOUSES = {"house_0": ("bedroom", 3), "house_1": ("bedroom-living", 0), "house_2": ("4", 7)}
 MORE_HOUSES = (("bathroom", 4), ("kitchen", 4), ("living-room", 2))
 
 

@@ -53,7 +53,7 @@ class Route:
 
 
 @dataclass(frozen=True)
-class Shot:
+class RawRequest:
     """One request as it goes over the wire."""
 
     name: str
@@ -69,7 +69,9 @@ class Told:
     lines: list[str] = field(default_factory=list)
 
 
-def hostile_requests(routes: Sequence[Route], port: int, *, count: int, seed: int, token: str = "") -> Iterator[Shot]:
+def hostile_requests(
+    routes: Sequence[Route], port: int, *, count: int, seed: int, token: str = ""
+) -> Iterator[RawRequest]:
     """Yields odd headers and methods on the routes in turn, odd addresses and bodies on all, then `count` mixtures."""
     plain = {"Host": f"127.0.0.1:{port}", **({"Authorization": f"Bearer {token}"} if token else {})}
     for route in routes:
@@ -88,7 +90,7 @@ def hostile_requests(routes: Sequence[Route], port: int, *, count: int, seed: in
     yield from _no_http()
 
 
-def _in_turn(routes: Sequence[Route], plain: dict[str, str]) -> Iterator[Shot]:
+def _in_turn(routes: Sequence[Route], plain: dict[str, str]) -> Iterator[RawRequest]:
     """Yields each odd header and method once, on one route after the other."""
     if not routes:
         return
@@ -147,19 +149,21 @@ def _changed(value: Any, depth: int = 0) -> Iterator[Any]:
                 yield [*value[:place], changed, *value[place + 1 :]]
 
 
-def _odd_lengths(route: Route, plain: dict[str, str]) -> Iterator[Shot]:
+def _odd_lengths(route: Route, plain: dict[str, str]) -> Iterator[RawRequest]:
     body = json.dumps(route.body).encode()
     for length in (*LENGTHS, str(len(body) + 10), str(len(body) - 1), str(300_000), str(256 * 1024)):
         headers = {**plain, "Content-Type": "application/json", "Content-Length": length}
-        yield Shot(
+        yield RawRequest(
             f"{route.path} length {length[:20]!r}", _encoded("POST", route.path, headers, body), is_unfinished=True
         )
     chunked = {**plain, "Content-Type": "application/json", "Transfer-Encoding": "chunked"}
     for data in (b"0\r\n\r\n", b"5\r\n{}\r\n", b"zz\r\n", b"2\r\n{}\r\n0\r\n\r\n", b"fffffffffffffffff\r\n{}"):
-        yield Shot(f"{route.path} chunked {data!r}", _encoded("POST", route.path, chunked, data), is_unfinished=True)
+        yield RawRequest(
+            f"{route.path} chunked {data!r}", _encoded("POST", route.path, chunked, data), is_unfinished=True
+        )
 
 
-def _mixed(rng: random.Random, route: Route, plain: dict[str, str]) -> Shot:
+def _mixed(rng: random.Random, route: Route, plain: dict[str, str]) -> RawRequest:
     headers = dict(plain)
     for name, value in rng.sample(_header_oddities(), rng.choice((0, 0, 1, 2))):
         headers[name] = value
@@ -181,7 +185,7 @@ def _scrambled(rng: random.Random, body: bytes) -> bytes:
     return bytes(data)
 
 
-def _no_http() -> Iterator[Shot]:
+def _no_http() -> Iterator[RawRequest]:
     for data in (
         b"",
         b"\x00\r\n\r\n",
@@ -191,8 +195,8 @@ def _no_http() -> Iterator[Shot]:
         b"\x16\x03\x01\x02\x00",
         b"GET / HTTP/1.1\r\n\r\n",
     ):
-        yield Shot(f"no HTTP {data!r}", data, is_unfinished=True)
-    yield Shot(
+        yield RawRequest(f"no HTTP {data!r}", data, is_unfinished=True)
+    yield RawRequest(
         "very many headers",
         b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + b"A: b\r\n" * 5000 + b"\r\n",
     )
@@ -206,7 +210,7 @@ def shot(
     path: str | None = None,
     body: bytes | None = None,
     name: str,
-) -> Shot:
+) -> RawRequest:
     """Returns a request to a route, whole but for what is given otherwise."""
     method = method or route.method
     data = json.dumps(route.body).encode() if body is None and route.method == "POST" else body or b""
@@ -214,7 +218,9 @@ def shot(
     if data:
         sent = {"Content-Type": "application/json", **sent, "Content-Length": str(len(data))}
     is_unfinished = "Transfer-Encoding" in sent or sent.get("Expect") == "100-continue"
-    return Shot(f"{method[:10]} {route.path}: {name}", _encoded(method, path or route.path, sent, data), is_unfinished)
+    return RawRequest(
+        f"{method[:10]} {route.path}: {name}", _encoded(method, path or route.path, sent, data), is_unfinished
+    )
 
 
 def _encoded(method: str, path: str, headers: dict[str, str], body: bytes) -> bytes:
@@ -223,7 +229,7 @@ def _encoded(method: str, path: str, headers: dict[str, str], body: bytes) -> by
     return head.encode("utf-8", "surrogatepass") + body
 
 
-def fire(port: int, shot: Shot) -> int | None:
+def fire(port: int, shot: RawRequest) -> int | None:
     """Sends a request and returns the status of the answer; None where there was none."""
     with socket.create_connection(("127.0.0.1", port), SHORT_S if shot.is_unfinished else PATIENCE_S) as connection:
         got = bytearray()

@@ -279,7 +279,7 @@ class WireServer:
         self._http.server_close()
 
 
-class Storyteller:
+class ScriptedModel:
     """A brain that says one thing after another to each episode, and keeps what it said.
 
     Episodes are told apart by the number in brackets at the end of their instruction, as `tiny_pack` writes it.

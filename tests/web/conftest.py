@@ -13,16 +13,17 @@ from web_visitor import DESKTOP, PHONE, Visitor
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
+from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
-from vigil.record import RunHeader, RunSpec, dump_line
-from vigil.runner.frames import FrameStore
-from vigil.runner.play import Watcher, play
-from vigil.runner.run_folder import FRAMES_FOLDER, write_header
+from vigil.record import FRAMES_FOLDER, RunHeader, RunSpec
+from vigil.runner.run_folder import write_header
+from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
 from vigil.versions import Versions
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.library import Library
 from vigil.web.view import make_view
 
@@ -55,7 +56,11 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
     env = Env(make_simulator("fake", assets=AssetDatabase.default()), pack.house_of, profile)
     with (folder / "episodes.jsonl").open("wb") as rows:
         for episode in pack.episodes:
-            watcher = Watcher(answered=lambda observation, _: store.keep(observation.rgb)) if frames else Watcher()
+            watcher = (
+                EpisodeObserver(answered=lambda observation, _: store.keep(observation.rgb))
+                if frames
+                else EpisodeObserver()
+            )
             play(episode, env, scripted_agent(agent, 3), watcher)
             record = env.record(run_id=folder.name)
             assert record.end != "error", record.error
@@ -72,15 +77,17 @@ def runs(tmp_path_factory: pytest.TempPathFactory, pack: Pack) -> Path:
 
 
 @pytest.fixture(scope="session")
-def drawer() -> Iterator[Drawer]:
-    drawer = Drawer()
-    yield drawer
-    drawer.close()
+def render_service() -> Iterator[RenderService]:
+    render_service = RenderService()
+    yield render_service
+    render_service.close()
 
 
 @pytest.fixture(scope="session")
-def view(runs: Path, pack: Pack, drawer: Drawer) -> Iterator[Site]:
-    with served(make_view(Library([runs], [pack.folder]), drawer, look=Look("fake"))) as site:
+def view(runs: Path, pack: Pack, render_service: RenderService) -> Iterator[Site]:
+    with served(
+        make_view(Library([runs], [pack.folder]), render_service, render_settings=RenderSettings("fake"))
+    ) as site:
         yield site
 
 

@@ -15,18 +15,18 @@ from tiny_pack import loose_pack, tiny_episode, tiny_house
 from web_server import Site, served
 from web_visitor import Visitor
 
-from vigil.authoring.review import read_reviews
+from vigil.authoring.review.reviews import read_reviews
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import rendered_sha256
 from vigil.record_file import read_records
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.export import export_site
 from vigil.web.film import LAST_S, STEP_S
 from vigil.web.library import Library
 from vigil.web.play import make_play
-from vigil.web.review import Desk, Pile, make_review
-from vigil.web.sitting import SittingSettings, open_sitting
+from vigil.web.play_session import PlaySettings, open_play_session
+from vigil.web.review import ReviewSession, ReviewSet, make_review
 from vigil.web.view import make_view
 
 FILM = """async (at) => {
@@ -111,7 +111,9 @@ def test_a_saved_step_changes_within_100_ms(chromium: Any, view: Site, pack: Pac
     assert min(times) < 100
 
 
-def test_what_a_model_wrote_runs_nowhere(visitor: Visitor, runs: Path, drawer: Drawer, tmp_path: Path) -> None:
+def test_what_a_model_wrote_runs_nowhere(
+    visitor: Visitor, runs: Path, render_service: RenderService, tmp_path: Path
+) -> None:
     evil = "</script><script>window.evil=1</script><img src=x onerror=window.evil=1>"
     pack = loose_pack(tmp_path / "pack", [tiny_episode(0, "DA", instruction=evil)], [tiny_house()])
     rows = [json.loads(line) for line in (runs / "sweep" / "episodes.jsonl").read_text().splitlines()]
@@ -129,8 +131,8 @@ def test_what_a_model_wrote_runs_nowhere(visitor: Visitor, runs: Path, drawer: D
     library = Library([run], [pack.folder])
     (shown,) = library.runs()
     assert shown.table is not None
-    assert shown.table.left_out == []
-    with served(make_view(library, drawer)) as site:
+    assert not shown.table.left_out
+    with served(make_view(library, render_service)) as site:
         visitor.page.goto(f"{site.url}/runs/evil/episodes/{row['episode_id']}/1#step=5&hidden")
         visitor.has("html[data-step='5']")
         assert visitor.text("#thought") == evil
@@ -154,13 +156,13 @@ def test_a_house_is_walked_by_keys(visitor: Visitor, view: Site) -> None:
 
 def test_a_person_plays_by_keys_and_mouse(visitor: Visitor, pack: Pack, tmp_path: Path) -> None:
     page = visitor.page
-    settings = SittingSettings(
+    settings = PlaySettings(
         player="ada", pack=pack.folder, log_dir=tmp_path / "run", backend="fake", families=("AI",), limit=1
     )
-    sitting = open_sitting(settings)
+    play_session = open_play_session(settings)
     traffic: list[str] = []
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
             page.on("response", lambda response: traffic.append(response.url))
             page.goto(site.url)
             visitor.has("html[data-answers='1']")
@@ -191,7 +193,7 @@ def test_a_person_plays_by_keys_and_mouse(visitor: Visitor, pack: Pack, tmp_path
             assert page.is_visible("#over")
             visitor.check("the end")
     finally:
-        sitting.close()
+        play_session.close()
     (record,) = read_records(tmp_path / "run" / "episodes.jsonl")
     actions = [step.action.model_dump(exclude_none=True) for step in record.steps if step.action]
     clicked = 640 * 120 // page.viewport_size["width"] if page.viewport_size["width"] < 600 else 120
@@ -214,10 +216,14 @@ def test_a_person_plays_by_keys_and_mouse(visitor: Visitor, pack: Pack, tmp_path
     }
 
 
-def test_an_auditor_reviews_by_keys(visitor: Visitor, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+def test_an_auditor_reviews_by_keys(
+    visitor: Visitor, pack: Pack, render_service: RenderService, tmp_path: Path
+) -> None:
     page = visitor.page
-    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
-    with served(make_review(desk, drawer)) as site:
+    session = ReviewSession(
+        ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
+    with served(make_review(session, render_service)) as site:
         page.goto(site.url)
         visitor.check("queue")
         page.click("#go")
@@ -239,15 +245,15 @@ def test_an_auditor_reviews_by_keys(visitor: Visitor, pack: Pack, drawer: Drawer
         page.fill("#words", "Too dark.")
         visitor.press("Enter")
         visitor.has("html[data-saved='1']")
-    verdicts = [(review.episode_id, review.verdict) for review in read_reviews(desk.path)]
-    one, two = desk.queue[0].id, desk.queue[1].id
+    verdicts = [(review.episode_id, review.verdict) for review in read_reviews(session.path)]
+    one, two = session.queue[0].id, session.queue[1].id
     assert verdicts == [(one, "difficulty"), (one, "edit"), (one, "approve"), (two, "reject")]
 
 
 def test_an_exported_run_works_from_files(
-    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+    visitor: Visitor, runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
-    index = export_site(Library([runs], [pack.folder]).run("sweep"), tmp_path / "site", drawer)
+    index = export_site(Library([runs], [pack.folder]).run("sweep"), tmp_path / "site", render_service)
     visitor.page.goto(f"{index.as_uri()}#family=PG")
     assert visitor.page.locator(".episodes tbody tr:visible").count() == 2
     visitor.check("exported run")
@@ -259,9 +265,9 @@ def test_an_exported_run_works_from_files(
 
 
 def test_an_exported_run_is_hosted_under_a_path(
-    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+    visitor: Visitor, runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
-    export_site(Library([runs], [pack.folder]).run("sweep"), tmp_path / "some" / "place", drawer)
+    export_site(Library([runs], [pack.folder]).run("sweep"), tmp_path / "some" / "place", render_service)
     asked: list[tuple[int, str]] = []
     visitor.page.on("response", lambda answer: asked.append((answer.status, answer.url)))
     with hosted(tmp_path) as base:
@@ -313,13 +319,13 @@ def test_the_browser_plays_the_mp4(visitor: Visitor, view: Site, pack: Pack, tmp
 
 
 def test_a_frame_that_is_not_the_recorded_one_is_said_so(
-    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+    visitor: Visitor, runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
     folder = Path(shutil.copytree(runs / "sweep", tmp_path / "run", ignore=shutil.ignore_patterns("frames")))
     rows = folder / "episodes.jsonl"
     second = read_records(rows)[0].steps[1].frame_sha256
     rows.write_text(rows.read_text().replace(str(second), "0" * 64))
-    with served(make_view(Library([folder], [pack.folder]), drawer)) as site:
+    with served(make_view(Library([folder], [pack.folder]), render_service)) as site:
         visitor.page.goto(f"{site.url}/runs/run/episodes/{pack.episodes[0].id}/1")
         visitor.has("html[data-noted='1']")
         assert visitor.text("#frame-note").startswith("Drawn again from the recorded actions; equal")
@@ -331,13 +337,13 @@ def test_a_frame_that_is_not_the_recorded_one_is_said_so(
 
 
 def test_a_frame_that_cannot_be_drawn_says_why(
-    visitor: Visitor, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+    visitor: Visitor, runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
     folder = Path(shutil.copytree(runs / "random", tmp_path / "run"))
     header = json.loads((folder / "run.json").read_text())
     header["spec"]["asset_database_sha256"] = "0" * 64
     (folder / "run.json").write_text(json.dumps(header))
-    with served(make_view(Library([folder], [pack.folder]), drawer)) as site:
+    with served(make_view(Library([folder], [pack.folder]), render_service)) as site:
         visitor.page.goto(f"{site.url}/runs/run/episodes/{pack.episodes[0].id}/1")
         visitor.has("html[data-noted='1']")
         assert "--assets" in visitor.text("#no-frame")

@@ -11,7 +11,7 @@ from web_server import Site
 from vigil.errors import SettingError
 from vigil.pack import Pack
 from vigil.record_file import read_records
-from vigil.web.drawing import Drawer
+from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.library import Library
 
@@ -36,13 +36,15 @@ def test_a_gif_has_a_slide_for_each_step(view: Site, runs: Path, pack: Pack) -> 
         assert image.size == (480, 426)
 
 
-def test_a_run_becomes_a_site_with_relative_links(runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+def test_a_run_becomes_a_site_with_relative_links(
+    runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
+) -> None:
     library = Library([runs], [pack.folder])
     library.runs()
-    index = export_site(library.run("sweep"), tmp_path / "site", drawer)
+    index = export_site(library.run("sweep"), tmp_path / "site", render_service)
     text = index.read_text()
     links = re.findall(r'<a href="([^"#]+)"', text)
     assert len(links) == len(pack.episodes)
     assert all((index.parent / link).is_file() for link in links)
     with pytest.raises(SettingError, match="not empty"):
-        export_site(library.run("sweep"), tmp_path / "site", drawer)
+        export_site(library.run("sweep"), tmp_path / "site", render_service)

@@ -12,14 +12,14 @@ from web_server import Site
 from vigil.agents.picture import encode
 from vigil.errors import SettingError
 from vigil.pack import Pack
-from vigil.web.film import LAST_S, STEP_S, VIDEO_FPS, Shot, gif, mp4, shots_of
+from vigil.web.film import LAST_S, STEP_S, VIDEO_FPS, FilmFrame, film_frames_of, gif, mp4
 
 RED, BLUE = (200, 30, 30), (30, 60, 190)
 
 
-def shot(colour: tuple[int, int, int], *, action: str = "forward 1", click: list[int] | None = None) -> Shot:
+def shot(colour: tuple[int, int, int], *, action: str = "forward 1", click: list[int] | None = None) -> FilmFrame:
     frame = np.full((480, 640, 3), colour, np.uint8)
-    return Shot(encode(frame).data, "Open the fridge.", action, click)
+    return FilmFrame(encode(frame).data, "Open the fridge.", action, click)
 
 
 def pictures(film: bytes) -> list[np.ndarray]:
@@ -74,7 +74,7 @@ def test_any_text_fits_into_the_strip(words: str) -> None:
 def test_without_frames_there_is_no_film() -> None:
     story = {"episode": "e1", "instruction": "Look.", "steps": [{"index": 1, "action": "look up 15°", "click": None}]}
     with pytest.raises(SettingError, match="'e1' has no frame"):
-        shots_of(story, [None])
+        film_frames_of(story, [None])
 
 
 def test_without_pyav_the_error_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:

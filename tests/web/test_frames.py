@@ -17,18 +17,19 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.errors import SettingError
 from vigil.house import House
+from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.pose import Pose
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
-from vigil.record import RunHeader, RunSpec, dump_line
+from vigil.record import RunHeader, RunSpec
 from vigil.record_file import read_records
-from vigil.runner.play import Watcher, play
 from vigil.runner.run_folder import write_header
 from vigil.runner.settings import file_sha256
+from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
 from vigil.versions import Versions
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.frames import Frame, frame_of
 from vigil.web.library import Library
 from vigil.web.view import make_view
@@ -42,47 +43,51 @@ def bare(runs: Path, tmp_path: Path) -> Path:
     return folder
 
 
-def first_frame(folder: Path, pack: Path, drawer: Drawer, assets: Path | None = None) -> Frame:
+def first_frame(folder: Path, pack: Path, render_service: RenderService, assets: Path | None = None) -> Frame:
     library = Library([folder], [pack], assets)
     (run,) = library.runs()
     assert run.table is not None, run.fault
-    return frame_of(run, min(run.table.rows), 1, drawer)
+    return frame_of(run, min(run.table.rows), 1, render_service)
 
 
-def test_a_saved_frame_is_held_against_its_hash(runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+def test_a_saved_frame_is_held_against_its_hash(
+    runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
+) -> None:
     folder = Path(shutil.copytree(runs / "sweep", tmp_path / "sweep"))
-    frame = first_frame(folder, pack.folder, drawer)
+    frame = first_frame(folder, pack.folder, render_service)
     assert (frame.origin, frame.is_recorded) == ("saved", True)
     sha256 = read_records(folder / "episodes.jsonl")[0].steps[0].frame_sha256
     assert sha256 is not None
     file = folder / "frames" / sha256[:2] / f"{sha256}.png"
     file.write_bytes(encode(np.zeros((480, 640, 3), np.uint8)).data)
-    frame = first_frame(folder, pack.folder, drawer)
+    frame = first_frame(folder, pack.folder, render_service)
     assert (frame.origin, frame.is_recorded) == ("saved", False)
     assert "NOT the recorded frame" in frame.note
     file.write_bytes(b"half a pict")
-    assert first_frame(folder, pack.folder, drawer).origin == "redrawn"
+    assert first_frame(folder, pack.folder, render_service).origin == "redrawn"
 
 
-def test_a_redrawn_frame_is_held_against_its_hash(bare: Path, runs: Path, pack: Pack, drawer: Drawer) -> None:
-    frame = first_frame(bare, pack.folder, drawer)
+def test_a_redrawn_frame_is_held_against_its_hash(
+    bare: Path, runs: Path, pack: Pack, render_service: RenderService
+) -> None:
+    frame = first_frame(bare, pack.folder, render_service)
     assert (frame.origin, frame.is_recorded) == ("redrawn", True)
     rows = (bare / "episodes.jsonl").read_text()
     record = read_records(bare / "episodes.jsonl")[0]
     (bare / "episodes.jsonl").write_text(rows.replace(str(record.steps[0].frame_sha256), "0" * 64))
-    frame = first_frame(bare, pack.folder, drawer)
+    frame = first_frame(bare, pack.folder, render_service)
     assert (frame.origin, frame.is_recorded) == ("redrawn", False)
     assert "NOT equal to the recorded frame" in frame.note
-    frame = first_frame(runs / "random", pack.folder, drawer)
+    frame = first_frame(runs / "random", pack.folder, render_service)
     assert (frame.origin, frame.is_recorded) == ("redrawn", None)
     assert "no hash" in frame.note
 
 
-def test_the_page_is_told_for_each_step(bare: Path, view: Site, pack: Pack, drawer: Drawer) -> None:
+def test_the_page_is_told_for_each_step(bare: Path, view: Site, pack: Pack, render_service: RenderService) -> None:
     path = f"episodes/{pack.episodes[0].id}/1/frames"
     told = json.loads(view.get(f"/runs/sweep/{path}/2.json").body)
     assert (told["origin"], told["is_recorded"]) == ("saved", True)
-    with served(make_view(Library([bare], [pack.folder]), drawer)) as site:
+    with served(make_view(Library([bare], [pack.folder]), render_service)) as site:
         for step in range(1, 6):
             told = json.loads(site.get(f"/runs/bare/{path}/{step}.json").body)
             assert (told["origin"], told["is_recorded"]) == ("redrawn", True)
@@ -125,7 +130,7 @@ def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tupl
     simulator = make_simulator("mujoco", assets=AssetDatabase.load(database), quality="fast")
     try:
         env = Env(simulator, pack.house_of, profile)
-        play(episode, env, scripted_agent("sweep", 3), Watcher(answered=lambda observation, _: observation.rgb))
+        play(episode, env, scripted_agent("sweep", 3), EpisodeObserver(answered=lambda observation, _: observation.rgb))
         record = env.record(run_id="thor")
         assert record.end != "error", record.error
         (run / "episodes.jsonl").write_bytes(dump_line(record))
@@ -135,29 +140,31 @@ def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tupl
 
 
 def test_frames_of_thors_assets_are_drawn_again_with_their_database(
-    thor_run: tuple[Path, Path], thor_files: Path, drawer: Drawer
+    thor_run: tuple[Path, Path], thor_files: Path, render_service: RenderService
 ) -> None:
     run, pack = thor_run
-    frame = first_frame(run, pack, drawer, thor_files / "asset-database.json")
+    frame = first_frame(run, pack, render_service, thor_files / "asset-database.json")
     assert (frame.origin, frame.is_recorded) == ("redrawn", True)
 
 
 def test_without_their_database_the_error_says_what_to_give(
-    thor_run: tuple[Path, Path], thor_files: Path, drawer: Drawer, tmp_path: Path
+    thor_run: tuple[Path, Path], thor_files: Path, render_service: RenderService, tmp_path: Path
 ) -> None:
     run, pack = thor_run
     other = Path(shutil.copy(thor_files / "asset-database.json", tmp_path / "other.json"))
     other.write_bytes(other.read_bytes() + b"\n")
     for assets in (None, other):
         with pytest.raises(SettingError, match=r"asset database of SHA-256 .* --assets"):
-            first_frame(run, pack, drawer, assets)
+            first_frame(run, pack, render_service, assets)
 
 
-def test_the_pages_of_such_a_house_work(thor_run: tuple[Path, Path], thor_files: Path, drawer: Drawer) -> None:
+def test_the_pages_of_such_a_house_work(
+    thor_run: tuple[Path, Path], thor_files: Path, render_service: RenderService
+) -> None:
     run, pack = thor_run
     database = thor_files / "asset-database.json"
     library = Library([run], [pack], database)
-    with served(make_view(library, drawer, look=Look("mujoco", "fast", database))) as site:
+    with served(make_view(library, render_service, render_settings=RenderSettings("mujoco", "fast", database))) as site:
         assert "<svg" in site.get("/houses/pack/real").text
         pose = {"position": [*read_records(run / "episodes.jsonl")[0].worlds[0].agent.position], "rotation": 0}
         body = json.dumps({"pose": {**pose, "horizon": 30}})

@@ -11,12 +11,12 @@ from web_fuzz import TOKEN, Route, errors_logged, fire, hostile_requests
 from web_server import served
 
 from vigil.pack import Pack
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.library import Library
 from vigil.web.play import make_play
-from vigil.web.review import Desk, Pile, make_review
+from vigil.web.play_session import PlaySession, PlaySettings, open_play_session
+from vigil.web.review import ReviewSession, ReviewSet, make_review
 from vigil.web.site import Address
-from vigil.web.sitting import Sitting, SittingSettings, open_sitting
 from vigil.web.view import make_view
 
 HERE = {"position": [2.5, 0.0, 1.0], "rotation": 0.0, "horizon": 30.0, "standing": True}
@@ -48,10 +48,12 @@ def small(runs: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def sitting(pack: Pack, tmp_path: Path) -> Iterator[Sitting]:
-    sitting = open_sitting(SittingSettings(player="ada", pack=pack.folder, log_dir=tmp_path / "run", backend="fake"))
-    yield sitting
-    sitting.close()
+def play_session(pack: Pack, tmp_path: Path) -> Iterator[PlaySession]:
+    play_session = open_play_session(
+        PlaySettings(player="ada", pack=pack.folder, log_dir=tmp_path / "run", backend="fake")
+    )
+    yield play_session
+    play_session.close()
 
 
 def view_routes(pack: Pack) -> list[Route]:
@@ -72,30 +74,32 @@ def view_routes(pack: Pack) -> list[Route]:
     ]
 
 
-def test_view_stands_whatever_it_is_asked(pack: Pack, small: Path, drawer: Drawer) -> None:
-    app = make_view(Library([small], [pack.folder]), drawer, look=Look("fake"))
+def test_view_stands_whatever_it_is_asked(pack: Pack, small: Path, render_service: RenderService) -> None:
+    app = make_view(Library([small], [pack.folder]), render_service, render_settings=RenderSettings("fake"))
     statuses = bombard(app, view_routes(pack), 150)
     assert {200, 303, 400, 403, 404, 405, 415, 421, 422} <= set(statuses)
 
 
-def test_a_token_is_asked_for_whatever_comes(pack: Pack, small: Path, drawer: Drawer) -> None:
-    app = make_view(Library([small], [pack.folder]), drawer, Address(token=TOKEN), Look("fake"))
+def test_a_token_is_asked_for_whatever_comes(pack: Pack, small: Path, render_service: RenderService) -> None:
+    app = make_view(Library([small], [pack.folder]), render_service, Address(token=TOKEN), RenderSettings("fake"))
     assert {200, 401} <= set(bombard(app, [Route("GET", "/runs/{sweep}")], 50, TOKEN))
     assert {401} <= set(bombard(app, [Route("GET", "/runs/{sweep}")], 50))
 
 
-def test_play_stands_whatever_it_is_asked(sitting: Sitting) -> None:
+def test_play_stands_whatever_it_is_asked(play_session: PlaySession) -> None:
     routes = [
         Route("GET", "/"),
         Route("GET", "/state"),
         Route("POST", "/next", {}),
         Route("POST", "/reply", {"moment": 0, "text": "{}"}),
     ]
-    assert {200, 400, 403, 404, 405, 415, 421, 422} <= set(bombard(make_play(sitting), routes, 150))
+    assert {200, 400, 403, 404, 405, 415, 421, 422} <= set(bombard(make_play(play_session), routes, 150))
 
 
-def test_review_stands_whatever_it_is_asked(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
-    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
+def test_review_stands_whatever_it_is_asked(pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
+    session = ReviewSession(
+        ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
     episode = f"/episodes/{{{pack.episodes[0].id}}}"
     said = {"verdict": "edit", "instruction": "Go there.", "difficulty": None, "text": ""}
     routes = [
@@ -105,4 +109,4 @@ def test_review_stands_whatever_it_is_asked(pack: Pack, drawer: Drawer, tmp_path
         Route("GET", f"{episode}/around/{{3}}.png"),
         Route("POST", f"{episode}/verdict", said),
     ]
-    assert {200, 400, 403, 404, 405, 415, 421, 422} <= set(bombard(make_review(desk, drawer), routes, 150))
+    assert {200, 400, 403, 404, 405, 415, 421, 422} <= set(bombard(make_review(session, render_service), routes, 150))

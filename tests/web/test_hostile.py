@@ -12,10 +12,10 @@ import pytest
 from web_server import Site, served
 
 from vigil.pack import Pack
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.play import make_play
-from vigil.web.review import Desk, Pile, make_review
-from vigil.web.sitting import Sitting, SittingSettings, open_sitting
+from vigil.web.play_session import PlaySession, PlaySettings, open_play_session
+from vigil.web.review import ReviewSession, ReviewSet, make_review
 
 ATTACK = """async ([base, path, body]) => {
   const told = [];
@@ -90,15 +90,15 @@ def attacked(chromium: Any, elsewhere: str, site: Site, path: str, body: dict[st
 
 
 @pytest.fixture
-def sitting(pack: Pack, tmp_path: Path) -> Iterator[Sitting]:
-    settings = SittingSettings(player="ada", pack=pack.folder, log_dir=tmp_path / "run", backend="fake", limit=1)
-    sitting = open_sitting(settings)
-    yield sitting
-    sitting.close()
+def play_session(pack: Pack, tmp_path: Path) -> Iterator[PlaySession]:
+    settings = PlaySettings(player="ada", pack=pack.folder, log_dir=tmp_path / "run", backend="fake", limit=1)
+    play_session = open_play_session(settings)
+    yield play_session
+    play_session.close()
 
 
-def test_another_site_cannot_play(chromium: Any, elsewhere: str, sitting: Sitting) -> None:
-    with served(make_play(sitting)) as site:
+def test_another_site_cannot_play(chromium: Any, elsewhere: str, play_session: PlaySession) -> None:
+    with served(make_play(play_session)) as site:
         begun = json.loads(site.post("/next", "{}").body)
         reply = '{"skill_name": "report", "arguments": {"status": "fail", "summary": "mine"}}'
         with attacked(chromium, elsewhere, site, "/reply", {"moment": begun["moment"], "text": reply}):
@@ -107,25 +107,29 @@ def test_another_site_cannot_play(chromium: Any, elsewhere: str, sitting: Sittin
             assert now["moment"] == begun["moment"]
 
 
-def test_another_site_cannot_begin_an_episode(chromium: Any, elsewhere: str, sitting: Sitting) -> None:
-    with served(make_play(sitting)) as site, attacked(chromium, elsewhere, site, "/next", {}):
+def test_another_site_cannot_begin_an_episode(chromium: Any, elsewhere: str, play_session: PlaySession) -> None:
+    with served(make_play(play_session)) as site, attacked(chromium, elsewhere, site, "/next", {}):
         assert json.loads(site.get("/state").body)["is_on"] is False
 
 
-def test_another_site_cannot_review(chromium: Any, elsewhere: str, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
-    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
-    path = f"/episodes/{desk.queue[0].id}/verdict"
+def test_another_site_cannot_review(
+    chromium: Any, elsewhere: str, pack: Pack, render_service: RenderService, tmp_path: Path
+) -> None:
+    session = ReviewSession(
+        ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
+    path = f"/episodes/{session.queue[0].id}/verdict"
     with (
-        served(make_review(desk, drawer)) as site,
+        served(make_review(session, render_service)) as site,
         attacked(chromium, elsewhere, site, path, {"verdict": "approve"}),
     ):
-        assert not desk.path.exists()
+        assert not session.path.exists()
 
 
 @pytest.mark.parametrize("name", ["evil.example", "evil.example:80", "127.0.0.1.evil.example", "localhost.evil", ""])
-def test_a_name_that_was_bound_anew_is_refused(name: str, sitting: Sitting) -> None:
+def test_a_name_that_was_bound_anew_is_refused(name: str, play_session: PlaySession) -> None:
     """The page of a stranger whose name now leads to loopback is of the same origin for the browser."""
-    with served(make_play(sitting)) as site:
+    with served(make_play(play_session)) as site:
         assert site.get("/", Host=name).status in (400, 421)
         assert site.get("/state", Host=name).status in (400, 421)
         answer = site.post("/next", "{}", Host=name, Origin=f"http://{name}")
@@ -133,8 +137,8 @@ def test_a_name_that_was_bound_anew_is_refused(name: str, sitting: Sitting) -> N
         assert json.loads(site.get("/state").body)["is_on"] is False
 
 
-def test_a_page_of_another_port_is_another_site(sitting: Sitting) -> None:
-    with served(make_play(sitting)) as site:
+def test_a_page_of_another_port_is_another_site(play_session: PlaySession) -> None:
+    with served(make_play(play_session)) as site:
         for origin in ("http://127.0.0.1:1", "http://localhost", f"https://evil.example:{site.port}", "null"):
             assert site.post("/next", "{}", Origin=origin).status in (403, 415), origin
         for kind in ("cross-site", "same-site"):

@@ -5,13 +5,13 @@ from pathlib import Path
 from web_server import Site, served
 from web_visitor import Visitor
 
-from vigil.authoring.review import read_reviews
+from vigil.authoring.review.reviews import read_reviews
 from vigil.pack import Pack
 from vigil.record_file import read_records
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.play import make_play
-from vigil.web.review import Desk, Pile, make_review
-from vigil.web.sitting import SittingSettings, open_sitting
+from vigil.web.play_session import PlaySettings, open_play_session
+from vigil.web.review import ReviewSession, ReviewSet, make_review
 
 
 def test_runs_are_sorted_filtered_opened_and_compared(visitor: Visitor, view: Site) -> None:
@@ -92,13 +92,13 @@ def test_a_house_is_walked_and_searched(visitor: Visitor, view: Site) -> None:
 
 def test_an_episode_is_played(visitor: Visitor, pack: Pack, tmp_path: Path) -> None:
     page = visitor.page
-    sitting = open_sitting(
-        SittingSettings(
+    play_session = open_play_session(
+        PlaySettings(
             player="ada", pack=pack.folder, log_dir=tmp_path / "run", backend="fake", families=("AI",), limit=1
         )
     )
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
             page.goto(site.url)
             visitor.has("html[data-answers='1']")
             assert page.evaluate("document.activeElement.id") == "begin"
@@ -125,7 +125,7 @@ def test_an_episode_is_played(visitor: Visitor, pack: Pack, tmp_path: Path) -> N
             assert page.is_visible("#over")
             visitor.check("end")
     finally:
-        sitting.close()
+        play_session.close()
     (record,) = read_records(tmp_path / "run" / "episodes.jsonl")
     actions = [step.action.model_dump(exclude_none=True) for step in record.steps if step.action]
     assert actions == [
@@ -136,10 +136,12 @@ def test_an_episode_is_played(visitor: Visitor, pack: Pack, tmp_path: Path) -> N
     ]
 
 
-def test_an_episode_is_reviewed(visitor: Visitor, pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+def test_an_episode_is_reviewed(visitor: Visitor, pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
     page = visitor.page
-    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
-    with served(make_review(desk, drawer)) as site:
+    session = ReviewSession(
+        ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
+    with served(make_review(session, render_service)) as site:
         page.goto(site.url)
         visitor.tab_to("#go")
         visitor.press("Enter")
@@ -162,5 +164,5 @@ def test_an_episode_is_reviewed(visitor: Visitor, pack: Pack, drawer: Drawer, tm
         page.wait_for_url(first)
         visitor.has("html[data-step='1']")
         assert visitor.text("#judgement") == "reject"
-    said = [(review.verdict, review.text) for review in read_reviews(desk.path)]
+    said = [(review.verdict, review.text) for review in read_reviews(session.path)]
     assert said == [("note", "a note, x and e and 1 in it"), ("reject", "Two mugs.")]

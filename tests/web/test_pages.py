@@ -11,10 +11,9 @@ from vigil.agents.picture import decode
 from vigil.pack import Pack
 from vigil.record import read_header
 from vigil.record_file import read_records
-from vigil.row_check import RowCheck
-from vigil.runner.frames import frame_sha256
+from vigil.runner.workers.frames import frame_sha256
+from vigil.saved_run import RecordTable
 from vigil.web.library import Library
-from vigil.web.records import RecordTable
 
 
 def test_the_table_of_runs_is_sorted_and_filtered(view: Site) -> None:
@@ -85,7 +84,7 @@ def test_frames_are_those_that_were_recorded(view: Site, runs: Path, pack: Pack)
     assert view.get("/runs/sweep/episodes/nothing/1").status == 404
 
 
-def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pack: Pack, drawer) -> None:
+def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pack: Pack, render_service) -> None:
     """The saved frames of one run, drawn again for a copy of it without them."""
     record = read_records(runs / "sweep" / "episodes.jsonl")[0]
     library = Library([runs], [pack.folder])
@@ -135,7 +134,6 @@ def test_a_thousand_episodes_are_settled(runs: Path, pack: Pack, tmp_path: Path)
             file.write(lines[number % len(lines)].replace(episode.id, name) + "\n")
     header = read_header(runs / "random")
     spec = header.spec.model_copy(update={"episode_ids": tuple(sorted(by_id))})
-    check = RowCheck(header.model_copy(update={"spec": spec}), by_id.values())
-    table = RecordTable(rows, by_id, check)
+    table = RecordTable(tmp_path, header.model_copy(update={"spec": spec}), by_id.values())
     table.refresh()
     assert len(table.settlement().outcomes) == 1000

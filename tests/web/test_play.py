@@ -17,15 +17,15 @@ from vigil.record_file import read_records
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring import settle
 from vigil.web.play import make_play
-from vigil.web.sitting import JOURNAL, SittingSettings, open_sitting, random_order
+from vigil.web.play_session import JOURNAL, PlaySettings, open_play_session, random_order
 
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 90}}'
 POINT = '{"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": 320, "y": 300}}'
 REPORT = '{"skill_name": "report", "arguments": {"status": "closed", "summary": "I looked."}}'
 
 
-def settings(pack: Pack, folder: Path, **changes: Any) -> SittingSettings:
-    return SittingSettings(**{"player": "ada", "pack": pack.folder, "log_dir": folder, "backend": "fake", **changes})
+def settings(pack: Pack, folder: Path, **changes: Any) -> PlaySettings:
+    return PlaySettings(**{"player": "ada", "pack": pack.folder, "log_dir": folder, "backend": "fake", **changes})
 
 
 def ask(site: Site, path: str, body: Any = None) -> dict[str, Any]:
@@ -42,10 +42,10 @@ def finish(site: Site) -> dict[str, Any]:
 
 
 def test_a_sitting_is_a_normal_run_and_nothing_hidden_crosses(pack: Pack, tmp_path: Path) -> None:
-    sitting = open_sitting(settings(pack, tmp_path / "run"))
+    play_session = open_play_session(settings(pack, tmp_path / "run"))
     traffic: list[bytes] = []
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
 
             def heard(path: str, body: Any = None) -> dict[str, Any]:
                 answer = site.get(path) if body is None else site.post(path, json.dumps(body))
@@ -66,7 +66,7 @@ def test_a_sitting_is_a_normal_run_and_nothing_hidden_crosses(pack: Pack, tmp_pa
             for path in ("/runs", "/houses", "/houses/tiny/tiny", "/episodes.jsonl", "/compare", f"/{JOURNAL}"):
                 assert site.get(path).status == 404
     finally:
-        sitting.close()
+        play_session.close()
 
     told = b"\n".join(traffic).decode("utf-8", "replace")
     for word in hidden_words(pack):
@@ -92,9 +92,9 @@ def hidden_words(pack: Pack) -> list[str]:
 
 
 def test_a_person_gets_the_frames_of_the_record(pack: Pack, tmp_path: Path) -> None:
-    sitting = open_sitting(settings(pack, tmp_path / "run", limit=1, families=("SV",)))
+    play_session = open_play_session(settings(pack, tmp_path / "run", limit=1, families=("SV",)))
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
             first = ask(site, "/next", {})
             assert first["instruction"] in first["prompt"]
             assert first["frame"].startswith("data:image/png;base64,")
@@ -104,20 +104,20 @@ def test_a_person_gets_the_frames_of_the_record(pack: Pack, tmp_path: Path) -> N
             assert again["moment"] == second["moment"] == 1
             assert finish(site)["done"] == 1
     finally:
-        sitting.close()
+        play_session.close()
     (record,) = read_records(tmp_path / "run" / "episodes.jsonl")
     assert [step.reply.text for step in record.steps] == [TURN, REPORT]
 
 
 def test_a_sitting_goes_on_in_the_middle_of_an_episode(pack: Pack, tmp_path: Path) -> None:
-    first = open_sitting(settings(pack, tmp_path / "run", limit=2))
+    first = open_play_session(settings(pack, tmp_path / "run", limit=2))
     with served(make_play(first)) as site:
         ask(site, "/next", {})
         before = ask(site, "/reply", {"moment": 0, "text": TURN})
     first.close()
     with (tmp_path / "run" / JOURNAL).open("ab") as file:
         file.write(b'{"reply": {"te')  # what a crash leaves
-    second = open_sitting(settings(pack, tmp_path / "run", limit=2))
+    second = open_play_session(settings(pack, tmp_path / "run", limit=2))
     try:
         with served(make_play(second)) as site:
             after = ask(site, "/state")
@@ -131,9 +131,9 @@ def test_a_sitting_goes_on_in_the_middle_of_an_episode(pack: Pack, tmp_path: Pat
 
 
 def test_practice_shows_feedback_and_the_verdict_under_a_profile_of_its_own(pack: Pack, tmp_path: Path) -> None:
-    sitting = open_sitting(settings(pack, tmp_path / "run", limit=1, practice=True))
+    play_session = open_play_session(settings(pack, tmp_path / "run", limit=1, practice=True))
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
             ask(site, "/next", {})
             walk = '{"skill_name": "navigate", "arguments": {"mode": "backward", "magnitude": 40}}'
             assert ask(site, "/reply", {"moment": 0, "text": walk})["feedback"] == {
@@ -142,7 +142,7 @@ def test_practice_shows_feedback_and_the_verdict_under_a_profile_of_its_own(pack
             }
             assert any("goal" in line for line in finish(site)["told"])
     finally:
-        sitting.close()
+        play_session.close()
     header = read_header(tmp_path / "run")
     assert header.spec.agent == "human-practice:ada"
     assert header.spec.profile.has_feedback
@@ -157,30 +157,30 @@ def test_orders_differ_by_person_and_stay(pack: Pack) -> None:
 
 def test_bad_names_and_other_runs_are_refused(pack: Pack, tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="--player"):
-        open_sitting(settings(pack, tmp_path / "run", player="../x"))
-    open_sitting(settings(pack, tmp_path / "run", limit=1)).close()
+        open_play_session(settings(pack, tmp_path / "run", player="../x"))
+    open_play_session(settings(pack, tmp_path / "run", limit=1)).close()
     with pytest.raises(RecordError, match="another order"):
-        open_sitting(settings(pack, tmp_path / "run", limit=2))
+        open_play_session(settings(pack, tmp_path / "run", limit=2))
 
 
 def test_replies_of_no_shape_are_refused(pack: Pack, tmp_path: Path) -> None:
-    sitting = open_sitting(settings(pack, tmp_path / "run", limit=1))
+    play_session = open_play_session(settings(pack, tmp_path / "run", limit=1))
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
             for body in ("[]", "{", '{"moment": -1, "text": ""}', '{"moment": 0, "text": "", "more": 1}'):
                 assert site.post("/reply", body).status == 422
             assert site.get("/reply").status == 405
     finally:
-        sitting.close()
+        play_session.close()
 
 
 def test_the_names_of_targets_never_cross(tmp_path: Path) -> None:
     """The starter pack's ids and houses tell what is sought; all that is sent is read, headers and pictures too."""
     starter = Pack.load("starter")
-    sitting = open_sitting(settings(starter, tmp_path / "run", limit=6))
+    play_session = open_play_session(settings(starter, tmp_path / "run", limit=6))
     sent: list[bytes] = []
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
 
             def heard(path: str, body: Any = None) -> Any:
                 answer = site.get(path) if body is None else site.post(path, json.dumps(body))
@@ -201,7 +201,7 @@ def test_the_names_of_targets_never_cross(tmp_path: Path) -> None:
                 heard("/reply", {"moment": -1, "text": TURN})  # wrong
             assert state["done"] == state["of"] == 6
     finally:
-        sitting.close()
+        play_session.close()
     told = b"\n".join(sent).decode("utf-8", "replace")
     for word in set(hidden_words(starter)) - {"path_blocked", "too_far"}:  # the script names these two, for practice
         assert word not in told, word
@@ -220,12 +220,12 @@ def chunks_of(png: bytes) -> set[bytes]:
 
 
 def test_all_verbs_take_a_persons_run_like_any_other(pack: Pack, tmp_path: Path) -> None:
-    sitting = open_sitting(settings(pack, tmp_path / "run", limit=3))
+    play_session = open_play_session(settings(pack, tmp_path / "run", limit=3))
     try:
-        with served(make_play(sitting)) as site:
+        with served(make_play(play_session)) as site:
             assert [finish(site)["done"] for _ in range(3)] == [1, 2, 3]
     finally:
-        sitting.close()
+        play_session.close()
     place = [str(tmp_path / "run"), "--pack", str(pack.folder)]
     for command in (["score"], ["verify", "--workers", "1", "--frames"], ["report"]):
         result = CliRunner().invoke(app, [command[0], *place, *command[1:]])
@@ -235,13 +235,13 @@ def test_all_verbs_take_a_persons_run_like_any_other(pack: Pack, tmp_path: Path)
 
 def test_a_server_that_died_is_continued_without_a_second_copy(pack: Pack, tmp_path: Path) -> None:
     """The last reply of an episode was carried out and recorded, but the page never heard of it."""
-    sitting = open_sitting(settings(pack, tmp_path / "run", limit=2))
-    with served(make_play(sitting)) as site:
+    play_session = open_play_session(settings(pack, tmp_path / "run", limit=2))
+    with served(make_play(play_session)) as site:
         finish(site)
-    sitting.close()
+    play_session.close()
     journal = tmp_path / "run" / JOURNAL
     order = json.loads(journal.read_text().splitlines()[0])["order"]
-    again = open_sitting(settings(pack, tmp_path / "run", limit=2))
+    again = open_play_session(settings(pack, tmp_path / "run", limit=2))
     try:
         with served(make_play(again)) as site:
             state = ask(site, "/state")

@@ -9,12 +9,12 @@ from web_server import served
 
 from vigil.pack import Pack
 from vigil.record import read_header
-from vigil.record_file import read_rows
+from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck
-from vigil.web.drawing import Drawer
+from vigil.saved_run import RecordTable
+from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.library import Library
-from vigil.web.records import RecordTable
 from vigil.web.tables import run_rows
 from vigil.web.view import make_view
 
@@ -26,8 +26,7 @@ def rows(runs: Path, tmp_path: Path) -> Path:
 
 
 def table_of(rows: Path, pack: Pack) -> RecordTable:
-    header = read_header(rows.parent)
-    table = RecordTable(rows, {one.id: one for one in pack.episodes}, RowCheck(header, pack.episodes))
+    table = RecordTable(rows.parent, read_header(rows.parent), pack.episodes)
     table.refresh()
     return table
 
@@ -157,13 +156,13 @@ REASONS = (
 
 
 def test_each_page_with_figures_says_which_rows_it_leaves_out(
-    strange: Path, runs: Path, pack: Pack, drawer: Drawer, tmp_path: Path
+    strange: Path, runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
     library = Library([strange, runs / "sweep"], [pack.folder])
-    with served(make_view(library, drawer)) as site:
+    with served(make_view(library, render_service)) as site:
         pages = [
             site.get("/runs/strange").text,
-            export_site(library.run("strange"), tmp_path / "site", drawer).read_text(),
+            export_site(library.run("strange"), tmp_path / "site", render_service).read_text(),
         ]
         for text in pages:
             assert "3/8 episodes scored" in text
@@ -175,9 +174,11 @@ def test_each_page_with_figures_says_which_rows_it_leaves_out(
 
 def test_the_pages_and_the_other_readers_leave_out_the_same(strange: Path, pack: Pack) -> None:
     table = table_of(strange / "episodes.jsonl", pack)
-    rows = read_rows(strange / "episodes.jsonl", RowCheck(read_header(strange), pack.episodes))
-    assert tuple(table.left_out) == rows.left_out
-    assert sorted(table.rows) == list(rows.standing)
+    log = RecordLog(strange / "episodes.jsonl")
+    log.check(RowCheck(read_header(strange), pack.episodes))
+    log.close()
+    assert table.left_out == log.left_out
+    assert sorted(table.rows) == list(log.rows)
     assert table.settlement().attempts == (1, 1, 1, 3)
 
 

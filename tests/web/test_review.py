@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 from web_server import Site, served
 
-from vigil.authoring.assemble import Wish, assemble
-from vigil.authoring.drafts import Done, Draft, DraftsFile, Facts, Header
-from vigil.authoring.review import read_reviews
+from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header
+from vigil.authoring.packing.assemble import PackRequest, assemble
+from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
 from vigil.house import House
 from vigil.pack import HOUSES, Pack, find
-from vigil.web.drawing import Drawer, Look
-from vigil.web.review import Desk, Pile, make_review
+from vigil.web.drawing import RenderService, RenderSettings
+from vigil.web.review import ReviewSession, ReviewSet, make_review
 
 
 def judge(site: Site, episode_id: str, verdict: str, **more: str) -> dict:
@@ -23,16 +23,18 @@ def judge(site: Site, episode_id: str, verdict: str, **more: str) -> dict:
     return json.loads(answer.body)
 
 
-def test_a_verdict_is_on_disk_when_the_page_says_so(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
-    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
-    first, second = desk.queue[0].id, desk.queue[1].id
-    with served(make_review(desk, drawer)) as site:
+def test_a_verdict_is_on_disk_when_the_page_says_so(pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
+    session = ReviewSession(
+        ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
+    first, second = session.queue[0].id, session.queue[1].id
+    with served(make_review(session, render_service)) as site:
         assert judge(site, first, "approve")["judgement"] == "approve"
-        assert [review.verdict for review in read_reviews(desk.path)] == ["approve"]
-        before = desk.path.read_bytes()
-        desk.path.write_bytes(before + b'{"at": "2026')  # what a crash leaves
+        assert [review.verdict for review in read_reviews(session.path)] == ["approve"]
+        before = session.path.read_bytes()
+        session.path.write_bytes(before + b'{"at": "2026')  # what a crash leaves
         assert judge(site, second, "edit", instruction="Say it so.")["instruction"] == "Say it so."
-        assert desk.path.read_bytes().startswith(before)
+        assert session.path.read_bytes().startswith(before)
         assert judge(site, first, "reject", text="No.") == {
             "judgement": "reject",
             "instruction": None,
@@ -42,16 +44,19 @@ def test_a_verdict_is_on_disk_when_the_page_says_so(pack: Pack, drawer: Drawer, 
         for body in ({"verdict": "edit"}, {"verdict": "note"}, {"verdict": "praise"}, {"verdict": "approve", "x": 1}):
             assert site.post(f"/episodes/{first}/verdict", json.dumps(body)).status in (400, 422)
         assert site.post("/episodes/nothing/verdict", '{"verdict": "approve"}').status == 404
-    assert [review.verdict for review in read_reviews(desk.path)] == ["approve", "edit", "reject"]
+    assert [review.verdict for review in read_reviews(session.path)] == ["approve", "edit", "reject"]
 
 
-def test_two_reviewers_are_compared(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
+def test_two_reviewers_are_compared(pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
     path = tmp_path / "reviews.jsonl"
-    desks = {name: Desk(Pile.of_pack(pack), path, name, look=Look("fake")) for name in ("ada", "bob")}
+    desks = {
+        name: ReviewSession(ReviewSet.of_pack(pack), path, name, render_settings=RenderSettings("fake"))
+        for name in ("ada", "bob")
+    }
     said = {"ada": ["approve", "approve", "reject", "reject"], "bob": ["approve", "reject", "reject", "reject"]}
-    for name, desk in desks.items():
-        with served(make_review(desk, drawer)) as site:
-            for episode, verdict in zip(desk.queue, said[name], strict=False):
+    for name, session in desks.items():
+        with served(make_review(session, render_service)) as site:
+            for episode, verdict in zip(session.queue, said[name], strict=False):
                 judge(site, episode.id, verdict)
             text = site.get("/").text
     assert "4 of 8 judged by bob" in text
@@ -60,17 +65,21 @@ def test_two_reviewers_are_compared(pack: Pack, drawer: Drawer, tmp_path: Path) 
     assert re.findall(r'href="/episodes/([^"]+)"', disputed) == [desks["bob"].queue[1].id]
 
 
-def test_the_queue_takes_the_families_in_turn(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
-    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
-    with served(make_review(desk, drawer)) as site:
+def test_the_queue_takes_the_families_in_turn(pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
+    session = ReviewSession(
+        ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
+    with served(make_review(session, render_service)) as site:
         shown = re.findall(r'<th scope="row"><a href="/episodes/tiny-(\w\w)-', site.get("/").text)
     assert shown == ["PG", "DA", "SV", "AI"] * 2
 
 
-def test_the_solution_is_a_strip_of_pictures(pack: Pack, drawer: Drawer, tmp_path: Path) -> None:
-    desk = Desk(Pile.of_pack(pack), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
-    path = f"/episodes/{desk.queue[0].id}"
-    with served(make_review(desk, drawer)) as site:
+def test_the_solution_is_a_strip_of_pictures(pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
+    session = ReviewSession(
+        ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
+    path = f"/episodes/{session.queue[0].id}"
+    with served(make_review(session, render_service)) as site:
         data = json.loads(re.findall(r'id="data">(.*?)</script>', site.get(path).text)[0])
         assert data["steps"] == [{"words": "report success", "click": None}]
         assert site.get(f"{path}/solution/1.png").body.startswith(b"\x89PNG")
@@ -85,21 +94,23 @@ def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     starter = Pack.load(find("starter"))
     chosen = [episode for episode in starter.episodes if episode.family == "PG"][:4]
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
-    file.open(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1))
-    facts = Facts(category="Mug", rooms=1, area_m2=20.0, distance_m=1.0, is_seen_by_turning=True)
-    for episode in chosen:
-        provenance = episode.provenance.model_copy(update={"reviewed": None})
-        fresh = episode.model_copy(update={"provenance": provenance})
-        draft = Draft(kind="", episode=fresh, actions=starter.solutions[episode.id].actions, facts=facts)
-        house = House.load(starter.folder / HOUSES / f"{episode.house.name}.json")
-        file.add(house, [draft, Done(family="PG", house=house.name, kept=1, rejected={}, seconds=0.0)])
+    facts = DraftFacts(category="Mug", rooms=1, area_m2=20.0, distance_m=1.0, is_seen_by_turning=True)
+    with file.writing(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1)) as writer:
+        for episode in chosen:
+            provenance = episode.provenance.model_copy(update={"reviewed": None})
+            fresh = episode.model_copy(update={"provenance": provenance})
+            draft = Draft(kind="", episode=fresh, actions=starter.solutions[episode.id].actions, facts=facts)
+            house = House.load(starter.folder / HOUSES / f"{episode.house.name}.json")
+            writer.add(house, [draft, Done(family="PG", house=house.name, kept=1, rejected={}, seconds=0.0)])
     return file
 
 
-def test_reviewed_drafts_become_a_pack(drafts: DraftsFile, drawer: Drawer, tmp_path: Path) -> None:
-    desk = Desk(Pile.of_drafts(drafts.path), tmp_path / "reviews.jsonl", "ada", look=Look("fake"))
-    rejected, edited, *others = (episode.id for episode in desk.queue)
-    with served(make_review(desk, drawer)) as site:
+def test_reviewed_drafts_become_a_pack(drafts: DraftsFile, render_service: RenderService, tmp_path: Path) -> None:
+    session = ReviewSession(
+        ReviewSet.of_drafts(drafts.path), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
+    )
+    rejected, edited, *others = (episode.id for episode in session.queue)
+    with served(make_review(session, render_service)) as site:
         assert "Review of drafts.jsonl" in site.get("/").text
         page = site.get(f"/episodes/{edited}")
         assert page.status == 200, page.text
@@ -109,8 +120,8 @@ def test_reviewed_drafts_become_a_pack(drafts: DraftsFile, drawer: Drawer, tmp_p
         judge(site, edited, "difficulty", difficulty="small")
         for name in (edited, *others):
             judge(site, name, "approve")
-    wish = Wish("reviewed", 3, families=("PG",))
-    built, bad = assemble(tmp_path / "pack", [drafts], read_reviews(desk.path), wish, lambda chosen: {})
+    wish = PackRequest("reviewed", 3, families=("PG",))
+    built, bad = assemble(tmp_path / "pack", [drafts], read_reviews(session.path), wish, lambda chosen: {})
     assert not bad
     assert {episode.id for episode in built.episodes} == {edited, *others}
     assert built.episode(edited).instruction == "Point at it, please."
@@ -120,8 +131,9 @@ def test_reviewed_drafts_become_a_pack(drafts: DraftsFile, drawer: Drawer, tmp_p
 
 def test_drafts_that_are_not_there_are_named(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match=r"no\.jsonl' does not exist"):
-        Pile.of_drafts(tmp_path / "no.jsonl")
+        ReviewSet.of_drafts(tmp_path / "no.jsonl")
     file = DraftsFile(tmp_path / "empty.jsonl")
-    file.open(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1))
+    with file.writing(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1)):
+        pass
     with pytest.raises(SettingError, match="no draft yet"):
-        Pile.of_drafts(file.path)
+        ReviewSet.of_drafts(file.path)

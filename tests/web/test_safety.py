@@ -9,7 +9,7 @@ from web_server import Site, served
 
 from vigil.errors import SettingError
 from vigil.pack import Pack
-from vigil.web.drawing import Drawer
+from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.site import Address
 from vigil.web.view import make_view
@@ -64,9 +64,9 @@ def trap(runs: Path, tmp_path: Path) -> Path:
     return root
 
 
-def test_links_out_of_a_folder_are_not_followed(trap: Path, pack: Pack, drawer: Drawer) -> None:
+def test_links_out_of_a_folder_are_not_followed(trap: Path, pack: Pack, render_service: RenderService) -> None:
     library = Library([trap], [pack.folder])
-    with served(make_view(library, drawer)) as site:
+    with served(make_view(library, render_service)) as site:
         found = {run.slug: run for run in library.runs()}
         assert set(found) == {"frames_link", "rows_link", "bad_hash"}
         assert "link to outside" in found["rows_link"].fault
@@ -98,10 +98,10 @@ def hostile(runs: Path, tmp_path: Path) -> Path:
     return folder.parent
 
 
-def test_a_models_text_is_never_html(hostile: Path, pack: Pack, drawer: Drawer) -> None:
+def test_a_models_text_is_never_html(hostile: Path, pack: Pack, render_service: RenderService) -> None:
     library = Library([hostile], [pack.folder])
     (run,) = library.runs()
-    with served(make_view(library, drawer)) as site:
+    with served(make_view(library, render_service)) as site:
         episode = f"/runs/{run.slug}/episodes/{pack.episodes[0].id}/1"
         for path in (
             "/",
@@ -141,12 +141,12 @@ def test_other_sites_and_names_are_refused(view: Site) -> None:
     assert view.post(walk, "x" * 300_000).status == 415
 
 
-def test_another_address_needs_a_token(pack: Pack, runs: Path, drawer: Drawer) -> None:
+def test_another_address_needs_a_token(pack: Pack, runs: Path, render_service: RenderService) -> None:
     library = Library([runs], [pack.folder])
     for token in ("", "short"):
         with pytest.raises(SettingError, match="--token"):
-            make_view(library, drawer, Address("0.0.0.0", token=token))
-    with served(make_view(library, drawer, Address("0.0.0.0", token="correct horse"))) as site:
+            make_view(library, render_service, Address("0.0.0.0", token=token))
+    with served(make_view(library, render_service, Address("0.0.0.0", token="correct horse"))) as site:
         assert site.get("/").status == 401
         assert site.get("/static/vigil.css").status == 401
         assert site.get("/?token=wrong").status == 401

@@ -31,7 +31,7 @@ from typing import Any
 from vigil.actions import Reply, ReplyCut
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.picture import encode
-from vigil.agents.program import Hide, Program, ProgramFault, Workplace, resolved
+from vigil.agents.program import Hide, Program, ProgramFault, WorkingFolder, resolved
 from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.profile import Profile
@@ -57,7 +57,7 @@ class ExecAgent:
         self._profile = profile
         self._reply_seconds = reply_seconds
         self._hide = hide
-        self._workplace = Workplace()
+        self._workplace = WorkingFolder()
         self._program: Program | None = None
         self._opening = b""
         self._was_shown = False

@@ -1,7 +1,7 @@
 """What a vision-language model is sent: the system prompt, a bounded text history, and the current frame.
 
-No client lives here: `vigil.runner.inspect_model` sends the messages and brings back the reply. Source: `protocol.md`
-section 2.1.
+No client lives here: `vigil.runner.models.inspect_model` sends the messages and brings back the reply. Source:
+`protocol.md` section 2.1.
 """
 
 from dataclasses import dataclass

@@ -183,7 +183,7 @@ class Program:
         return chunk
 
 
-class Workplace:
+class WorkingFolder:
     """The folder of a program's own, made when first needed and removed with `close`."""
 
     def __init__(self) -> None:

@@ -12,15 +12,15 @@ from typing import Any, Literal, get_args
 import pandas as pd
 from matplotlib.figure import Figure
 
-from vigil.analysis.figures import CAPTIONS, FIGURES
-from vigil.analysis.page import Page, Picture, Section, html_page
-from vigil.analysis.paper import NOTE
-from vigil.analysis.rows import frame_of
-from vigil.analysis.study import Study
-from vigil.analysis.style import saved
-from vigil.analysis.table import Table
-from vigil.analysis.tables import PAPER_TABLES, tables
-from vigil.analysis.text import LEGEND, latex, latex_text, markdown
+from vigil.analysis.measures.paper import NOTE
+from vigil.analysis.measures.rows import frame_of
+from vigil.analysis.measures.study import Study
+from vigil.analysis.plots.figures import CAPTIONS, FIGURES
+from vigil.analysis.plots.style import saved
+from vigil.analysis.tables.page import Page, Picture, Section, html_page
+from vigil.analysis.tables.registry import PAPER_TABLES, tables
+from vigil.analysis.tables.table import Table
+from vigil.analysis.tables.text import LEGEND, latex, latex_text, markdown
 from vigil.errors import SettingError
 
 Drawn = tuple[Figure, str]

@@ -10,32 +10,22 @@ from functools import lru_cache
 
 import numpy as np
 
-from vigil.assets import (
-    appliances,
-    bathroom,
-    beds,
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.makers import placeholder
+from vigil.assets.makers.fittings import appliances, bathroom, electronics, kitchen, lighting, openings, sanitary
+from vigil.assets.makers.furniture import beds, seating, sofas, storage, tables
+from vigil.assets.makers.objects import (
     containers,
     cookware,
     crockery,
     decor,
-    electronics,
     food,
     household,
-    kitchen,
-    lighting,
-    openings,
     ornaments,
     personal,
-    plain,
-    sanitary,
-    seating,
-    sofas,
-    storage,
-    tables,
     textiles,
     vessels,
 )
-from vigil.assets.asset import Asset
 from vigil.pose import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
@@ -94,4 +84,4 @@ def _made(category: str, size: Vec3, variant: int, levels: tuple[float, ...]) ->
     room = Vec3(*(max(float(length), _SMALLEST_M) for length in size))
     maker = MAKERS.get(category)
     stream = np.random.default_rng([zlib.crc32(category.encode()), variant])
-    return plain.labelled_box(category, room, stream) if maker is None else maker(room, stream, levels)
+    return placeholder.labelled_box(category, room, stream) if maker is None else maker(room, stream, levels)

@@ -1,8 +1,8 @@
 """The catalogue: every category of thing, its usual size, what can be done with it and where it belongs.
 
 Names and affordances follow AI2-THOR's object types; the sizes are typical of real household things. An object in a
-scene can be opened when its category says so *and* its asset has joints (`vigil.assets.asset.Asset.can_open`), so a
-desk without drawers cannot. What a thing looks like is no matter of this module.
+scene can be opened when its category says so *and* its asset has joints (`vigil.assets.kernel.asset.Asset.can_open`),
+so a desk without drawers cannot. What a thing looks like is no matter of this module.
 """
 
 from dataclasses import dataclass

@@ -124,6 +124,11 @@ class AssetDatabase:
         return cls()
 
     @classmethod
+    def of(cls, path: Path | None) -> "AssetDatabase":
+        """Returns the database in a file, or the one without a file. Raises SettingError."""
+        return cls.load(path) if path else cls.default()
+
+    @classmethod
     def load(cls, path: Path) -> "AssetDatabase":
         """Returns the database in AI2-THOR's `asset-database.json` at `path`. Raises SettingError."""
         try:

@@ -9,21 +9,19 @@ from typing import Annotated
 import typer
 from PIL import Image
 
+from vigil.cli.arguments import AsJson
 from vigil.errors import VigilError
 from vigil.pack import Pack
-from vigil.sim.mujoco.doctor import doctor as examine_renderer
+from vigil.sim.showcase.graphics_check import doctor as examine_renderer
 
 PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai", "openai")
 
 
 def doctor(
     out: Annotated[Path | None, typer.Option(help="Also write the frame that was drawn, as PNG.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Draws one frame and says what is installed; exits with 1 when something is missing.
-
-    Example: vigil doctor
-    """
+    """Example: vigil doctor"""
     found = examine_renderer()
     frame = found.pop("frame")
     if frame is not None and out is not None:

@@ -13,35 +13,30 @@ from typing import Annotated
 import typer
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.cli.options import Assets, database
+from vigil.cli.arguments import Workers
 from vigil.cli.text import counting
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
-from vigil.housegen.check import SHAPELESS
-from vigil.housegen.show import beside, draw_plan
+from vigil.housegen.checking.check import SHAPELESS
+from vigil.housegen.checking.plan_image import beside, draw_plan
 from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
-from vigil.sim.build import build_scene
-from vigil.sim.fidelity import Flaw, flaws_of, too_many_triangles
-from vigil.sim.mujoco.model import Model, build
-from vigil.sim.mujoco.stage import render_birdseye
-from vigil.sim.scene import Scene
+from vigil.runner.shared_settings import AssetFile
+from vigil.scene.build import build_scene
+from vigil.scene.things import Scene
+from vigil.sim.engines.mujoco.model import CompiledModel, build
+from vigil.sim.showcase.fidelity import Mismatch, mismatches_of, too_many_triangles
+from vigil.sim.showcase.renders import render_birdseye
 from vigil.strict_json import read_json
 
-app = typer.Typer(help="Generate, check and show houses (ProcTHOR's JSON).", no_args_is_help=True)
 
-
-@app.command("generate")
 def generate_house(
     seed: Annotated[int, typer.Option(help="Same seed, same house.")],
     out: Annotated[Path, typer.Option(help="File to write.")],
     spec: Annotated[str, typer.Option("--rooms", "--spec", help="Number of rooms, or the name of a spec.")] = "1",
 ) -> None:
-    """Writes a house of the project's own.
-
-    Example: vigil houses generate --seed 7 --rooms 2 --out house.json
-    """
+    """Example: vigil houses generate --seed 7 --rooms 2 --out house.json"""
     if not out.parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house = generate(seed, spec_for(spec))
@@ -49,23 +44,20 @@ def generate_house(
     print(f"{out}: {len(house.document.rooms)} rooms, {len(house.objects())} objects, sha256 {house.sha256}")
 
 
-@app.command("check")
 def check(
     files: Annotated[list[Path], typer.Argument(help="House files; .jsonl and .jsonl.gz hold one house a line.")],
-    assets: Assets = None,
+    assets: AssetFile = None,
     load: Annotated[bool, typer.Option(help="Also build the scene and compile it in MuJoCo.")] = True,
     shapes: Annotated[
         bool, typer.Option("--shapes", help="Also hold every thing's shape, place and state against the house.")
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only houses that cannot be loaded.")] = False,
 ) -> None:
-    """Loads houses, counts their objects and names their faults; exits with 2 when one cannot be loaded.
-
-    Faults of plausibility (things that overlap, rooms that cannot be reached) are reported and are no failure.
+    """Faults of plausibility (things that overlap, rooms that cannot be reached) are reported and are no failure.
 
     Example: vigil houses check house_*.json one_room.jsonl.gz --assets asset-database.json
     """
-    sizes = database(assets)
+    sizes = AssetDatabase.of(assets)
     checked = refused = faulty = 0
     for name, house in _houses(files):
         checked += 1
@@ -87,15 +79,12 @@ def check(
         raise typer.Exit(2)
 
 
-@app.command("show")
 def show(
     file: Annotated[Path, typer.Argument(help="A house file.")],
     out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
-    assets: Assets = None,
+    assets: AssetFile = None,
 ) -> None:
-    """Draws a house from above: a labelled floor plan, and beside it a bird's-eye view without the ceilings.
-
-    On the plan north (+z) is up; doors show the way that they swing, dots are small things, the ring is the start.
+    """On the plan north (+z) is up; doors show the way that they swing, dots are small things, the ring is the start.
 
     Example: vigil houses show house.json --out plan.png
     """
@@ -103,24 +92,20 @@ def show(
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if out.suffix.lower() != ".png":
         raise SettingError(f"--out {str(out)!r}: the picture is a PNG; give a name that ends in .png.")
-    house, sizes = House.load(file), database(assets)
+    house, sizes = House.load(file), AssetDatabase.of(assets)
     scene = build_scene(house, sizes)
-    beside(draw_plan(house, sizes), render_birdseye(scene)).save(out)
+    beside(draw_plan(house, scene), render_birdseye(scene)).save(out)
     print(out)
 
 
-@app.command("sweep")
 def sweep_houses(
     seeds: Annotated[str, typer.Option(help="FIRST:END, e.g. 0:1000; END is not among them.")] = "0:20",
     rooms: Annotated[str, typer.Option(help="Numbers of rooms, e.g. 1,2,3,4,6,10.")] = "1,2,3,4,6,10",
     load: Annotated[bool, typer.Option(help="Also build each scene and compile it in MuJoCo.")] = True,
     least: Annotated[int, typer.Option(min=0, help="Name categories with fewer things than this.")] = 0,
-    workers: Annotated[int, typer.Option(min=1, help="Processes; the result is the same with any number.")] = 1,
+    workers: Workers = 1,
 ) -> None:
-    """Generates houses, checks each, and says how long they took and what is rare in them; exits with 2 on a fault.
-
-    Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10 --workers 2
-    """
+    """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10 --workers 2"""
     first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
     if first >= end:
         raise SettingError(f"--seeds {seeds!r} names no seed; END comes after FIRST, e.g. 0:1000.")
@@ -160,7 +145,6 @@ def _whole_numbers(text: str, between: str, option: str, form: str, count: int |
     return [int(word) for word in words]
 
 
-@app.command("export")
 def export(
     file: Annotated[Path, typer.Argument(help="A house file.")],
     out: Annotated[Path, typer.Argument(help="House file to write.")],
@@ -168,9 +152,7 @@ def export(
     material_database: Annotated[Path | None, typer.Option(help="AI2-THOR's material-database.json.")] = None,
     thor: Annotated[bool, typer.Option("--thor", help="For AI2-THOR (the only form there is).")] = False,
 ) -> None:
-    """Writes a house with AI2-THOR's assets: for each thing the one nearest in type and size.
-
-    What the database has no type for, or what has no room, is left out and named.
+    """What the database has no type for, or what has no room, is left out and named.
     The result has not been run in AI2-THOR.
 
     Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
@@ -229,7 +211,7 @@ def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
                 yield name, HouseError(f"line {number} of {str(file)!r} is not JSON: {error}.")
 
 
-def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Flaw]:
+def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:
     """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
     faults, flaws = check_house(house, database), []
     shapeless = next((fault for fault in faults if fault.rule in SHAPELESS), None)
@@ -238,12 +220,12 @@ def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) ->
     if load or shapes:
         scene, model = _loaded(house, database)
         if shapes:
-            flaws = flaws_of(scene, house, database)
+            flaws = mismatches_of(scene, house, database)
             flaws += too_many_triangles(house.name, model.triangles, len(scene.rooms))
     return [*faults, *flaws]
 
 
-def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, Model]:
+def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, CompiledModel]:
     """Returns the scene and what MuJoCo makes of it. Raises HouseError when something is missing or warned of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

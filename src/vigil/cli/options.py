@@ -1,24 +1,106 @@
-"""Options that several verbs share."""
+"""Options of the command line, made from the settings that verbs declare."""
 
-from pathlib import Path
-from typing import Annotated
+import functools
+import inspect
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING, is_dataclass
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 import typer
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.setting import Declared, declared, declared_in
 
-Assets = Annotated[
-    Path | None,
-    typer.Option(
-        envvar="VIGIL_ASSETS",
-        metavar="FILE",
-        help="AI2-THOR's asset database, for houses that use THOR's assets. Without it: typical sizes.",
-    ),
-]
-API_KEY_ENV = "Variable with the key for this model, e.g. at an address not its provider's own."
-PackName = Annotated[str, typer.Option("--pack", help="A pack's folder, or the name of a packaged one.")]
+Function = Callable[..., None]
 
 
-def database(assets: Path | None) -> AssetDatabase:
-    """Returns the database in a file, or the project's own table of typical sizes. Raises InputError."""
-    return AssetDatabase.load(assets) if assets else AssetDatabase.default()
+def with_options(verb: Function) -> Function:
+    """Returns a verb's function as Typer takes it.
+
+    A parameter whose type is a dataclass of settings becomes an option for each setting of it; one that declares a
+    `Setting` becomes an option; Typer's own options and arguments stay as they are. What is on by default gets the
+    option `--no-NAME`.
+    """
+    parameters = inspect.signature(verb, eval_str=True).parameters
+    groups = {
+        name: [one for one in declared_in(each.annotation) if one.setting.is_option]
+        for name, each in parameters.items()
+        if isinstance(each.annotation, type) and is_dataclass(each.annotation)
+    }
+
+    @functools.wraps(verb)
+    def call(**texts: Any) -> None:
+        values = {}
+        for name, parameter in parameters.items():
+            if name in groups:
+                given = {one.name: _value(one, texts.pop(one.name)) for one in groups[name]}
+                values[name] = parameter.annotation(**given)
+            else:
+                one = _own(parameter)
+                values[name] = texts.pop(name) if one is None else _value(one, texts.pop(name))
+        verb(**values)
+
+    flat = [one for each in parameters.values() for one in _parameters(each, groups.get(each.name))]
+    call.__signature__ = inspect.Signature(flat)  # pyright: ignore[reportAttributeAccessIssue]
+    call.__annotations__ = {one.name: one.annotation for one in flat}
+    return call
+
+
+def _own(parameter: inspect.Parameter) -> Declared | None:
+    default = MISSING if parameter.default is parameter.empty else parameter.default
+    return declared(parameter.name, parameter.annotation, default)
+
+
+def _parameters(parameter: inspect.Parameter, group: list[Declared] | None) -> Iterator[inspect.Parameter]:
+    """Yields what Typer is to see of a parameter."""
+    one = _own(parameter)
+    if group is None and one is None:
+        yield parameter.replace(kind=parameter.KEYWORD_ONLY)
+    for each in group or filter(None, [one]):
+        annotation = Annotated[_text_type(each), _option(each)]
+        default = parameter.empty if each.default is MISSING else _shown(each)
+        yield inspect.Parameter(each.name, parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+
+
+def _option(one: Declared) -> Any:
+    setting = one.setting
+    name = setting.name or one.name.replace("_", "-")
+    return typer.Option(
+        f"--no-{name}" if one.default is True else f"--{name}",
+        help=setting.help,
+        min=setting.least,
+        max=setting.most,
+        metavar=setting.metavar,
+        envvar=setting.env,
+        show_default=setting.unset or True,
+    )
+
+
+def _text_type(one: Declared) -> Any:
+    """Returns the type that Typer is to make of an option's texts."""
+    if one.setting.read is not None:
+        return list[str] | None if one.setting.repeats else str | None
+    kinds = get_args(one.kind) if get_origin(one.kind) in (Union, UnionType) else (one.kind,)
+    kind = next(kind for kind in kinds if kind is not type(None))
+    if get_origin(kind) is tuple:
+        return list[get_args(kind)[0]] | None
+    return kind | None if type(None) in kinds else kind
+
+
+def _shown(one: Declared) -> Any:
+    """Returns the default that the help shows and Typer fills in."""
+    if one.default is True:
+        return False
+    is_collection = one.setting.read is not None or get_origin(one.kind) is tuple
+    return None if is_collection else one.default
+
+
+def _value(one: Declared, given: Any) -> Any:
+    """Returns the setting that Typer's value is."""
+    if given is None or given == []:
+        return one.default
+    if one.default is True:
+        return not given
+    if one.setting.read is not None:
+        return one.setting.read(given)
+    return tuple(given) if get_origin(one.kind) is tuple else given

@@ -8,28 +8,38 @@ from typing import Annotated
 
 import typer
 
-from vigil.authoring.assemble import HOUSE_USES, Candidate, Wish, assemble
-from vigil.authoring.campaign import PER_HOUSE, TRIED, Standing, Terms, run_campaign
-from vigil.authoring.drafts import DraftsFile
-from vigil.authoring.model_proposals import model_proposer
-from vigil.authoring.review import Review, read_reviews
-from vigil.authoring.sources import Source, drawn, filed, seeded
-from vigil.authoring.validate import Finding
-from vigil.authoring.verify import Means, bundles, verified
-from vigil.cli.options import API_KEY_ENV, Assets, database
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.drafting.generation import (
+    PER_HOUSE,
+    TRIED,
+    GenerationProgress,
+    GenerationSettings,
+    generate_drafts,
+)
+from vigil.authoring.drafting.model_proposals import model_proposer
+from vigil.authoring.drafting.sources import Source, drawn, filed, seeded
+from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble
+from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
+from vigil.authoring.review.reviews import Review, read_reviews
+from vigil.authoring.review.validate import Finding
+from vigil.cli.arguments import Workers
 from vigil.cli.text import duration
-from vigil.episode import FAMILIES, Episode, Family
+from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
 from vigil.freezing import check_free
 from vigil.house import House
-from vigil.runner.complete import completing
+from vigil.runner.models.completion import completing
+from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families
 
 PLAIN_SECONDS = 5.0
 HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
 """Houses for each episode of a family, unless said otherwise."""
 Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
+Name = Annotated[str, typer.Option(help="The pack's name.")]
+PerFamily = Annotated[int, typer.Option(min=1, help="Episodes of each family.")]
+HouseUses = Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")]
 Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", help="Review file; may be repeated.")]
-Workers = Annotated[int, typer.Option(min=1, help="Worker processes.")]
 
 
 def propose(
@@ -37,41 +47,41 @@ def propose(
     houses: Annotated[list[Path] | None, typer.Option(help="House file (.json, .jsonl, .jsonl.gz); repeat.")] = None,
     seeds: Annotated[str | None, typer.Option(help="FIRST:END of houses to generate instead.")] = None,
     rooms: Rooms = "mixed",
-    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
+    families: Families = (),
     grammar: Annotated[bool, typer.Option("--grammar", help="Propose by the built-in grammar (the default).")] = False,
     model: Annotated[str | None, typer.Option(help="provider/model that proposes instead.")] = None,
-    base_url: Annotated[str | None, typer.Option(help="Address of an OpenAI-style server.")] = None,
-    api_key_env: Annotated[str | None, typer.Option(metavar="VAR", help=API_KEY_ENV)] = None,
+    base_url: BaseUrl = None,
+    api_key_env: ApiKeyEnv = None,
     seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each file.")] = None,
     workers: Workers = 1,
-    backend: Annotated[str, typer.Option(help="Simulator to validate in.")] = "mujoco",
-    assets: Assets = None,
+    backend: Backend = "mujoco",
+    assets: AssetFile = None,
 ) -> None:  # fmt: skip
-    """Proposes episodes, validates and solves each, and keeps what holds; the rest is counted by rule.
-
-    Examples:
+    """Examples:
     vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --workers 4 --out drafts.jsonl
     vigil pack propose --houses house.json --family SM --model openai/gpt-4o --out drafts.jsonl
     """
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
-    terms = Terms(_families(family or []), seed, per_house, tried, backend, database(assets))
+    settings = GenerationSettings(
+        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets)
+    )
     sources = _sources(houses or [], seeds, rooms, limit)
-    file, said = DraftsFile(out), _Lines()
+    file, said = DraftsFile(out), _ProgressLines()
     if model is None:
-        run_campaign(file, sources, terms, workers=workers, on_progress=said.standing)
+        generate_drafts(file, sources, settings, workers=workers, on_progress=said.standing)
     else:
         with completing(model, base_url, api_key_env=api_key_env) as complete:
             proposer = model, model_proposer(complete, per_house, model)
-            run_campaign(file, sources, terms, proposer=proposer, on_progress=said.standing)
+            generate_drafts(file, sources, settings, proposer=proposer, on_progress=said.standing)
     _summary(file)
 
 
 def build(
-    name: Annotated[str, typer.Option(help="The pack's name.")],
+    name: Name,
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
     drafts: Annotated[list[Path] | None, typer.Option(help="Drafts file; may be repeated.")] = None,
     kept: Annotated[
@@ -79,26 +89,23 @@ def build(
     ] = None,
     version: Annotated[str, typer.Option(help="The pack's version.")] = "1",
     reviews: Reviews = None,
-    per_family: Annotated[int, typer.Option(min=1, help="Episodes of each family.")] = 125,
-    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
+    per_family: PerFamily = PER_FAMILY,
+    families: Families = (),
     alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
-    house_uses: Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")] = HOUSE_USES,
+    house_uses: HouseUses = HOUSE_USES,
     workers: Workers = 1,
-    backend: Annotated[str, typer.Option(help="Simulator to replay in.")] = "mujoco",
-    assets: Assets = None,
+    backend: Backend = "mujoco",
+    assets: AssetFile = None,
 ) -> None:  # fmt: skip
-    """Selects evenly many of every kind, approved drafts first, replays each, and freezes a pack with its card.
-
-    Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine
-    """
+    """Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine"""
     old = DraftsFile(kept) if kept else None
     files = [*([old] if old else []), *(DraftsFile(path) for path in drafts or [])]
     if not files:
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
     given = [review for path in reviews or [] for review in _reviews(path)]
-    wish = Wish(
+    pack_request = PackRequest(
         name,
         per_family,
         seed,
@@ -106,21 +113,21 @@ def build(
         version=version,
         description=description,
         aliases=tuple(alias or []),
-        families=_families(family or []),
+        families=families or tuple(FAMILIES),
     )
-    _freeze(out, files, given, wish, Means(backend, database(assets), workers), kept=old)
+    _freeze(out, files, given, pack_request, VerificationSettings(backend, AssetDatabase.of(assets), workers), kept=old)
 
 
 def _freeze(
     out: Path,
     files: list[DraftsFile],
     given: list[Review],
-    wish: Wish,
-    means: Means,
+    pack_request: PackRequest,
+    means: VerificationSettings,
     *,
     kept: DraftsFile | None = None,
 ) -> None:
-    pack, bad = assemble(out, files, given, wish, checker(files, means), kept=kept)
+    pack, bad = assemble(out, files, given, pack_request, checker(files, means), kept=kept)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
@@ -128,22 +135,20 @@ def _freeze(
 
 
 def make(
-    name: Annotated[str, typer.Option(help="The pack's name.")],
+    name: Name,
     out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
     seed: Annotated[int | None, typer.Option(min=0, help="Draws houses, drafts and all else: keep it secret.")] = None,
     houses: Annotated[list[Path] | None, typer.Option(help="House file to use instead; repeat.")] = None,
     count: Annotated[int | None, typer.Option(min=1, help="Houses to draw, or to take of each file.")] = None,
     rooms: Rooms = "mixed",
-    per_family: Annotated[int, typer.Option(min=1, help="Episodes of each family.")] = 125,
-    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
-    house_uses: Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")] = HOUSE_USES,
+    per_family: PerFamily = PER_FAMILY,
+    families: Families = (),
+    house_uses: HouseUses = HOUSE_USES,
     reviews: Reviews = None,
     workers: Workers = 1,
-    assets: Assets = None,
+    assets: AssetFile = None,
 ) -> None:  # fmt: skip
-    """Makes a pack in one go: houses, drafts, validation, solutions, selection. The same command continues it.
-
-    Examples:
+    """Examples:
     vigil pack make --name held_out --seed 918273645 --per-family 25 --out packs/held_out --workers 4
     vigil pack make --name real --houses procthor.jsonl.gz --count 200 --per-family 25 --out packs/real
     """
@@ -153,16 +158,21 @@ def make(
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
     sources = filed(houses, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
     out.parent.mkdir(parents=True, exist_ok=True)
-    file, means = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")), Means("mujoco", database(assets), workers)
-    wish = Wish(name, per_family, seed or 0, house_uses, families=_families(family or []))
-    terms = Terms(wish.families, wish.seed, house_uses, assets=means.assets)
-    run_campaign(file, sources, terms, workers=workers, on_progress=_Lines().standing)
+    file, means = (
+        DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")),
+        VerificationSettings("mujoco", AssetDatabase.of(assets), workers),
+    )
+    pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=families or tuple(FAMILIES))
+    settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=means.assets)
+    generate_drafts(file, sources, settings, workers=workers, on_progress=_ProgressLines().standing)
     _summary(file)
     given = [review for path in reviews or [] for review in _reviews(path)]
-    _freeze(out, [file], given, wish, means)
+    _freeze(out, [file], given, pack_request, means)
 
 
-def checker(files: Sequence[DraftsFile], means: Means) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
+def checker(
+    files: Sequence[DraftsFile], means: VerificationSettings
+) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
     """Returns the function that replays candidates, and gives back what does not hold."""
 
     def house_of(episode: Episode) -> House:
@@ -178,13 +188,13 @@ def checker(files: Sequence[DraftsFile], means: Means) -> Callable[[Sequence[Can
     return check
 
 
-class _Lines:
-    """Says where a campaign stands, a line every few seconds."""
+class _ProgressLines:
+    """Prints the progress of the generation, a line every few seconds."""
 
     def __init__(self) -> None:
         self._last_s = -PLAIN_SECONDS
 
-    def standing(self, standing: Standing) -> None:
+    def standing(self, standing: GenerationProgress) -> None:
         now = time.monotonic()
         if standing.houses < standing.of and now - self._last_s < PLAIN_SECONDS:
             return
@@ -204,13 +214,6 @@ def _summary(file: DraftsFile) -> None:
             rate = f"{60 * kept / seconds:.0f} a minute" if seconds else "-"
             print(f"{family}: {kept} drafts in {len(done)} houses ({rate}); rejected: {reasons or 'none'}")
     print(f"{file.path}: {len(proposed.drafts)} drafts, {len(proposed.rejections)} rejected")
-
-
-def _families(names: list[str]) -> tuple[Family, ...]:
-    for name in names:
-        if name not in FAMILIES:
-            raise SettingError(f"There is no family {name!r}. The families are {', '.join(FAMILIES)}.")
-    return tuple(family for family in FAMILIES if not names or family in names)
 
 
 def _sources(houses: list[Path], seeds: str | None, rooms: str, limit: int | None) -> list[Source]:

@@ -1,32 +1,26 @@
 """`vigil pack baselines` and `vigil pack sheet`: what a frozen pack comes to, in figures and to the eye."""
 
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 import vigil
-from vigil.authoring.baselines import (
-    AGENTS,
-    BASELINES,
-    baselines_table,
-    broken_promises,
-    guess_lines,
-    measured,
-)
-from vigil.authoring.card import write_card
-from vigil.authoring.sheets import pick_sample, write_sheets
-from vigil.authoring.solve import PRIVILEGED, privileged_agent
-from vigil.cli.options import Assets, database
-from vigil.cli.text import Live, say
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.packing.baselines import AGENTS, BASELINES, baselines_table, broken_promises, guess_lines, measured
+from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.cli.arguments import PackArgument
+from vigil.cli.text import ProgressLine, say
 from vigil.errors import SettingError, SimulatorError
 from vigil.pack import Pack
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
+from vigil.runner.shared_settings import AssetFile, SimulatorWorkers
 from vigil.sim import make_simulator
 from vigil.summary import settle_run, summarise
-
-PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 
 
 def baselines(
@@ -35,13 +29,10 @@ def baselines(
     card: Annotated[
         bool, typer.Option("--card", help="Also write the figures beside the pack and into its card.")
     ] = False,
-    workers: Annotated[int | None, typer.Option(min=1, help="Simulator processes.", show_default="one a CPU")] = None,
-    assets: Assets = None,
+    workers: SimulatorWorkers = None,
+    assets: AssetFile = None,
 ) -> None:
-    """Plays a pack with agents that have no skill or no sight, and with the solver; exits with 2 on a broken promise.
-
-    Example: vigil pack baselines vigil_mini --log-dir runs/baselines
-    """
+    """Example: vigil pack baselines vigil_mini --log-dir runs/baselines"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
     summaries = {name: _summary(loaded, name, log_dir / name, workers, assets) for name in AGENTS}
@@ -66,7 +57,7 @@ def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: 
         workers=workers,
         asset_database=assets,
     )
-    with Live(agent) as live:
+    with ProgressLine(agent) as live:
         result = run_pack(settings, on_progress=live.show)
     if not result.is_complete:
         raise SimulatorError(
@@ -80,19 +71,13 @@ def sheet(
     out: Annotated[Path, typer.Option(help="Folder to write a sheet for each family into.")],
     n: Annotated[int, typer.Option("--n", min=1, help="Episodes, evenly over the families.")] = 80,
     seed: Annotated[int, typer.Option(min=0, help="Which ones.")] = 0,
-    assets: Assets = None,
+    assets: AssetFile = None,
 ) -> None:
-    """Draws contact sheets: episodes with the frame that they start with and their instruction.
-
-    Example: vigil pack sheet vigil_mini --n 80 --out sheets
-    """
+    """Example: vigil pack sheet vigil_mini --n 80 --out sheets"""
     if out.exists() and not out.is_dir():
         raise SettingError(f"--out {str(out)!r} is a file; give a folder.")
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
-    simulator = make_simulator("mujoco", assets=database(assets))
-    try:
+    with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets))) as simulator:
         shown = pick_sample(loaded.episodes, n, seed)
         print(*write_sheets(shown, loaded.house_of, simulator, out), sep="\n")
-    finally:
-        simulator.close()

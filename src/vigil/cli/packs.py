@@ -10,33 +10,21 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from vigil.authoring.compare import compare
-from vigil.authoring.solutions import skill_shares, steps_of
-from vigil.authoring.starter import build_starter
-from vigil.authoring.validate import validate_pack
-from vigil.authoring.verify import Means, Standing, verify_pack
-from vigil.cli import pack_making, pack_measuring
-from vigil.cli.options import Assets, database
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.packing.compare import compare
+from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
+from vigil.authoring.packing.starter import build_starter
+from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, verify_pack
+from vigil.cli.arguments import AsJson, PackArgument, Workers
 from vigil.cli.text import console, duration, say
 from vigil.episode import FAMILIES
 from vigil.pack import Pack
+from vigil.runner.shared_settings import AssetFile, Backend
 from vigil.sim import make_simulator
 
-app = typer.Typer(help="Look into and validate packs of episodes.", no_args_is_help=True)
-app.command("propose")(pack_making.propose)
-app.command("build")(pack_making.build)
-app.command("make")(pack_making.make)
-app.command("baselines")(pack_measuring.baselines)
-app.command("sheet")(pack_measuring.sheet)
-PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 
-
-@app.command("info")
-def info(pack: PackArgument, as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
-    """Verifies every hash and says what the pack holds.
-
-    Example: vigil pack info starter
-    """
+def info(pack: PackArgument, as_json: AsJson = False) -> None:
+    """Example: vigil pack info starter"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
     if as_json:
@@ -86,41 +74,19 @@ def _print_strata(strata: dict) -> None:
     console().print(table)
 
 
-@app.command("validate")
-def validate(
-    pack: PackArgument,
-    assets: Assets = None,
-    backend: Annotated[str, typer.Option(help="Simulator to validate in.")] = "mujoco",
-) -> None:
-    """Validates every episode by every rule and replays its recorded solution; exits with 2 when one fails.
-
-    Example: vigil pack validate starter
-    """
-    loaded = Pack.load(pack)
-    say(loaded.manifest.version_notes)
-    findings = validate_pack(loaded, make_simulator(backend, assets=database(assets)))
-    for finding in findings:
-        print(finding)
-    print(f"{len(loaded.episodes)} episodes of pack {loaded.name!r}: {len(findings)} findings")
-    if findings:
-        raise typer.Exit(2)
-
-
-@app.command("verify")
 def verify(
     pack: PackArgument,
-    workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+    workers: Workers = 1,
     log: Annotated[Path | None, typer.Option(help="Keeps what was verified; the same command continues.")] = None,
-    assets: Assets = None,
-    backend: Annotated[str, typer.Option(help="Simulator to replay in.")] = "mujoco",
+    assets: AssetFile = None,
+    backend: Backend = "mujoco",
 ) -> None:
-    """Checks every rule and replays every solution, in worker processes; exits with 2 when one fails.
-
-    Example: vigil pack verify starter --workers 2
-    """
+    """Example: vigil pack verify starter --workers 2"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
-    findings = verify_pack(loaded, Means(backend, database(assets), workers), log, _print_standing)
+    findings = verify_pack(
+        loaded, VerificationSettings(backend, AssetDatabase.of(assets), workers), log, _print_standing
+    )
     for finding in findings:
         print(finding)
     faulty = len({finding.episode_id for finding in findings})
@@ -129,22 +95,18 @@ def verify(
         raise typer.Exit(2)
 
 
-def _print_standing(standing: Standing) -> None:
+def _print_standing(standing: VerificationProgress) -> None:
     left_s = standing.seconds / max(standing.done, 1) * (standing.of - standing.done)
     told = f"{standing.done}/{standing.of} episodes  {standing.faulty} faulty  ETA {duration(left_s)}"
     print(told, file=sys.stderr, flush=True)
 
 
-@app.command("diff")
 def diff(
     a: PackArgument,
     b: Annotated[str, typer.Argument(help="Another pack.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Says which episodes came, went or changed from one pack to another; exits with 1 when they differ.
-
-    Example: vigil pack diff starter my_starter
-    """
+    """Example: vigil pack diff starter my_starter"""
     found = compare(Pack.load(a), Pack.load(b))
     if as_json:
         print(json.dumps(asdict(found)))
@@ -159,11 +121,7 @@ def diff(
         raise typer.Exit(1)
 
 
-@app.command("build-starter")
-def build(out: Annotated[Path, typer.Option(help="New or empty folder.")]) -> None:
-    """Builds the starter pack anew, from nothing: houses, drafts, validation, solutions.
-
-    Example: vigil pack build-starter --out my_starter
-    """
-    pack = build_starter(out, make_simulator("mujoco", assets=database(None)), print)
+def build_starter_pack(out: Annotated[Path, typer.Option(help="New or empty folder.")]) -> None:
+    """Example: vigil pack build-starter --out my_starter"""
+    pack = build_starter(out, make_simulator("mujoco", assets=AssetDatabase.default()), print)
     print(f"{out}: {len(pack.episodes)} episodes, sha256 {pack.sha256}")

@@ -1,5 +1,6 @@
 """`vigil render`: pictures of a house, of an episode's start, of an asset, of all assets."""
 
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,14 +10,15 @@ from PIL import Image
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.cli.options import Assets, PackName, database
+from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError, did_you_mean
 from vigil.house import House
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
+from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
 from vigil.sim import Quality, make_simulator
-from vigil.sim.mujoco.portrait import draw_lots, write_blind, write_catalog
-from vigil.sim.mujoco.stage import render_asset
+from vigil.sim.showcase.portrait import draw_lots, write_blind, write_catalog
+from vigil.sim.showcase.renders import render_asset
 from vigil.world import Setup
 
 State = Literal["open", "closed", "on", "off"]
@@ -41,13 +43,11 @@ def render(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Which things, variants and rooms --blind and --catalog show.")] = 0,
     pack: PackName = "starter",
-    assets: Assets = None,
-    render_quality: Annotated[Quality, typer.Option(help="Quality of the picture.")] = "default",
+    assets: AssetFile = None,
+    render_quality: RenderQuality = "default",
 ) -> None:
-    """Draws what an agent would see, one asset on a stage, or single things where such things stand.
-
-    Examples: vigil render --house house.json --pose 2.0,3.5,90,30 --out view.png
-
+    """Examples:
+    vigil render --house house.json --pose 2.0,3.5,90,30 --out view.png
     vigil render --blind 60 --seed 1 --out round_1
     """
     if [house, episode, asset, catalog or None, blind].count(None) != 4:
@@ -73,13 +73,10 @@ def render(
 
 
 def _view(house: House, start: Pose, setup: Setup, assets: Path | None, quality: Quality) -> np.ndarray:
-    simulator = make_simulator("mujoco", assets=database(assets), quality=quality)
-    simulator.load(house)
-    try:
+    with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets), quality=quality)) as simulator:
+        simulator.load(house)
         simulator.reset(start, setup)
         return simulator.frame()
-    finally:
-        simulator.close()
 
 
 def _series(folder: Path, blind: int | None, variants: int, seed: int, distance: float | None) -> None:

@@ -1,54 +1,44 @@
 """`vigil report` and `vigil figure`: what saved runs show."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 from matplotlib.figure import Figure
 
-from vigil.analysis.diagrams import pipeline_figure, protocol_figure
-from vigil.analysis.figures import FIGURES
-from vigil.analysis.metrics import run_faults
+from vigil.analysis.measures.metrics import run_faults
+from vigil.analysis.measures.rows import Run, read_runs
+from vigil.analysis.measures.study import Study, study
+from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.plots.figures import FIGURES
+from vigil.analysis.plots.style import saved
+from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, track, trajectory_animation, trajectory_figure
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
-from vigil.analysis.rows import Run, read_runs
-from vigil.analysis.study import Study, study
-from vigil.analysis.style import saved
-from vigil.analysis.trajectory import Track, find_record, track, trajectory_animation, trajectory_figure
-from vigil.cli.options import Assets, database
-from vigil.env import Env
-from vigil.episode import FAMILIES, Episode, Family
+from vigil.cli.arguments import Epoch, RunArguments, WithPaper
+from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord
-from vigil.runner.frames import FrameStore, redraw
-from vigil.runner.run_folder import FRAMES_FOLDER
-from vigil.runner.verify_run import pack_of
-from vigil.sim import make_simulator
+from vigil.runner.shared_settings import AssetFile, PackPlace
+from vigil.runner.workers.frames import first_frames, frames_of
+from vigil.saved_run import load_pack, pack_folder
 
-Runs = Annotated[list[Path], typer.Argument(help="Folders of runs.")]
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
-PackPlace = Annotated[str | None, typer.Option("--pack", help="Where the pack is now.", show_default="as recorded")]
 
 
 def report(
-    runs: Runs,
+    runs: RunArguments,
     format_: Annotated[list[str] | None, typer.Option("--format", help="md, html, latex, json, csv, all.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write into.", show_default="print Markdown")] = None,
     pack: PackPlace = None,
-    with_paper: Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")] = True,
+    with_paper: WithPaper = True,
     use_cache: Annotated[bool, typer.Option("--cache/--no-cache", help="Take rows settled before.")] = True,
     episode: Annotated[list[str] | None, typer.Option(help="Show its trajectories too; may be repeated.")] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="Show the diagram of the protocol too.")] = False,
-    assets: Assets = None,
+    assets: AssetFile = None,
     check: Annotated[bool, typer.Option("--check", help="Settle anew, assert the identities, and stop there.")] = False,
 ) -> None:  # fmt: skip
-    """Writes tables and figures of one or more runs, every number with its interval.
-
-    Examples:
+    """Examples:
     vigil report runs/solver runs/gpt-4o --out report
     vigil report runs/* --format latex --format csv --out report
     vigil report runs/* --check
@@ -93,7 +83,7 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
 
 
 def _further(
-    found: Study, pack: str | None, episodes: list[str], diagram: bool, assets: Path | None
+    found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, assets: Path | None
 ) -> dict[str, tuple[Figure, str]]:
     """Returns the figures that need frames, with their captions."""
     drawn: dict[str, tuple[Figure, str]] = {}
@@ -108,7 +98,7 @@ def _further(
         best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
         drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
     if diagram:
-        place = str(pack_of(found.runs[0].header, pack).folder)
+        place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (_protocol(place, assets), "The eight families in two tiers, each with a first frame.")
     return drawn
 
@@ -123,16 +113,14 @@ def figure(
     runs: Annotated[list[Path] | None, typer.Argument(help="Folders of runs; one row each in a trajectory.")] = None,
     out: Annotated[Path, typer.Option(help="png, pdf or svg; a trajectory also gif or webp.")] = Path("figure.png"),
     episode: Annotated[str | None, typer.Option(help="Episode of a trajectory or pipeline.")] = None,
-    epoch: Annotated[int, typer.Option(min=1, help="Which play of the episode.")] = 1,
+    epoch: Epoch = 1,
     columns: Annotated[int, typer.Option(min=2, max=40, help="Frames a row at most.")] = 6,
     pack: PackPlace = None,
-    with_paper: Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")] = True,
-    assets: Assets = None,
+    with_paper: WithPaper = True,
+    assets: AssetFile = None,
     are_runs: Annotated[bool, typer.Option("--runs", help="May stand before the runs.")] = False,
 ) -> None:  # fmt: skip
-    """Draws one figure of saved runs, or a diagram of the protocol; kept frames are used, others redrawn.
-
-    Examples:
+    """Examples:
     vigil figure plane runs/* --out plane.pdf
     vigil figure trajectory --episode ID --runs runs/a runs/b runs/c --out trajectory.png
     vigil figure protocol --pack starter --out protocol.png
@@ -173,7 +161,12 @@ def _settled_runs(folders: list[Path] | None, name: str, pack: str | None = None
 
 
 def _trajectory(
-    name: str, runs: list[Run], pack: str | None, what: tuple[str | None, int, int], assets: Path | None, kind: str
+    name: str,
+    runs: list[Run],
+    pack: str | Path | None,
+    what: tuple[str | None, int, int],
+    assets: Path | None,
+    kind: str,
 ) -> bytes:
     episode_id, epoch, columns = what
     if episode_id is None:
@@ -188,47 +181,22 @@ def _trajectory(
 
 
 def _tracks(
-    runs: list[Run], pack: str | None, episode_id: str, epoch: int, assets: Path | None
-) -> tuple[Episode, list[Track]]:
-    loaded = [(run, pack_of(run.header, pack)) for run in runs]
+    runs: list[Run], pack: str | Path | None, episode_id: str, epoch: int, assets: Path | None
+) -> tuple[Episode, list[AgentTrajectory]]:
+    loaded = [(run, load_pack(run.header, pack)) for run in runs]
     episode = loaded[0][1].episode(episode_id)
     if any(other.episode(episode_id) != episode for _, other in loaded):
         raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
     return episode, [_track(run, found, episode, epoch, assets) for run, found in loaded]
 
 
-def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> Track:
+def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
     record = find_record(run, episode, epoch)
-    return track(run.name, episode, record, _frames(run, pack, episode, record, assets))
+    return track(run.name, episode, record, frames_of(run.folder, run.header.spec, pack, record, assets))
 
 
-def _frames(run: Run, pack: Pack, episode: Episode, record: EpisodeRecord, assets: Path | None) -> Sequence[np.ndarray]:
-    """Returns the frame that each reply answered: as the run kept it, else drawn again from its replies."""
-    store = FrameStore(run.folder / FRAMES_FOLDER)
-    hashes = [step.frame_sha256 for step in record.steps]
-    if all(sha256 and store.path(sha256).is_file() for sha256 in hashes):
-        return [store.load(sha256) for sha256 in hashes if sha256]
-    spec = run.header.spec
-    simulator = make_simulator(spec.simulator, assets=database(assets), quality=spec.render_quality)
-    try:
-        return list(redraw(episode, record, Env(simulator, pack.house_of, spec.profile)))
-    finally:
-        simulator.close()
-
-
-def _protocol(pack: str, assets: Path | None) -> Figure:
+def _protocol(pack: str | Path, assets: Path | None) -> Figure:
     loaded = Pack.load(pack)
-    episodes: dict[Family, Episode] = {}
-    for family in FAMILIES:
-        found = [one for one in loaded.episodes if one.family == family]
-        if found:
-            episodes[family] = found[0]
-    simulator = make_simulator("mujoco", assets=database(assets), quality="default")
-    try:
-        env = Env(simulator, loaded.house_of, Profile())
-        frames: dict[Family, np.ndarray] = {
-            family: view.rgb for family, one in episodes.items() if (view := env.reset(one)) is not None
-        }
-    finally:
-        simulator.close()
-    return protocol_figure(frames, episodes)
+    episodes = {episode.family: episode for episode in reversed(loaded.episodes)}
+    shown = {family: episodes[family] for family in FAMILIES if family in episodes}
+    return protocol_figure(first_frames(loaded, shown, assets), shown)

@@ -4,32 +4,28 @@ import json
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-import typer
 from rich.markup import escape
 from rich.table import Table
 
+from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
 from vigil.episode import FAMILIES
-from vigil.pack import Selection
 from vigil.record import RunHeader
-from vigil.runner.verify_run import read_run
-from vigil.summary import LIBRARY_REPLIES, Settlement, settle_run, summarise
+from vigil.runner.shared_settings import PackPlace
+from vigil.saved_run import read_run
+from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
 
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
 
 
 def score(
-    runs: Annotated[list[Path], typer.Argument(help="Folders of runs.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON; a list for several runs.")] = False,
-    pack: Annotated[str | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
+    runs: RunArguments,
+    as_json: AsJson = False,
+    pack: PackPlace = None,
 ) -> None:
-    """Settles the saved records anew and prints W, B, Delta, FR, NR, IL per family; several runs side by side.
-
-    Example: vigil score runs/solver runs/premature
-    """
+    """Example: vigil score runs/solver runs/premature"""
     different = {path.resolve(): path for path in reversed(runs)}
     settled = [_settled(path, pack) for path in reversed(different.values())]
     for run in settled:
@@ -58,12 +54,9 @@ class _Settled:
     """What a reader must know before any number."""
 
 
-def _settled(path: Path, pack: str | None) -> _Settled:
+def _settled(path: Path, pack: str | Path | None) -> _Settled:
     run = read_run(path, pack)
-    header = run.header
-    episodes = run.pack.select(Selection(ids=header.spec.episode_ids))
-    settlement = settle_run(episodes, run.rows.standing.values(), header.spec.epochs)
-    return _Settled(path, label_of(header), settlement, (*header.version_notes, *run.rows.notes))
+    return _Settled(path, label_of(run.header), run.table.settlement(), run.notes)
 
 
 def label_of(header: RunHeader) -> str:

@@ -78,7 +78,7 @@ def duration(seconds: float | None) -> str:
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
-class Live:
+class ProgressLine:
     """Shows a run's progress: a bar in a terminal, else a plain line every ten seconds and at the end."""
 
     def __init__(self, label: str) -> None:
@@ -91,7 +91,7 @@ class Live:
             TimeElapsedColumn(), console=console(stderr=True),
         )  # fmt: skip
 
-    def __enter__(self) -> "Live":
+    def __enter__(self) -> "ProgressLine":
         if self._is_terminal:
             self._bar.start()
         return self

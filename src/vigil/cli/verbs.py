@@ -1,90 +1,149 @@
 """The verbs of `vigil`, each loaded when it is called: `vigil --help` need not wait for simulators and figures."""
 
+import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
-from typer.main import get_group
+from typer.main import get_command
+
+from vigil.cli.options import with_options
 
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """Where a verb's function, or its Typer application, is, and its line in the help."""
+    """Where a verb's function is, and its line in the help; what more there is to say stands in its docstring."""
 
-    module: str
-    attribute: str
+    place: str
+    """Module of this package and function, e.g. "runs:run"."""
     help: str
+    is_hidden: bool = False
 
 
-VERBS = {
-    "run": Verb("runs", "run", "Plays a pack with a model or an agent, and prints the table."),
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Verbs about one kind of thing, e.g. `vigil pack info`."""
+
+    help: str
+    verbs: Mapping[str, Verb]
+
+
+_PACK_VERIFY = "Checks every rule and replays every solution, in worker processes; exits with 2 when one fails."
+HOUSES = {
+    "generate": Verb("houses:generate_house", "Writes a house of the project's own."),
+    "check": Verb(
+        "houses:check",
+        "Loads houses, counts their objects and names their faults; exits with 2 when one cannot be loaded.",
+    ),
+    "show": Verb(
+        "houses:show",
+        "Draws a house from above: a labelled floor plan, and beside it a bird's-eye view without the ceilings.",
+    ),
+    "sweep": Verb(
+        "houses:sweep_houses",
+        "Generates houses, checks each, and says how long they took and what is rare in them; exits with 2 on a fault.",
+    ),
+    "export": Verb(
+        "houses:export", "Writes a house with AI2-THOR's assets: for each thing the one nearest in type and size."
+    ),
+}
+PACK = {
+    "info": Verb("packs:info", "Verifies every hash and says what the pack holds."),
+    "verify": Verb("packs:verify", _PACK_VERIFY),
+    "validate": Verb("packs:verify", _PACK_VERIFY, is_hidden=True),
+    "diff": Verb(
+        "packs:diff",
+        "Says which episodes came, went or changed from one pack to another; exits with 1 when they differ.",
+    ),
+    "build-starter": Verb(
+        "packs:build_starter_pack", "Builds the starter pack anew, from nothing: houses, drafts, validation, solutions."
+    ),
+    "propose": Verb(
+        "pack_making:propose",
+        "Proposes episodes, validates and solves each, and keeps what holds; the rest is counted by rule.",
+    ),
+    "build": Verb(
+        "pack_making:build",
+        "Selects evenly many of every kind, approved drafts first, replays each, and freezes a pack with its card.",
+    ),
+    "make": Verb(
+        "pack_making:make",
+        "Makes a pack in one go: houses, drafts, validation, solutions, selection. The same command continues it.",
+    ),
+    "baselines": Verb(
+        "pack_measuring:baselines",
+        "Plays a pack with agents without skill or sight, and with the solver; exits with 2 on a broken promise.",
+    ),
+    "sheet": Verb(
+        "pack_measuring:sheet",
+        "Draws contact sheets: episodes with the frame that they start with and their instruction.",
+    ),
+}
+VERBS: dict[str, Verb | Group] = {
+    "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the table."),
     "score": Verb(
-        "scores",
-        "score",
+        "scores:score",
         "Settles the saved records anew and prints W, B, Delta, FR, NR, IL per family; several runs side by side.",
     ),
     "verify": Verb(
-        "runs",
-        "verify",
+        "runs:verify",
         "Plays the recorded actions again and compares every hidden state; exits with 1 when one differs.",
     ),
-    "report": Verb(
-        "reports", "report", "Writes tables and figures of one or more runs, every number with its interval."
-    ),
+    "report": Verb("reports:report", "Writes tables and figures of one or more runs, every number with its interval."),
     "figure": Verb(
-        "reports",
-        "figure",
+        "reports:figure",
         "Draws one figure of saved runs, or a diagram of the protocol; kept frames are used, others redrawn.",
     ),
-    "view": Verb("web", "view", "Shows runs, episodes step by step, and houses in the browser."),
+    "view": Verb("web:view", "Shows runs, episodes step by step, and houses in the browser."),
     "play": Verb(
-        "web",
-        "play",
-        "Lets a person play episodes in the browser as an agent does; the record is a run like any other.",
+        "web:play", "Lets a person play episodes in the browser as an agent does; the record is a run like any other."
     ),
     "review": Verb(
-        "web",
-        "review",
+        "web:review",
         "Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.",
     ),
-    "export": Verb(
-        "web", "export", "Writes a run as a static site, or one episode as a self-contained page, GIF or MP4."
-    ),
+    "export": Verb("web:export", "Writes a run as a static site, or one episode as a self-contained page, GIF or MP4."),
     "render": Verb(
-        "render",
-        "render",
+        "render:render",
         "Draws what an agent would see, one asset on a stage, or single things where such things stand.",
     ),
     "doctor": Verb(
-        "doctor", "doctor", "Draws one frame and says what is installed; exits with 1 when something is missing."
+        "doctor:doctor", "Draws one frame and says what is installed; exits with 1 when something is missing."
     ),
-    "houses": Verb("houses", "app", "Generate, check and show houses (ProcTHOR's JSON)."),
-    "pack": Verb("packs", "app", "Look into and validate packs of episodes."),
+    "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
+    "pack": Group("Look into, verify and make packs of episodes.", PACK),
 }
 
 
 class Verbs(TyperGroup):
     """A group of commands that lists all of them, and loads the one that is called."""
 
-    def __init__(self, **settings: Any) -> None:
-        commands = {name: TyperCommand(name, help=verb.help) for name, verb in VERBS.items()}
+    def __init__(self, *, verbs: Mapping[str, Verb | Group] = VERBS, **settings: Any) -> None:
+        commands = {name: _listed(name, verb) for name, verb in verbs.items()}
         super().__init__(**{**settings, "commands": commands})
+        self._verbs = verbs
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[Any, Any, list[str]]:
         """Returns the name that was called, its command and the arguments left."""
         name, command, rest = super().resolve_command(ctx, args)
-        return name, command if command is None else load(name or ""), rest
+        verb = self._verbs.get(name or "")
+        return name, load(verb) if isinstance(verb, Verb) else command, rest
 
 
-def load(name: str) -> Any:
+def _listed(name: str, verb: Verb | Group) -> TyperCommand | TyperGroup:
+    """Returns what the list shows of a verb; a group is complete."""
+    if isinstance(verb, Group):
+        return Verbs(name=name, help=verb.help, verbs=verb.verbs, no_args_is_help=True)
+    return TyperCommand(name, help=verb.help, hidden=verb.is_hidden)
+
+
+def load(verb: Verb) -> Any:
     """Returns the command of a verb."""
-    verb = VERBS[name]
-    found = getattr(import_module(f"vigil.cli.{verb.module}"), verb.attribute)
-    holder = typer.Typer()
-    if isinstance(found, typer.Typer):
-        holder.add_typer(found, name=name)
-    else:
-        holder.command(name)(found)
-    return get_group(holder).commands[name]
+    module, _, function = verb.place.partition(":")
+    found = getattr(import_module(f"vigil.cli.{module}"), function)
+    holder = typer.Typer(add_completion=False)
+    holder.command(help=f"{verb.help}\n\n{inspect.getdoc(found)}")(with_options(found))
+    return get_command(holder)

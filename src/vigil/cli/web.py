@@ -10,32 +10,30 @@ import threading
 import webbrowser
 from contextlib import closing
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 import uvicorn
 from fastapi import FastAPI
 
-from vigil.cli.options import Assets, PackName
+from vigil.cli.arguments import Epoch, OpenBrowser, RunArgument
 from vigil.cli.text import say
-from vigil.episode import Family
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack, manifest_of
 from vigil.record import Key
-from vigil.sim import Quality
-from vigil.web.drawing import Drawer, Look
+from vigil.runner.shared_settings import AssetFile, PackName
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.export import episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play
-from vigil.web.review import Desk, Pile, make_review
+from vigil.web.play_session import PlaySettings, open_play_session
+from vigil.web.review import ReviewSession, ReviewSet, make_review
 from vigil.web.site import Address
-from vigil.web.sitting import SittingSettings, open_sitting
 from vigil.web.view import make_view
 
 Host = Annotated[str, typer.Option(help="Address to serve on; another than loopback needs --token.")]
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Port to serve on.")]
 Token = Annotated[str, typer.Option(envvar="VIGIL_TOKEN", help="Ask visitors for this token.", show_default=False)]
-Open = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
@@ -45,62 +43,40 @@ SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
 def view(
     runs: Annotated[list[Path] | None, typer.Argument(help="Runs, or folders with runs.", show_default="runs")] = None,
     pack: Annotated[list[str] | None, typer.Option(help="A pack's folder or name; may be repeated.")] = None,
-    assets: Assets = None,
+    assets: AssetFile = None,
     port: Port = 8377,
     host: Host = "127.0.0.1",
     token: Token = "",
-    open_browser: Open = True,
+    open_browser: OpenBrowser = True,
 ) -> None:
-    """Shows runs, episodes step by step, and houses in the browser.
-
-    Example: vigil view runs
-    """
+    """Example: vigil view runs"""
     roots = runs or ([RUNS] if RUNS.is_dir() else [])
     address = Address(host, port, token)
-    drawer = Drawer()
-    with closing(listen(address)) as listener, closing(drawer):
+    render_service = RenderService()
+    with closing(listen(address)) as listener, closing(render_service):
         library = Library(roots, pack or ["starter"], assets)
         threading.Thread(target=library.runs, daemon=True).start()  # read them while the browser opens
-        serve(make_view(library, drawer, address, Look(asset_database=assets)), address, listener, open_browser)
+        serve(
+            make_view(library, render_service, address, RenderSettings(asset_database=assets)),
+            address,
+            listener,
+            open_browser,
+        )
 
 
 def play(
-    player: Annotated[str, typer.Option(help="Name of who plays; goes into the run's header.")],
-    pack: PackName = "starter",
-    limit: Annotated[int | None, typer.Option(min=1, help="Only N episodes, drawn at random.")] = None,
-    family: Annotated[list[str] | None, typer.Option(help="Only this family; may be repeated.")] = None,
-    practice: Annotated[bool, typer.Option("--practice", help="Show feedback and verdicts; a run of its own.")] = False,
-    log_dir: Annotated[Path | None, typer.Option(help="The run's folder; the same command continues it.")] = None,
-    render_quality: Annotated[Quality, typer.Option(help="Quality of the picture.")] = "default",
-    backend: Annotated[str, typer.Option(help="Simulator.")] = "mujoco",
-    assets: Assets = None,
-    seed: Annotated[int | None, typer.Option(help="Of the random order.", show_default="by the name")] = None,
+    settings: PlaySettings,
     port: Port = 8378,
     host: Host = "127.0.0.1",
     token: Token = "",
-    open_browser: Open = True,
+    open_browser: OpenBrowser = True,
 ) -> None:
-    """Lets a person play episodes in the browser as an agent does; the record is a run like any other.
-
-    Example: vigil play --pack starter --player ada --limit 10
-    """
+    """Example: vigil play --pack starter --player ada --limit 10"""
     address = Address(host, port, token)
-    settings = SittingSettings(
-        player=player,
-        pack=pack,
-        limit=limit,
-        families=tuple(cast(Family, name.strip().upper()) for name in family or ()),
-        practice=practice,
-        log_dir=log_dir,
-        backend=backend,
-        assets=assets,
-        quality=render_quality,
-        seed=seed,
-    )
-    say(manifest_of(pack).version_notes)
-    with closing(listen(address)) as listener, closing(open_sitting(settings)) as sitting:
-        print(f"Records: {sitting.place} (the same command continues)")
-        serve(make_play(sitting, address), address, listener, open_browser)
+    say(manifest_of(settings.pack).version_notes)
+    with closing(listen(address)) as listener, closing(open_play_session(settings)) as play_session:
+        print(f"Records: {play_session.place} (the same command continues)")
+        serve(make_play(play_session, address), address, listener, open_browser)
 
 
 def review(
@@ -109,39 +85,35 @@ def review(
     drafts: Annotated[Path | None, typer.Option(help="Drafts file to review instead of a pack.")] = None,
     file: Annotated[Path, typer.Option(help="Review file; verdicts are added to it.")] = Path("reviews.jsonl"),
     seed: Annotated[int, typer.Option(help="Of the queue's order.")] = 0,
-    assets: Assets = None,
+    assets: AssetFile = None,
     port: Port = 8379,
     host: Host = "127.0.0.1",
     token: Token = "",
-    open_browser: Open = True,
+    open_browser: OpenBrowser = True,
 ) -> None:
-    """Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.
-
-    Examples:
+    """Examples:
     vigil review --pack starter --reviewer ada --file reviews.jsonl
     vigil review --drafts drafts.jsonl --reviewer ada
     """
     address = Address(host, port, token)
     if drafts is None:
         say(manifest_of(pack).version_notes)
-    pile = Pile.of_pack(Pack.load(pack)) if drafts is None else Pile.of_drafts(drafts)
-    desk = Desk(pile, file, reviewer, seed, Look(asset_database=assets))
-    with closing(listen(address)) as listener, closing(Drawer()) as drawer:
+    review_set = ReviewSet.of_pack(Pack.load(pack)) if drafts is None else ReviewSet.of_drafts(drafts)
+    session = ReviewSession(review_set, file, reviewer, seed, RenderSettings(asset_database=assets))
+    with closing(listen(address)) as listener, closing(RenderService()) as render_service:
         print(f"Verdicts: {file}")
-        serve(make_review(desk, drawer, address), address, listener, open_browser)
+        serve(make_review(session, render_service, address), address, listener, open_browser)
 
 
 def export(
-    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    run: RunArgument,
     out: Annotated[Path, typer.Option(help="New folder for a whole run; for one episode a .html, .gif or .mp4 file.")],
     episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
-    epoch: Annotated[int, typer.Option(min=1, help="Of the episode.")] = 1,
+    epoch: Epoch = 1,
     pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
-    assets: Assets = None,
+    assets: AssetFile = None,
 ) -> None:
-    """Writes a run as a static site, or one episode as a self-contained page, GIF or MP4.
-
-    Examples:
+    """Examples:
     vigil export runs/solver --out site
     vigil export runs/solver --episode procthor_fridge_seed116 --out fridge.gif
     """
@@ -149,11 +121,11 @@ def export(
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     shown = _only_run(Library([run], pack or ["starter"], assets), run)
     say(shown.notes)
-    with closing(Drawer()) as drawer:
+    with closing(RenderService()) as render_service:
         if episode is None:
-            print(export_site(shown, out, drawer, print))
+            print(export_site(shown, out, render_service, print))
         else:
-            out.write_bytes(_one_episode(shown, (episode, epoch), out.suffix, drawer))
+            out.write_bytes(_one_episode(shown, (episode, epoch), out.suffix, render_service))
             print(out)
 
 
@@ -170,18 +142,18 @@ def _only_run(library: Library, folder: Path) -> ShownRun:
     return found[0]
 
 
-def _one_episode(run: ShownRun, key: Key, suffix: str, drawer: Drawer) -> bytes:
+def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderService) -> bytes:
     rows = run.table.rows if run.table else {}
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])
         raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
     match suffix:
         case ".gif":
-            return episode_film(run, key, drawer, "gif")
+            return episode_film(run, key, render_service, "gif")
         case ".mp4":
-            return episode_film(run, key, drawer, "mp4")
+            return episode_film(run, key, render_service, "mp4")
         case ".html":
-            return episode_page(run, key, drawer).encode()
+            return episode_page(run, key, render_service).encode()
     raise SettingError(f"--out: an episode is written as .html, .gif or .mp4, not {suffix or 'without an ending'!r}.")
 
 

@@ -6,13 +6,13 @@ from typing import Any
 
 from vigil.assets.catalog import CATALOG
 from vigil.house import House
-from vigil.housegen.draw import GENERATOR_VERSION
-from vigil.housegen.floorplan import Plan, RoomPlan
-from vigil.housegen.lights import layer_of
-from vigil.housegen.openings import Opening
-from vigil.housegen.palette import Finish, material
-from vigil.housegen.stock import Piece
-from vigil.housegen.walls import wall_pieces
+from vigil.housegen.base.models import PlacedThing
+from vigil.housegen.base.randomness import GENERATOR_VERSION
+from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
+from vigil.housegen.layout.lights import layer_of
+from vigil.housegen.layout.openings import Opening
+from vigil.housegen.layout.palette import Finish, material
+from vigil.housegen.layout.walls import wall_pieces
 from vigil.pose import Pose
 
 SCHEMA = "1.0.0"
@@ -24,9 +24,9 @@ AGENT_Y = 0.95
 class Parts:
     """All that a document is written from."""
 
-    plan: Plan
+    plan: RoomLayout
     openings: list[Opening]
-    pieces: list[Piece]
+    pieces: list[PlacedThing]
     finishes: dict[int, Finish]
     lights: list[dict[str, Any]]
     facade: str
@@ -138,7 +138,7 @@ def _opening(opening: Opening) -> dict[str, Any]:
     return node
 
 
-def _number(pieces: list[Piece]) -> None:
+def _number(pieces: list[PlacedThing]) -> None:
     """Gives every piece its object id: category, room, number within the room."""
     counts: dict[int, int] = {}
     for top in pieces:
@@ -151,7 +151,7 @@ def _number(pieces: list[Piece]) -> None:
 def _objects(parts: Parts) -> list[dict[str, Any]]:
     _number(parts.pieces)
 
-    def node_of(piece: Piece) -> dict[str, Any]:
+    def node_of(piece: PlacedThing) -> dict[str, Any]:
         node: dict[str, Any] = {
             "id": piece.id,
             "assetId": piece.model.asset_id,

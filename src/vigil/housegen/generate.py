@@ -6,19 +6,21 @@ from scipy import ndimage
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.house import House
-from vigil.housegen import document, palette, states
-from vigil.housegen.check import Fault, check_house
-from vigil.housegen.draw import GENERATOR_VERSION, generator, pick, shuffled
-from vigil.housegen.floor import Floor
-from vigil.housegen.floorplan import Plan, plan_rooms
-from vigil.housegen.furnish import ESSENTIAL, Furnisher
-from vigil.housegen.household import Household
-from vigil.housegen.lights import lights_of
-from vigil.housegen.openings import Opening, cut_openings
-from vigil.housegen.small_objects import Tidier
-from vigil.housegen.spec import HouseSpec
-from vigil.housegen.stock import Piece
-from vigil.housegen.wall_things import Hanger
+from vigil.housegen import document
+from vigil.housegen.base.models import PlacedThing
+from vigil.housegen.base.randomness import GENERATOR_VERSION, generator, pick, shuffled
+from vigil.housegen.base.spec import HouseSpec
+from vigil.housegen.checking.check import Fault, check_house
+from vigil.housegen.furnishing import states
+from vigil.housegen.furnishing.floor import Floor
+from vigil.housegen.furnishing.furnish import ESSENTIAL, Furnisher
+from vigil.housegen.furnishing.inventory import Inventory
+from vigil.housegen.furnishing.small_objects import SmallObjectPlacer
+from vigil.housegen.furnishing.wall_things import WallThingPlacer
+from vigil.housegen.layout import palette
+from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
+from vigil.housegen.layout.lights import lights_of
+from vigil.housegen.layout.openings import Opening, cut_openings
 from vigil.pose import Pose, Vec3, heading
 
 __all__ = ["GENERATOR_VERSION", "generate"]
@@ -63,7 +65,7 @@ def _mended(name: str, parts: document.Parts) -> tuple[House, list[Fault]]:
     return house, faults
 
 
-def _guilty(fault: Fault, pieces: dict[str, Piece]) -> Piece | None:
+def _guilty(fault: Fault, pieces: dict[str, PlacedThing]) -> PlacedThing | None:
     """Returns the piece whose removal ends the fault at the least loss; None when nothing may go."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
@@ -74,7 +76,7 @@ def _guilty(fault: Fault, pieces: dict[str, Piece]) -> Piece | None:
     return min(free, key=lambda piece: piece.model.size.x * piece.model.size.y * piece.model.size.z, default=None)
 
 
-def _remove(pieces: list[Piece], unwanted: set[int]) -> None:
+def _remove(pieces: list[PlacedThing], unwanted: set[int]) -> None:
     pieces[:] = [piece for piece in pieces if id(piece) not in unwanted]
     for piece in pieces:
         _remove(piece.children, unwanted)
@@ -111,36 +113,40 @@ def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
 
 
 def _furnished(
-    plan: Plan, openings: list[Opening], floors: dict[int, Floor], spec: HouseSpec, key: tuple[str, int, int]
-) -> list[Piece] | None:
+    plan: RoomLayout, openings: list[Opening], floors: dict[int, Floor], spec: HouseSpec, key: tuple[str, int, int]
+) -> list[PlacedThing] | None:
     """Returns all that is in the rooms, whose `floors` it fills in; None when a room cannot be furnished."""
-    household = Household()
-    standing: dict[int, list[Piece]] = {}
+    inventory = Inventory()
+    standing: dict[int, list[PlacedThing]] = {}
     for room in plan.rooms:
         for again in range(ROOM_ATTEMPTS):
-            trial = household.copy()
+            trial = inventory.copy()
             furnisher = Furnisher(Floor(room, openings), trial, generator(*key, "furnish", room.number, again))
             pieces = furnisher.furnish()
             if all(furnisher.has(category) for category in ESSENTIAL[room.kind]):
-                household, floors[room.number], standing[room.number] = trial, furnisher.floor, pieces
+                inventory, floors[room.number], standing[room.number] = trial, furnisher.floor, pieces
                 break
         else:
             return None
     hanging = {
-        room.number: Hanger(
-            floors[room.number], standing[room.number], plan.height_m, household, generator(*key, "hang", room.number)
+        room.number: WallThingPlacer(
+            floors[room.number], standing[room.number], plan.height_m, inventory, generator(*key, "hang", room.number)
         ).hang()
         for room in plan.rooms
     }
     for room in shuffled(generator(*key, "order"), plan.rooms):
         pieces = [*standing[room.number], *hanging[room.number]]
-        Tidier(floors[room.number], pieces, household, generator(*key, "tidy", room.number)).fill(spec.clutter)
+        SmallObjectPlacer(floors[room.number], pieces, inventory, generator(*key, "tidy", room.number)).fill(
+            spec.clutter
+        )
     everything = [piece for room in plan.rooms for piece in [*standing[room.number], *hanging[room.number]]]
     states.set_states(everything, generator(*key, "states"))
     return everything
 
 
-def _start(plan: Plan, floors: dict[int, Floor], pieces: list[Piece], rng: np.random.Generator) -> Pose | None:
+def _start(
+    plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedThing], rng: np.random.Generator
+) -> Pose | None:
     """Returns a free place that the whole house can be reached from, looking where most things are."""
     floor = floors[pick(rng, plan.rooms).number]
     free = floor.free_grid([])
@@ -162,7 +168,7 @@ def _start(plan: Plan, floors: dict[int, Floor], pieces: list[Piece], rng: np.ra
     return Pose(position=Vec3(round(x, 3), 0.0, round(z, 3)), rotation=yaw, horizon=START_HORIZON)
 
 
-def _in_view(pieces: list[Piece], x: float, z: float, yaw: float) -> int:
+def _in_view(pieces: list[PlacedThing], x: float, z: float, yaw: float) -> int:
     """Returns how many pieces of furniture are before one, neither too near nor too far to make out."""
     dx, dz = heading(yaw)
     seen = 0

@@ -15,9 +15,9 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError, SettingError
 from vigil.house import House, canonical_json
-from vigil.housegen.check import check_house
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.checking.check import check_house
 from vigil.housegen.generate import generate
-from vigil.housegen.spec import spec_for
 
 PARTS = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
 """Categories that generated houses have as parts of dressers and stoves, never as things of their own."""
@@ -26,7 +26,7 @@ Load = Callable[[House], object]
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class HouseReport:
     """What one generated house is like; without a name when none came out."""
 
     rooms: int
@@ -74,7 +74,7 @@ class Sweep:
             )
         return report
 
-    def add(self, finding: Finding) -> list[str]:
+    def add(self, finding: HouseReport) -> list[str]:
         """Counts one more house in; returns its problems, that it is like an earlier one among them."""
         problems = list(finding.problems)
         if finding.name is not None:
@@ -107,7 +107,7 @@ def sweep(
     return result
 
 
-def _findings(wanted: list[tuple[int, int]], load: Load, workers: int) -> Iterator[Finding]:
+def _findings(wanted: list[tuple[int, int]], load: Load, workers: int) -> Iterator[HouseReport]:
     if workers == 1:
         yield from (examine(load, each) for each in wanted)
         return
@@ -115,7 +115,7 @@ def _findings(wanted: list[tuple[int, int]], load: Load, workers: int) -> Iterat
         yield from executor.map(partial(examine, load), wanted, chunksize=8)
 
 
-def examine(load: Load, wanted: tuple[int, int]) -> Finding:
+def examine(load: Load, wanted: tuple[int, int]) -> HouseReport:
     """Generates, loads and checks the house of a (number of rooms, seed)."""
     rooms, seed = wanted
     started = time.process_time()
@@ -124,10 +124,10 @@ def examine(load: Load, wanted: tuple[int, int]) -> Finding:
         seconds = time.process_time() - started
         load(house)
     except (SettingError, HouseError) as error:
-        return Finding(rooms, (f"{rooms} rooms, seed {seed}: {error}",))
+        return HouseReport(rooms, (f"{rooms} rooms, seed {seed}: {error}",))
     objects = house.objects()
     openings = [*house.document.doors, *house.document.windows]
-    return Finding(
+    return HouseReport(
         rooms=rooms,
         problems=tuple(f"{house.name}: {fault}" for fault in check_house(house, AssetDatabase.default())),
         name=house.name,

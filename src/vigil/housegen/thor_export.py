@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 import shapely
-from shapely import Polygon
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.house import Door, House, HouseObject, Window
-from vigil.housegen.check import check_house, floor_of
-from vigil.pose import Vec3, heading, rotate_floor
+from vigil.housegen.checking.check import check_house
+from vigil.pose import Box, Vec3, heading, rotate_floor
+from vigil.scene.outlines import floor_of, footprint
 
 OVERSIZE = 1.6
 """How much worse a larger side is than a smaller one: larger things run into their neighbours."""
@@ -45,29 +45,6 @@ class Export:
     """Without an asset of their type, or carried by such a thing; windows and front doors that no asset fits."""
     crowded_out: list[str] = field(default_factory=list)
     """Small things without room among the other sizes."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Box:
-    """A bounding box with its yaw."""
-
-    centre: Vec3
-    size: Vec3
-    yaw: float
-
-    @property
-    def bottom(self) -> float:
-        return self.centre.y - self.size.y / 2
-
-    @property
-    def top(self) -> float:
-        return self.centre.y + self.size.y / 2
-
-    def floor(self) -> Polygon:
-        half_x, half_z = self.size.x / 2, self.size.z / 2
-        corners = [(-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z)]
-        turned = [rotate_floor(x, z, self.yaw) for x, z in corners]
-        return Polygon([(self.centre.x + x, self.centre.z + z) for x, z in turned])
 
 
 def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> Export:
@@ -146,13 +123,13 @@ class _Exporter:
         self.floors = [floor for floor in rooms if floor.is_valid]
         self.ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=math.inf)
 
-    def replace(self, node: HouseObject, data: dict[str, Any], above: tuple[_Box, _Box] | None) -> bool:
+    def replace(self, node: HouseObject, data: dict[str, Any], above: tuple[Box, Box] | None) -> bool:
         """Gives a thing and its children THOR's assets; False, with all ids noted, where there is none of its type.
 
         `above` is the box of what carries it, before and after.
         """
         entry = self.thor.look_up(node.asset_id, node.id)
-        before = after = _Box(node.position.vec, entry.size, node.rotation.y)
+        before = after = Box(center=node.position.vec, size=entry.size, yaw=node.rotation.y)
         if node.asset_id not in self.thor or (above is not None and above[0] != above[1]):
             asset = self._nearest(entry.category, entry.size, node.asset_id)
             if asset is None:
@@ -160,7 +137,7 @@ class _Exporter:
                 return False
             after = self._placed(before, asset[1]) if above is None else _carried(before, asset[1], *above)
             data["assetId"] = asset[0]
-            data["position"] = {axis: round(value, 4) + 0.0 for axis, value in zip("xyz", after.centre, strict=True)}
+            data["position"] = {axis: round(value, 4) + 0.0 for axis, value in zip("xyz", after.center, strict=True)}
             self.changed.add(node.id)
         children = zip(node.children, data.get("children", []), strict=True)
         kept = [below for child, below in children if self.replace(child, below, (before, after))]
@@ -183,21 +160,21 @@ class _Exporter:
             choices = alike or choices
         return min(choices, key=lambda choice: (_unlike(size, choice[1]), choice[0]), default=None)
 
-    def _placed(self, before: _Box, size: Vec3) -> _Box:
+    def _placed(self, before: Box, size: Vec3) -> Box:
         """Returns the box of another size in the place of a thing on the floor or a wall, inside the room."""
-        (dx, dz), (x, y, z) = heading(before.yaw), before.centre
+        (dx, dz), (x, y, z) = heading(before.yaw), before.center
         back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
         if any(floor.exterior.distance(back) < AT_WALL_M for floor in self.floors):
             ahead = (size.z - before.size.z) / 2
             x, z = x + dx * ahead, z + dz * ahead
         on_floor = before.bottom < AT_WALL_M
         height = before.bottom + size.y / 2 if on_floor else min(y, self.ceiling - GAP_M - size.y / 2)
-        box = _Box(Vec3(x, height, z), size, before.yaw)
-        inside = [floor for floor in self.floors if shapely.contains_xy(floor, before.centre.x, before.centre.z)]
+        box = Box(center=Vec3(x, height, z), size=size, yaw=before.yaw)
+        inside = [floor for floor in self.floors if shapely.contains_xy(floor, before.center.x, before.center.z)]
         for floor in inside[:1]:
             for slide in SLIDES:
-                moved = _Box(Vec3(x + dz * slide, height, z - dx * slide), size, before.yaw)
-                if floor.contains(moved.floor()):
+                moved = Box(center=Vec3(x + dz * slide, height, z - dx * slide), size=size, yaw=before.yaw)
+                if floor.contains(footprint(moved)):
                     return moved
         return box
 
@@ -250,9 +227,9 @@ def _unlike(size: Vec3, other: Vec3) -> float:
     return sum(log * OVERSIZE if log > 0 else -log for log in logs)
 
 
-def _carried(before: _Box, size: Vec3, below: _Box, holder: _Box) -> _Box:
+def _carried(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
     """Returns the box of another size on or in `holder`, which took the place of `below`."""
-    x, z = rotate_floor(before.centre.x - below.centre.x, before.centre.z - below.centre.z, -below.yaw)
+    x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)
     if before.bottom >= below.top - ON_TOP_M:
         bottom = holder.top + before.bottom - below.top
@@ -261,7 +238,8 @@ def _carried(before: _Box, size: Vec3, below: _Box, holder: _Box) -> _Box:
     else:
         share = (before.bottom - below.bottom) / below.size.y
         bottom = min(holder.bottom + share * holder.size.y, max(holder.bottom, holder.top - size.y - GAP_M))
-    return _Box(Vec3(holder.centre.x + dx, bottom + size.y / 2, holder.centre.z + dz), size, before.yaw)
+    center = Vec3(holder.center.x + dx, bottom + size.y / 2, holder.center.z + dz)
+    return Box(center=center, size=size, yaw=before.yaw)
 
 
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:

@@ -1,7 +1,8 @@
 """Runs of models as Inspect evaluations, ours and those of `inspect eval`.
 
 Inspect brings the providers, the limit on connections, and a log for its viewer. Ours are the messages (a fixed history
-contract), the retries (`vigil.runner.ask`), the Env, and the records that decide: `episodes.jsonl`, not Inspect's log.
+contract), the retries (`vigil.runner.models.ask`), the Env, and the records that decide: `episodes.jsonl`, not
+Inspect's log.
 """
 
 import asyncio
@@ -36,31 +37,31 @@ from vigil.pack import Pack
 from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVariant, ReplyPolicy
 from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
-from vigil.runner.ask import Ask, Patience, persistent
-from vigil.runner.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
-from vigil.runner.live import play_live
-from vigil.runner.pool import SimulatorPool, usable_cpus
-from vigil.runner.preflight import check_sight
-from vigil.runner.redaction import without_login
-from vigil.runner.redirects import stay
-from vigil.runner.serving import OPENAI_STYLE, OTHER_PROVIDERS, only_its_key, serving
+from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
+from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
+from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.redaction import without_login
+from vigil.runner.models.redirects import stay
+from vigil.runner.models.serving import OPENAI_STYLE, OTHER_PROVIDERS, only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
-from vigil.runner.wire import Ticket
+from vigil.runner.workers.live import play_live
+from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.pool import SimulatorPool, usable_cpus
 from vigil.scoring import settle
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
 """Inspect finds the package of what is registered by itself, except in an editable install whose distribution has
 another name than the package."""
-PlayOne = Callable[[Ticket, Ask], Awaitable[EpisodeRecord]]
+PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
 
 
-def evaluate(endpoint: Endpoint, tickets: Sequence[Ticket], play_one: PlayOne, log_dir: Path) -> None:
+def evaluate(endpoint: Endpoint, tickets: Sequence[Assignment], play_one: PlayOne, log_dir: Path) -> None:
     """Plays all `tickets`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
     model = endpoint.model()
-    ask = persistent(sender(model), endpoint.patience)
+    ask = with_retries(sender(model), endpoint.retry_policy)
     stop: list[VigilError] = []
-    tidy = _Tidy(model, play_one, len(tickets))
+    tidy = _ConnectionCloser(model, play_one, len(tickets))
     with _rare_collections(), _no_warnings():
         logs = inspect_eval(
             _task(tickets, _agent(tickets, tidy.play_one, lambda: ask, stop)),
@@ -103,7 +104,7 @@ def _rare_collections() -> Iterator[None]:
         gc.unfreeze()
 
 
-class _Tidy:
+class _ConnectionCloser:
     """Closes the model's connections when the last episode is over, while the event loop still runs."""
 
     def __init__(self, model: Model, play_one: PlayOne, episodes: int) -> None:
@@ -112,11 +113,11 @@ class _Tidy:
         self._left = episodes
         self._alive = 0
 
-    async def play_one(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
+    async def play_one(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
         self._left -= 1
         self._alive += 1
         try:
-            return await self._play_one(ticket, ask)
+            return await self._play_one(assignment, ask)
         except VigilError:
             self._left = 0
             raise
@@ -136,38 +137,38 @@ def _check(logs: list[EvalLog]) -> None:
             raise ModelAPIError(f"Inspect's evaluation ended as {log.status!r}: {what}. See {log.location}.")
 
 
-def _task(tickets: Sequence[Ticket], agent: Solver, **more: Any) -> Task:
+def _task(tickets: Sequence[Assignment], agent: Solver, **more: Any) -> Task:
     samples = [
         Sample(
-            id=_sample_id(ticket),
-            input=ticket.episode.instruction,
-            metadata={"family": ticket.episode.family, "episode": ticket.episode.model_dump(mode="json")},
+            id=_sample_id(assignment),
+            input=assignment.episode.instruction,
+            metadata={"family": assignment.episode.family, "episode": assignment.episode.model_dump(mode="json")},
         )
-        for ticket in tickets
+        for assignment in tickets
     ]
     return Task(dataset=MemoryDataset(samples, name="vigil"), solver=agent, scorer=vigil_score(), name="vigil", **more)
 
 
-def _sample_id(ticket: Ticket) -> str:
-    return ticket.episode.id if ticket.epoch == 1 else f"{ticket.episode.id}@{ticket.epoch}"
+def _sample_id(assignment: Assignment) -> str:
+    return assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
 
 
 def _agent(
-    tickets: Sequence[Ticket], play_one: PlayOne, ask_of: Callable[[], Ask], stop: list[VigilError] | None = None
+    tickets: Sequence[Assignment], play_one: PlayOne, ask_of: Callable[[], Ask], stop: list[VigilError] | None = None
 ) -> Solver:
     """Returns Inspect's solver; what stops the run is put into `stop`, or raised for Inspect to tell without one."""
-    by_id = {_sample_id(ticket): ticket for ticket in tickets}
+    by_id = {_sample_id(assignment): assignment for assignment in tickets}
 
     @solver(name="vigil_agent")
     def vigil_agent() -> Solver:
         async def solve(state: TaskState, generate: Generate) -> TaskState:
             if stop:
                 return state
-            ticket = by_id[str(state.sample_id)]
+            assignment = by_id[str(state.sample_id)]
             if state.epoch > 1:
-                ticket = Ticket(ticket.episode, state.epoch, ticket.attempt)
+                assignment = Assignment(assignment.episode, state.epoch, assignment.attempt)
             try:
-                record = await play_one(ticket, ask_of())
+                record = await play_one(assignment, ask_of())
             except VigilError as error:
                 if stop is None:
                     raise
@@ -229,34 +230,35 @@ def vigil(
     Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
     A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
     """
-    settings = RunSettings(
-        pack=pack,
-        model="inspect/model",
-        families=(family,) if family else (),
-        profile=profile,
-        prompt_variant=prompt_variant,
-        coordinates=coordinates,
-        reply_policy=reply_policy,
-        image_format=image_format,
-        backend=backend,
-        workers=workers,
-        preflight=preflight,
-        api_key_env=api_key_env,
-    )
     try:
+        settings = RunSettings(
+            pack=pack,
+            model="inspect/model",
+            families=(family,) if family else (),
+            profile=profile,
+            prompt_variant=prompt_variant,
+            coordinates=coordinates,
+            reply_policy=reply_policy,
+            image_format=image_format,
+            backend=backend,
+            workers=workers,
+            preflight=preflight,
+            api_key_env=api_key_env,
+        )
         _, episodes, spec = plan_run(settings)
     except InputError as error:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
-    tickets = [Ticket(episode) for episode in episodes]
+    tickets = [Assignment(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
-    guest = _Guest(settings)
+    guest = _InspectSession(settings)
     return _task(tickets, _agent(tickets, guest.play_one, guest.ask), metadata=metadata)
 
 
-class _Guest:
+class _InspectSession:
     """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed.
 
-    Before a model's first episode a call proves that pictures reach it, as `vigil run` does.
+    Before a model's first episode a call proves that pictures reach it, as `vigil run` does. Clients that are made here
+    are closed, while the event loop still runs, whenever no episode is being played.
     """
 
     def __init__(self, settings: RunSettings) -> None:
@@ -264,16 +266,28 @@ class _Guest:
         self._pools: dict[Profile, SimulatorPool] = {}
         self._seeing: set[str] = set()
         self._models: dict[str, Model] = {}
+        self._made: set[str] = set()
+        """Names of the models that are not Inspect's own."""
+        self._alive = 0
         self._one_at_a_time = asyncio.Lock()
 
-    async def play_one(self, ticket: Ticket, ask: Ask) -> EpisodeRecord:
+    async def play_one(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
+        self._alive += 1
+        try:
+            return await self._play(assignment, ask)
+        finally:
+            self._alive -= 1
+            if self._alive == 0:
+                await self._close_models()
+
+    async def _play(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
         settings = replace(self._settings, model=str(get_model()))
         profile = profile_of(settings)
         await self._prove_sight(self.model())
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
             self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
-        record = await play_live(self._pools[profile].live(ticket), profile, ask, "inspect")
+        record = await play_live(self._pools[profile].live(assignment), profile, ask, "inspect")
         if record.error is not None:
             raise RuntimeError(f"{record.error.boundary}: {record.error.message}")
         return record
@@ -281,19 +295,29 @@ class _Guest:
     def model(self) -> Model:
         """Returns the model that Inspect was started with, with the key that it may have. Raises SettingError."""
         active = get_model()
-        if str(active) not in self._models:
-            self._models[str(active)] = _keyed(active, self._settings.api_key_env)
-        return self._models[str(active)]
+        name = str(active)
+        if name not in self._models:
+            self._models[name] = _keyed(active, self._settings.api_key_env)
+            if self._models[name] is not active:
+                self._made.add(name)
+        return self._models[name]
+
+    async def _close_models(self) -> None:
+        """Closes the clients made here; Inspect's own, which it may use again, are not ours to close."""
+        made = [self._models.pop(name) for name in sorted(self._made)]
+        self._made.clear()
+        for model in made:
+            await model.api.aclose()
 
     def ask(self) -> Ask:
         """Returns what asks it for a reply."""
-        return persistent(sender(self.model()), Patience())
+        return with_retries(sender(self.model()), RetryPolicy())
 
     async def _prove_sight(self, model: Model) -> None:
         async with self._one_at_a_time:
             if self._settings.preflight and str(model) not in self._seeing:
                 send = sender(model, GenerateConfig(max_retries=0))  # Inspect's own number has no end
-                ask = persistent(send, Patience(retries=PREFLIGHT_RETRIES))
+                ask = with_retries(send, RetryPolicy(retries=PREFLIGHT_RETRIES))
                 address = without_login(model.api.base_url or "")
                 await check_sight(ask, str(model), self._settings.image_format, address)
                 self._seeing.add(str(model))

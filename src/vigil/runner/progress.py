@@ -36,7 +36,7 @@ class Progress:
 OnProgress = Callable[[Progress], None]
 
 
-class Tally:
+class ProgressCounter:
     """Counts what is done and tells it onwards."""
 
     def __init__(

@@ -16,15 +16,15 @@ from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
-from vigil.runner.ask import Ask, Patience
-from vigil.runner.live import boundary_of, lost_record, play_live
-from vigil.runner.pool import SimulatorPool, usable_cpus
-from vigil.runner.progress import OnProgress, Tally
-from vigil.runner.redaction import Secrets, hiding
+from vigil.runner.models.ask import Ask, RetryPolicy
+from vigil.runner.models.redaction import Secrets, hiding
+from vigil.runner.models.serving import only_its_key
+from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.serving import only_its_key
 from vigil.runner.settings import RunSettings, log_dir, plan_run, secrets_of, serving_of, worker_plan
-from vigil.runner.wire import Ticket
+from vigil.runner.workers.live import boundary_of, lost_record, play_live
+from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.pool import SimulatorPool, usable_cpus
 
 ATTEMPTS = 3
 """How often an episode is played at most before its `error` row is written."""
@@ -70,22 +70,23 @@ class _Run:
     episodes: Sequence[Episode]
     spec: RunSpec
     folder: RunFolder
-    tally: Tally
+    tally: ProgressCounter
     secrets: Secrets
 
-    def pending(self) -> list[Ticket]:
-        """Returns what is still to be played, epoch by epoch, by episode id."""
+    def pending(self) -> list[Assignment]:
+        """Returns what is still to be played, epoch by epoch, house by house, so that a house is loaded once."""
+        by_house = sorted(self.episodes, key=lambda episode: (episode.house.name, episode.id))
         return [
-            Ticket(episode, epoch)
+            Assignment(episode, epoch)
             for epoch in range(1, self.spec.epochs + 1)
-            for episode in self.episodes
+            for episode in by_house
             if not self.folder.is_done(episode.id, epoch)
         ]
 
-    def keep(self, ticket: Ticket, record: EpisodeRecord) -> None:
+    def keep(self, assignment: Assignment, record: EpisodeRecord) -> None:
         """Writes a row and tells about it. Raises InfrastructureError when nothing works any more."""
         self.folder.append(record)
-        self.tally.count(ticket.episode, record)
+        self.tally.count(assignment.episode, record)
         if self.tally.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
             raise InfrastructureError(
                 f"{MAX_ERRORS_IN_A_ROW} episodes in a row ended as an error, the last one at the "
@@ -109,7 +110,7 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
     pack, episodes, spec = plan_run(settings)
     folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, episodes, _places(settings, pack))
     try:
-        tally = Tally(episodes, spec.epochs, folder.records(), on_progress)
+        tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress)
         run = _Run(settings, pack, episodes, spec, folder, tally, secrets)
         resumed = sum(record.end != "error" for record in folder.records())
         tickets = run.pending()
@@ -130,7 +131,7 @@ def _places(settings: RunSettings, pack: Pack) -> dict[str, str]:
     return places
 
 
-def _play_all(run: _Run, tickets: list[Ticket]) -> None:
+def _play_all(run: _Run, tickets: list[Assignment]) -> None:
     settings = run.settings
     is_model = settings.model is not None
     frames = run.folder.frames if settings.save_frames else None
@@ -146,30 +147,30 @@ def _play_all(run: _Run, tickets: list[Ticket]) -> None:
             asyncio.run(_play_inside(run, pool, tickets))
 
 
-async def _play_inside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None:
+async def _play_inside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> None:
     """Plays with the agent inside the workers, as many episodes at once as there are workers."""
     waiting = iter(tickets)
 
     async def work() -> None:
-        for ticket in waiting:
-            run.keep(ticket, await _attempts(ticket, run, lambda attempt: _inside(pool, attempt, run)))
+        for assignment in waiting:
+            run.keep(assignment, await _attempts(assignment, run, lambda attempt: _inside(pool, attempt, run)))
 
     await asyncio.gather(*(work() for _ in pool.workers))
 
 
-async def _inside(pool: SimulatorPool, ticket: Ticket, run: _Run) -> EpisodeRecord:
+async def _inside(pool: SimulatorPool, assignment: Assignment, run: _Run) -> EpisodeRecord:
     started = datetime.now(UTC)
     try:
-        return await pool.play(ticket, _shows(ticket, run), goes_on=run.spec.agent_kind == "exec")
+        return await pool.play(assignment, _shows(assignment, run), goes_on=run.spec.agent_kind == "exec")
     except SimulatorError as error:
-        return lost_record(ticket, run.folder.header.run_id, boundary_of(error), str(error), started)
+        return lost_record(assignment, run.folder.header.run_id, boundary_of(error), str(error), started)
 
 
-def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None:
+def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> None:
     """Plays with a model in this process."""
     # Inspect takes a second or two to import, and nothing but a model's run needs it.
-    from vigil.runner.inspect_model import Endpoint, preflight  # noqa: PLC0415
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
+    from vigil.runner.models.inspect_model import Endpoint, preflight  # noqa: PLC0415
 
     settings, profile = run.settings, run.spec.profile
     endpoint = Endpoint(
@@ -177,7 +178,7 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
         sampling={**run.spec.sampling, **({"extra_body": dict(settings.extra_body)} if settings.extra_body else {})},
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
-        patience=Patience(
+        retry_policy=RetryPolicy(
             settings.retries,
             settings.first_wait_s,
             settings.longest_wait_s,
@@ -186,13 +187,13 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
         ),
     )
 
-    async def play_one(ticket: Ticket, ask: Ask) -> EpisodeRecord:
+    async def play_one(assignment: Assignment, ask: Ask) -> EpisodeRecord:
         record = await _attempts(
-            ticket,
+            assignment,
             run,
             lambda attempt: play_live(pool.live(attempt), profile, ask, run.folder.header.run_id, _shows(attempt, run)),
         )
-        run.keep(ticket, record)
+        run.keep(assignment, record)
         return record
 
     with only_its_key(endpoint.serving):
@@ -202,28 +203,30 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Ticket]) -> None
         evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
 
 
-def _shows(ticket: Ticket, run: _Run) -> Callable[[], None]:
+def _shows(assignment: Assignment, run: _Run) -> Callable[[], None]:
     """Returns what notes that the agent is about to be shown the first frame of an attempt."""
-    return lambda: run.folder.attempts.begin((ticket.episode.id, ticket.epoch))
+    return lambda: run.folder.attempts.begin((assignment.episode.id, assignment.epoch))
 
 
-async def _attempts(ticket: Ticket, run: _Run, play: Callable[[Ticket], Awaitable[EpisodeRecord]]) -> EpisodeRecord:
+async def _attempts(
+    assignment: Assignment, run: _Run, play: Callable[[Assignment], Awaitable[EpisodeRecord]]
+) -> EpisodeRecord:
     """Plays an episode until it ends without error, at most ATTEMPTS times, waiting longer each time.
 
     A model's failure is not tried again: every single request was. Neither is an episode of which a program was shown a
     frame and whose worker was lost again and again: it would be played with knowledge.
     """
-    patience = Patience(first_wait_s=run.settings.first_wait_s)
-    key, attempts = (ticket.episode.id, ticket.epoch), run.folder.attempts
+    retry_policy = RetryPolicy(first_wait_s=run.settings.first_wait_s)
+    key, attempts = (assignment.episode.id, assignment.epoch), run.folder.attempts
     for tried in range(1, ATTEMPTS + 1):
         before = attempts.count(key)
-        record = _without_secrets(await play(Ticket(ticket.episode, ticket.epoch, before + 1)), run.secrets)
+        record = _without_secrets(await play(Assignment(assignment.episode, assignment.epoch, before + 1)), run.secrets)
         was_shown = attempts.count(key) > before
         boundary = None if record.error is None else record.error.boundary
         is_lost = boundary == "worker" and was_shown and run.spec.agent_kind == "exec"
         if boundary in (None, "model") or is_lost or tried == ATTEMPTS:
             return record
-        await asyncio.sleep(patience.wait_s(tried, None))
+        await asyncio.sleep(retry_policy.wait_s(tried, None))
     raise AssertionError("the last round returns")
 
 

@@ -15,13 +15,22 @@ from typing import Any
 
 from vigil.episode import Episode
 from vigil.errors import RecordError
-from vigil.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Resumption, RunHeader, RunSpec, read_header
+from vigil.jsonl import unwritten
+from vigil.record import (
+    EPISODES_FILE,
+    FRAMES_FOLDER,
+    HEADER_FILE,
+    EpisodeRecord,
+    Resumption,
+    RunHeader,
+    RunSpec,
+    read_header,
+)
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck, told
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
-from vigil.runner.wire import Facts
+from vigil.runner.workers.messages import SimulatorFacts
 
-FRAMES_FOLDER = "frames"
 LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"
 DISTRIBUTION = "vigil-bench"
@@ -100,12 +109,9 @@ class RunFolder:
 
     def append(self, record: EpisodeRecord) -> None:
         """Writes one row, on disk when this returns. Raises RecordError when it cannot be written."""
-        try:
-            self._log.append(record)
-        except OSError as error:
-            raise _unwritten(self.path / EPISODES_FILE, error) from error
+        self._log.append(record)
 
-    def note_facts(self, facts: Facts) -> None:
+    def note_facts(self, facts: SimulatorFacts) -> None:
         """Completes the header with what the backend says about itself; from now on the run goes on.
 
         Raises RecordError when the run was begun with another version of the simulator.
@@ -175,7 +181,7 @@ def write_header(path: Path, header: RunHeader) -> None:
             os.fsync(file.fileno())
         partial.replace(path / HEADER_FILE)
     except OSError as error:
-        raise _unwritten(path / HEADER_FILE, error) from error
+        raise unwritten(path / HEADER_FILE, error) from error
 
 
 def package_version() -> str:
@@ -210,13 +216,6 @@ def _git(root: Path, *arguments: str) -> str | None:
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() if done.returncode == 0 else None
-
-
-def _unwritten(file: Path, error: OSError) -> RecordError:
-    return RecordError(
-        f"Cannot write to {str(file)!r}: {error.strerror}. What was written before is kept; mend this and give the "
-        "same command again."
-    )
 
 
 def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:

@@ -1,82 +1,130 @@
 """Settings of a run, and what they come to: the pack, the episodes, the profile, the run's identity."""
 
 import hashlib
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
-
-from pydantic import ValidationError
+from typing import Annotated, Any, Literal, get_args
 
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
-from vigil.episode import Episode, Family
-from vigil.errors import SettingError
+from vigil.episode import Episode
+from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack, Selection
-from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVariant, ReplyPolicy, coordinates_for
+from vigil.profile import (
+    PROFILE_NAMES,
+    Coordinates,
+    ImageFormat,
+    Profile,
+    PromptVariant,
+    ReplyPolicy,
+    coordinates_for,
+)
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, RunSpec
-from vigil.runner.pool import PATIENCE_S
-from vigil.runner.redaction import Secrets, without_login, without_options, without_secrets
-from vigil.runner.serving import Serving, serving
-from vigil.runner.wire import Plan, PrivilegedFactory, Quality, SimulatorFactory
+from vigil.runner.models.redaction import Secrets, without_login, without_secrets
+from vigil.runner.models.serving import Serving, serving
+from vigil.runner.setting_texts import only_one, public_name, read_extra_body, read_model_args
+from vigil.runner.shared_settings import (
+    ApiKeyEnv,
+    AssetFile,
+    Backend,
+    BaseUrl,
+    EpisodeIds,
+    Families,
+    LogDir,
+    PackName,
+    RenderQuality,
+    SimulatorWorkers,
+)
+from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
+from vigil.runner.workers.pool import PATIENCE_S
+from vigil.setting import Setting, check_declared
 from vigil.sim import BACKENDS
 from vigil.versions import Versions
 
 RUNS_FOLDER = Path("runs")
 
 
+Reasoning = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
+_EFFORTS = f"{', '.join(get_args(Reasoning))}. Not sent unless given."
+_NOT_SENT = Setting("Not sent unless given.")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSettings:
-    """All that `vigil run` takes. Exactly one of `agent` and `model` is set."""
+    """All that `vigil run` takes. Exactly one of `agent` and `model` is set.
 
-    pack: str | Path = "starter"
-    agent: str | None = None
+    A field with a `Setting` is an option of the command line too. Raises SettingError on a value out of its bounds.
+    """
+
+    pack: PackName = "starter"
+    agent: Annotated[
+        str | None,
+        Setting("solver, random, noop ... or exec:COMMAND.", metavar="NAME", read=only_one("--agent"), repeats=True),
+    ] = None
     """A scripted agent, `exec:COMMAND`, or a privileged one that `agent_factory` makes."""
     agent_factory: PrivilegedFactory | None = None
-    model: str | None = None
-    """`provider/model` as Inspect knows it."""
-    base_url: str | None = None
-    api_key_env: str | None = None
+    model: Annotated[
+        str | None,
+        Setting("provider/model, as Inspect names it.", metavar="MODEL", read=only_one("--model"), repeats=True),
+    ] = None
+    base_url: BaseUrl = None
+    api_key_env: ApiKeyEnv = None
     """The variable that holds the key; None for the provider's own, which goes to its own hosts alone."""
-    log_dir: Path | None = None
-    """The run's folder; None for one under `runs/` that the same settings find again."""
-    families: tuple[Family, ...] = ()
-    episode_ids: tuple[str, ...] = ()
-    limit: int | None = None
-    epochs: int = 1
-    workers: int | None = None
-    """Simulator processes; None for one a CPU."""
-    max_connections: int = 16
-    """Requests to the model, and episodes alive, at once."""
-    profile: str = BASELINE
-    prompt_variant: PromptVariant = "default"
-    coordinates: Coordinates | None = None
+    log_dir: LogDir = None
+    """None for a folder under `runs/` that the same settings find again."""
+    limit: Annotated[int | None, Setting("Only the first N episodes, by id.", least=1, metavar="N")] = None
+    families: Families = ()
+    episode_ids: EpisodeIds = ()
+    workers: SimulatorWorkers = None
+    max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1, metavar="N")] = 16
+    profile: Annotated[str, Setting("baseline or action_feedback, or a profile's full name.", metavar="NAME")] = (
+        "baseline"
+    )
+    prompt_variant: Annotated[PromptVariant, Setting("System prompt.")] = "default"
+    coordinates: Annotated[Coordinates | None, Setting("How it points.", unset="by model")] = None
     """None takes the published table's entry for the model."""
-    reply_policy: ReplyPolicy = "strict"
-    image_format: ImageFormat = "png"
-    temperature: float | None = None
-    top_p: float | None = None
-    max_tokens: int | None = None
-    reasoning_effort: str | None = None
-    extra_body: Mapping[str, Any] = field(default_factory=dict)
-    model_args: Mapping[str, Any] = field(default_factory=dict)
-    backend: str = "mujoco"
+    reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
+    epochs: Annotated[int, Setting("Play each episode so often.", least=1, metavar="N")] = 1
+    temperature: Annotated[float | None, _NOT_SENT] = None
+    top_p: Annotated[float | None, _NOT_SENT] = None
+    max_tokens: Annotated[int | None, replace(_NOT_SENT, least=1, metavar="N")] = None
+    reasoning_effort: Annotated[Reasoning | None, Setting(_EFFORTS, metavar="LEVEL")] = None
+    model_args: Annotated[
+        Mapping[str, Any],
+        Setting(
+            "K=V for the provider; may be repeated.", "model-arg", metavar="K=V", read=read_model_args, repeats=True
+        ),
+    ] = field(default_factory=dict)
+    extra_body: Annotated[
+        Mapping[str, Any], Setting("JSON object added to every request.", metavar="JSON", read=read_extra_body)
+    ] = field(default_factory=dict)
+    image_format: Annotated[ImageFormat, Setting("How frames are sent.")] = "png"
+    render_quality: RenderQuality = "default"
+    save_frames: Annotated[bool, Setting("Keep every frame, by content hash.")] = False
+    backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
     """Makes a simulator of one's own, which `backend` then only names in the header. Must be picklable."""
-    render_quality: Quality = "default"
-    asset_database: Path | None = None
-    save_frames: bool = False
-    preflight: bool = True
-    retries: int = 8
+    asset_database: AssetFile = None
+    reply_seconds: Annotated[int, Setting("How long one reply may take.", least=1, metavar="SECONDS")] = REPLY_SECONDS
+    """Of a model or a program."""
+    seed: Annotated[int, Setting("For scheduling and scripted agents.")] = 0
+    preflight: Annotated[bool, Setting("Do not first prove that the model sees pictures.")] = True
+    retries: Annotated[int, Setting("Tries of a request after the first.", least=0, is_option=False)] = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0
     """Between two tries of a request, whatever the provider asks for."""
-    reply_seconds: int = REPLY_SECONDS
-    """How long one reply of a model or a program may take."""
     patience_s: float = PATIENCE_S
-    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Holds the values against their declarations."""
+        check_declared(self)
+
+    @property
+    def player(self) -> str:
+        """Who plays, as headers and tables name it: without secrets."""
+        return self.model or public_name(self.agent or "")
 
 
 def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
@@ -93,7 +141,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         "extra_body": dict(settings.extra_body) or None,
     }
     spec = RunSpec(
-        agent=settings.model or public_name(settings.agent or ""),
+        agent=settings.player,
         agent_kind=_kind(settings),
         base_url=_address(settings),
         sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
@@ -117,26 +165,25 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
 
 def profile_of(settings: RunSettings) -> Profile:
     """Returns the condition of evaluation that the settings ask for."""
+    asked = settings.profile
+    if asked not in PROFILE_NAMES:
+        hint = did_you_mean(asked, PROFILE_NAMES)
+        raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose {' or '.join(PROFILE_NAMES)}.")
     fitting = coordinates_for(settings.model) if settings.model else "pixel"
-    fields = {
-        "name": settings.profile,
-        "prompt_variant": settings.prompt_variant,
-        "coordinates": settings.coordinates or fitting,
-        "reply_policy": settings.reply_policy,
-        "image_format": settings.image_format,
-    }
-    try:
-        return Profile.model_validate(fields)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        raise SettingError(f"Profile: {fault['loc'][0]} is {fault['input']!r}. {fault['msg']}.") from None
+    return Profile(
+        name=PROFILE_NAMES[asked],
+        prompt_variant=settings.prompt_variant,
+        coordinates=settings.coordinates or fitting,
+        reply_policy=settings.reply_policy,
+        image_format=settings.image_format,
+    )
 
 
 def worker_plan(
     settings: RunSettings, pack: Pack, profile: Profile, *, run_id: str = "", frames: Path | None = None
-) -> Plan:
+) -> WorkerPlan:
     """Returns what the simulator workers are told."""
-    return Plan(
+    return WorkerPlan(
         pack=pack.folder,
         run_id=run_id,
         profile=profile,
@@ -181,11 +228,6 @@ def serving_of(settings: RunSettings) -> Serving:
     return serving(settings.model or "", settings.base_url, settings.model_args, settings.api_key_env)
 
 
-def public_name(agent: str) -> str:
-    """Returns an agent's name without the secrets in the command line of a program."""
-    return Secrets.of_command("").hide(without_options(agent)) if is_exec(agent) else agent
-
-
 def secrets_of(settings: RunSettings) -> Secrets:
     """Returns the values that no file, message or table of the run may hold. Raises SettingError."""
     found = serving_of(settings) if settings.model is not None else None
@@ -208,15 +250,6 @@ def _kind(settings: RunSettings) -> AgentKind:
 def _check(settings: RunSettings) -> None:
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
-    for name, least in (("epochs", 1), ("max_connections", 1), ("retries", 0), ("reply_seconds", 1)):
-        if getattr(settings, name) < least:
-            raise SettingError(f"Setting {name} is {getattr(settings, name)}; it must be {least} or more.")
-    for name in ("temperature", "top_p"):
-        value = getattr(settings, name)
-        if value is not None and not math.isfinite(value):
-            raise SettingError(f"Setting {name} is {value}; it must be a finite number.")
-    if settings.workers is not None and settings.workers < 1:
-        raise SettingError(f"Setting workers is {settings.workers}; it must be 1 or more.")
     if settings.backend not in BACKENDS and settings.simulator_factory is None:
         raise SettingError(f"Simulator {settings.backend!r} does not exist. Choose one of: {', '.join(BACKENDS)}.")
     if settings.agent is not None and settings.agent_factory is None:

@@ -4,34 +4,38 @@ import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from vigil.errors import PackMismatch, RecordError, SimulatorError
-from vigil.pack import Pack, find
-from vigil.record import EPISODES_FILE, EpisodeRecord, RunHeader, read_header
-from vigil.record_file import Rows, read_rows
-from vigil.row_check import RowCheck
-from vigil.runner.pool import PATIENCE_S, SimulatorPool, usable_cpus
+from vigil.errors import RecordError, SimulatorError
+from vigil.pack import Pack
+from vigil.record import EpisodeRecord, RunHeader
 from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
-from vigil.runner.verify import Difference
-from vigil.runner.wire import Plan, Ticket
+from vigil.runner.shared_settings import AssetFile, PackPlace, SimulatorWorkers
+from vigil.runner.workers.messages import Assignment, WorkerPlan
+from vigil.runner.workers.pool import PATIENCE_S, SimulatorPool, usable_cpus
+from vigil.runner.workers.resimulation import FactDifference
+from vigil.saved_run import read_run
+from vigil.setting import Setting, check_declared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySettings:
     """How to verify a run. What is None is taken from the run's header."""
 
-    pack: str | Path | None = None
-    asset_database: Path | None = None
+    frames: Annotated[bool, Setting("Compare kept frames too; they are only equal on the same renderer.")] = False
+    limit: Annotated[int | None, Setting("Only the first N records.", least=1, metavar="N")] = None
+    workers: SimulatorWorkers = None
+    pack: PackPlace = None
+    asset_database: AssetFile = None
     backend: str | None = None
-    workers: int | None = None
-    limit: int | None = None
-    """The first so many records."""
-    frames: bool = False
-    """Compare pixels as well; they are only equal on the same renderer."""
     exact: bool | None = None
     """Whether numbers must be equal to the last bit; None means: on the machine type that made the run."""
     patience_s: float = PATIENCE_S
+
+    def __post_init__(self) -> None:
+        """Holds the values against their declarations."""
+        check_declared(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +47,7 @@ class Verification:
     errors: int
     """Rows that ended as an error: there is nothing to verify in them."""
     is_exact: bool
-    differences: tuple[Difference, ...]
+    differences: tuple[FactDifference, ...]
     frames: int = 0
     """How many frames were compared; 0 when that was not asked, or nobody looked at any during the run."""
     notes: tuple[str, ...] = ()
@@ -57,25 +61,6 @@ class Verification:
         return self.checked > 0 and not self.differences and not self.left_out
 
 
-@dataclass(frozen=True, slots=True)
-class SavedRun:
-    """A run as it lies on disk, with the pack that it was played on."""
-
-    header: RunHeader
-    pack: Pack
-    rows: Rows
-
-
-def read_run(path: Path, pack: str | Path | None = None) -> SavedRun:
-    """Returns a run with the rows that stand, without touching its folder; `pack` is where its pack is now.
-
-    Raises RecordError or PackMismatch.
-    """
-    header = read_header(path)
-    found = pack_of(header, pack)
-    return SavedRun(header, found, read_rows(path / EPISODES_FILE, RowCheck(header, found.episodes)))
-
-
 def verify_run(
     path: Path, settings: VerifySettings | None = None, *, on_progress: Callable[[int, int], None] = lambda *_: None
 ) -> Verification:
@@ -85,11 +70,11 @@ def verify_run(
     """
     settings = settings or VerifySettings()
     saved = read_run(path, settings.pack)
-    header, pack, rows = saved.header, saved.pack, saved.rows
-    records = [record for record in rows.standing.values() if record.end != "error"][: settings.limit]
-    errors = sum(record.end == "error" for record in rows.standing.values())
+    header, table, pack = saved.header, saved.table, Pack.load(saved.pack_folder)
+    scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
+    records = [table.record(key) for key in scored[: settings.limit]]
     is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
-    plan = Plan(
+    plan = WorkerPlan(
         pack=pack.folder,
         run_id=header.run_id,
         profile=header.spec.profile,
@@ -103,7 +88,14 @@ def verify_run(
         differences = asyncio.run(verify.all(records, workers, on_progress))
     seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
     return Verification(
-        header, len(records), errors, is_exact, tuple(differences), seen, rows.notes, len(rows.left_out)
+        header,
+        len(records),
+        len(table.rows) - len(scored),
+        is_exact,
+        tuple(differences),
+        seen,
+        table.notes,
+        len(table.left_out),
     )
 
 
@@ -116,9 +108,10 @@ class _Verifying:
 
     async def all(
         self, records: Sequence[EpisodeRecord], workers: int, on_progress: Callable[[int, int], None]
-    ) -> list[Difference]:
-        found: dict[int, list[Difference]] = {}
-        waiting = iter(enumerate(records))
+    ) -> list[FactDifference]:
+        found: dict[int, list[FactDifference]] = {}
+        by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
+        waiting = iter(by_house)
 
         async def work() -> None:
             for number, record in waiting:
@@ -128,25 +121,12 @@ class _Verifying:
         await asyncio.gather(*(work() for _ in range(workers)))
         return [difference for number in sorted(found) for difference in found[number]]
 
-    async def one(self, record: EpisodeRecord) -> list[Difference]:
-        ticket = Ticket(self.pack.episode(record.episode_id), record.epoch, record.attempt)
+    async def one(self, record: EpisodeRecord) -> list[FactDifference]:
+        assignment = Assignment(self.pack.episode(record.episode_id), record.epoch, record.attempt)
         try:
-            return await self.pool.resimulate(ticket, record, frames=self.frames, exact=self.is_exact)
+            return await self.pool.resimulate(assignment, record, frames=self.frames, exact=self.is_exact)
         except SimulatorError as error:
-            return [Difference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
-
-
-def pack_of(header: RunHeader, pack: str | Path | None = None) -> Pack:
-    """Returns the pack that a run was played on, at `pack` or where the run says. Raises PackMismatch."""
-    noted = header.host.get("pack_folder", "")
-    found = Pack.load(pack or (noted if noted and Path(noted).is_dir() else find(header.spec.pack)))
-    if found.sha256 != header.spec.pack_sha256:
-        raise PackMismatch(
-            f"Run {header.run_id!r} was played on pack {header.spec.pack!r} with SHA-256 "
-            f"{header.spec.pack_sha256[:12]}..., {str(found.folder)!r} has {found.sha256[:12]}.... "
-            "Give the pack that it was played on."
-        )
-    return found
+            return [FactDifference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
 
 
 def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:

@@ -8,8 +8,8 @@ from typing import Literal
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
-from vigil.sim.embedded import EmbeddedSimulator
-from vigil.sim.fake import FakeEngine
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.engines.fake import FakeEngine
 
 Quality = Literal["default", "fast"]
 
@@ -20,7 +20,7 @@ def _fake(assets: AssetDatabase, quality: Quality) -> EmbeddedSimulator:
 
 
 def _mujoco(assets: AssetDatabase, quality: Quality) -> EmbeddedSimulator:
-    from vigil.sim.mujoco.engine import MujocoEngine  # noqa: PLC0415 - loads MuJoCo
+    from vigil.sim.engines.mujoco.engine import MujocoEngine  # noqa: PLC0415 - loads MuJoCo
 
     return EmbeddedSimulator(MujocoEngine(quality), assets)
 

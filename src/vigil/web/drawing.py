@@ -25,7 +25,7 @@ from vigil.errors import SimulatorError
 from vigil.house import House
 from vigil.pose import Pose
 from vigil.sim import make_simulator
-from vigil.sim.embedded import EmbeddedSimulator
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.world import Effect, Setup
 
 PATIENCE_S = 90.0
@@ -34,8 +34,8 @@ _T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """With what to draw."""
+class RenderSettings:
+    """Which backend draws, at which quality, with which assets."""
 
     backend: str = "mujoco"
     quality: Literal["default", "fast"] = "default"
@@ -43,10 +43,10 @@ class Look:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class EpisodeMoment:
     """A house at the start of an episode, and what has been done since."""
 
-    look: Look
+    render_settings: RenderSettings
     house: Path
     start: Pose
     setup: Setup
@@ -57,11 +57,11 @@ class Scene:
         """A string that differs between scenes that look different."""
         setup = "".join(f"{key}={value!r};" for key, value in sorted(self.setup.objects.items()))
         held = self.setup.held or ""
-        return f"{self.look!r}|{self.house}|{self.start!r}|{setup}|{held}|{self.actions!r}"
+        return f"{self.render_settings!r}|{self.house}|{self.start!r}|{setup}|{held}|{self.actions!r}"
 
 
 @dataclass(frozen=True, slots=True)
-class Walked:
+class WalkResult:
     """Where one action led, and what is seen from there."""
 
     pose: Pose
@@ -69,7 +69,7 @@ class Walked:
     picture: bytes
 
 
-class Drawer:
+class RenderService:
     """Draws for the pages; safe to call from any thread, one picture at a time."""
 
     def __init__(self) -> None:
@@ -77,7 +77,7 @@ class Drawer:
         self._executor: ProcessPoolExecutor | None = None
         self._kept: OrderedDict[str, bytes] = OrderedDict()
 
-    def picture(self, scene: Scene) -> bytes:
+    def picture(self, scene: EpisodeMoment) -> bytes:
         """Returns the frame (PNG) of a scene. Raises SimulatorError or InputError."""
         name = scene.name
         with self._lock:
@@ -91,11 +91,11 @@ class Drawer:
                 self._kept.popitem(last=False)
         return data
 
-    def walk(self, scene: Scene, action: PhysicalAction | None) -> Walked:
+    def walk(self, scene: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
         """Returns where `action` leads in a scene. Raises SimulatorError or InputError."""
         return self._ask(_walk, scene, action)
 
-    def name_at(self, scene: Scene, x: int, y: int) -> str | None:
+    def name_at(self, scene: EpisodeMoment, x: int, y: int) -> str | None:
         """Returns the id of what is under a pixel; None for structure and sky."""
         return self._ask(_name_at, scene, x, y)
 
@@ -108,7 +108,7 @@ class Drawer:
         with self._lock:
             if self._executor is None:
                 context = multiprocessing.get_context("spawn")
-                self._executor = ProcessPoolExecutor(1, context, initializer=_settle_in)
+                self._executor = ProcessPoolExecutor(1, context, initializer=_prepare_process)
             executor = self._executor
             future = executor.submit(task, *arguments)
         try:
@@ -134,7 +134,7 @@ class Drawer:
 # --- in the drawing process -------------------------------------------------------------------------------------------
 
 
-def _settle_in() -> None:
+def _prepare_process() -> None:
     """Leaves Ctrl-C to the main process, and ends when that has gone, however it went."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -147,16 +147,18 @@ def _end_with_parent() -> None:
         os._exit(0)
 
 
-class _Easel:
-    """One simulator, with the scene that it stands in."""
+class _SceneRenderer:
+    """One simulator, and the moment of an episode that it shows."""
 
-    def __init__(self, look: Look) -> None:
-        assets = AssetDatabase.load(look.asset_database) if look.asset_database else AssetDatabase.default()
-        self.simulator: EmbeddedSimulator = make_simulator(look.backend, assets=assets, quality=look.quality)
+    def __init__(self, render_settings: RenderSettings) -> None:
+        assets = AssetDatabase.of(render_settings.asset_database)
+        self.simulator: EmbeddedSimulator = make_simulator(
+            render_settings.backend, assets=assets, quality=render_settings.quality
+        )
         self._loaded: tuple[Path, int] | None = None
-        self._stands: Scene | None = None
+        self._stands: EpisodeMoment | None = None
 
-    def stand(self, scene: Scene) -> EmbeddedSimulator:
+    def stand(self, scene: EpisodeMoment) -> EmbeddedSimulator:
         """Returns the simulator in that scene."""
         version = (scene.house, scene.house.stat().st_mtime_ns)
         if self._loaded != version:
@@ -177,7 +179,7 @@ class _Easel:
         """Says that the simulator was led away from the scene it was in."""
         self._stands = None
 
-    def _done_of(self, scene: Scene) -> int | None:
+    def _done_of(self, scene: EpisodeMoment) -> int | None:
         """Returns how many of the scene's actions are done already; None when it must begin anew."""
         stands = self._stands
         if stands is None or (stands.house, stands.start, stands.setup) != (scene.house, scene.start, scene.setup):
@@ -186,31 +188,31 @@ class _Easel:
         return done if scene.actions[:done] == stands.actions else None
 
 
-_easels: dict[Look, _Easel] = {}
+_renderers: dict[RenderSettings, _SceneRenderer] = {}
 
 
-def _stand(scene: Scene) -> tuple[_Easel, EmbeddedSimulator]:
-    easel = _easels.get(scene.look)
-    if easel is None:
-        for other in _easels.values():
+def _stand(scene: EpisodeMoment) -> tuple[_SceneRenderer, EmbeddedSimulator]:
+    renderer = _renderers.get(scene.render_settings)
+    if renderer is None:
+        for other in _renderers.values():
             other.simulator.close()
-        _easels.clear()
-        easel = _easels[scene.look] = _Easel(scene.look)
-    return easel, easel.stand(scene)
+        _renderers.clear()
+        renderer = _renderers[scene.render_settings] = _SceneRenderer(scene.render_settings)
+    return renderer, renderer.stand(scene)
 
 
-def _draw(scene: Scene) -> bytes:
+def _draw(scene: EpisodeMoment) -> bytes:
     return encode(_stand(scene)[1].frame()).data
 
 
-def _walk(scene: Scene, action: PhysicalAction | None) -> Walked:
-    easel, simulator = _stand(scene)
+def _walk(scene: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
+    renderer, simulator = _stand(scene)
     effect = Effect()
     if action is not None:
-        easel.moved()
+        renderer.moved()
         effect = simulator.step(action)
-    return Walked(simulator.world(()).agent, effect, encode(simulator.frame()).data)
+    return WalkResult(simulator.world(()).agent, effect, encode(simulator.frame()).data)
 
 
-def _name_at(scene: Scene, x: int, y: int) -> str | None:
+def _name_at(scene: EpisodeMoment, x: int, y: int) -> str | None:
     return _stand(scene)[1].object_at(x, y)

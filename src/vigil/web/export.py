@@ -15,14 +15,14 @@ from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
 from vigil.record import Key
 from vigil.summary import summarise
-from vigil.web.drawing import Drawer
-from vigil.web.film import gif, mp4, shots_of
-from vigil.web.frames import episode_of, frames_of, tell
+from vigil.web.drawing import RenderService
+from vigil.web.film import film_frames_of, gif, mp4
+from vigil.web.frames import episode_of, episode_timeline, frames_of
 from vigil.web.library import ShownRun
+from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
 from vigil.web.site import STATIC, TEMPLATES
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of
-from vigil.web.words import LABELS as LABEL_WORDS
 
 JPEG_QUALITY = 86
 NO_FRAME = {"is_recorded": None, "note": "This frame was not saved and cannot be drawn again."}
@@ -41,11 +41,11 @@ class Links:
 ALONE = Links()
 
 
-def episode_page(run: ShownRun, key: Key, drawer: Drawer, links: Links = ALONE) -> str:
+def episode_page(run: ShownRun, key: Key, render_service: RenderService, links: Links = ALONE) -> str:
     """Returns one HTML page with everything in it: pictures, style and script."""
     episode, record, pack = episode_of(run, key)
-    story = tell(run, episode, record)
-    frames = frames_of(run, key, drawer)
+    story = episode_timeline(run, episode, record)
+    frames = frames_of(run, key, render_service)
     story["frames"] = ["" if frame is None else _jpeg_uri(frame.data) for frame in frames]
     story["frame_notes"] = [NO_FRAME if frame is None else frame.facts for frame in frames]
     return TEMPLATES.get_template("alone.html").render(
@@ -59,15 +59,19 @@ def episode_page(run: ShownRun, key: Key, drawer: Drawer, links: Links = ALONE) 
     )
 
 
-def episode_film(run: ShownRun, key: Key, drawer: Drawer, form: Literal["gif", "mp4"]) -> bytes:
+def episode_film(run: ShownRun, key: Key, render_service: RenderService, form: Literal["gif", "mp4"]) -> bytes:
     """Returns an episode as GIF or MP4. Raises SettingError when nothing can be shown, or PyAV is not there for MP4."""
     episode, record, _ = episode_of(run, key)
-    frames = frames_of(run, key, drawer)
-    shots = shots_of(tell(run, episode, record), [None if frame is None else frame.data for frame in frames])
+    frames = frames_of(run, key, render_service)
+    shots = film_frames_of(
+        episode_timeline(run, episode, record), [None if frame is None else frame.data for frame in frames]
+    )
     return gif(shots) if form == "gif" else mp4(shots)
 
 
-def export_site(run: ShownRun, out: Path, drawer: Drawer, report: Callable[[str], None] = lambda line: None) -> Path:
+def export_site(
+    run: ShownRun, out: Path, render_service: RenderService, report: Callable[[str], None] = lambda line: None
+) -> Path:
     """Writes a run as pages into `out`, new or empty, and returns its index; `report` is told of each episode.
 
     Raises SettingError or RecordError.
@@ -96,7 +100,7 @@ def export_site(run: ShownRun, out: Path, drawer: Drawer, report: Callable[[str]
     keys = sorted(run.table.rows)
     names = [_file_name(*key) for key in keys]
     for key, before, name, after in zip(keys, [None, *names], names, [*names[1:], None], strict=False):
-        text = episode_page(run, key, drawer, Links("../index.html", before, after))
+        text = episode_page(run, key, render_service, Links("../index.html", before, after))
         (out / EPISODES_FOLDER / name).write_text(text, encoding="utf-8")
         report(key[0])
     (out / "index.html").write_text(index, encoding="utf-8")

@@ -35,7 +35,7 @@ _FONT = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 
 
 @dataclass(frozen=True, slots=True)
-class Shot:
+class FilmFrame:
     """A frame (PNG) and what is said about it."""
 
     frame: bytes
@@ -44,11 +44,11 @@ class Shot:
     click: list[int] | None
 
 
-def shots_of(story: dict[str, Any], frames: Sequence[bytes | None]) -> list[Shot]:
+def film_frames_of(story: dict[str, Any], frames: Sequence[bytes | None]) -> list[FilmFrame]:
     """Returns what can be shown of a story. Raises SettingError when that is nothing."""
     count = len(story["steps"])
     shots = [
-        Shot(frame, story["instruction"], f"{step['index']}/{count}  {step['action']}", step["click"])
+        FilmFrame(frame, story["instruction"], f"{step['index']}/{count}  {step['action']}", step["click"])
         for frame, step in zip(frames, story["steps"], strict=True)
         if frame is not None
     ]
@@ -57,7 +57,7 @@ def shots_of(story: dict[str, Any], frames: Sequence[bytes | None]) -> list[Shot
     return shots
 
 
-def gif(shots: Sequence[Shot]) -> bytes:
+def gif(shots: Sequence[FilmFrame]) -> bytes:
     """Returns an animated GIF that repeats for ever."""
     height = GIF_WIDTH * (FRAME_HEIGHT + STRIP_PX) // FRAME_WIDTH
     slides = [_slide(shot).resize((GIF_WIDTH, height), Image.Resampling.LANCZOS) for shot in shots]
@@ -68,7 +68,7 @@ def gif(shots: Sequence[Shot]) -> bytes:
     return buffer.getvalue()
 
 
-def mp4(shots: Sequence[Shot]) -> bytes:
+def mp4(shots: Sequence[FilmFrame]) -> bytes:
     """Returns a film in MP4. Raises SettingError without PyAV."""
     try:
         import av  # noqa: PLC0415 - an optional library
@@ -93,14 +93,14 @@ def mp4(shots: Sequence[Shot]) -> bytes:
         return path.read_bytes()
 
 
-def _ticks(shots: Sequence[Shot]) -> Iterator[np.ndarray]:
+def _ticks(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
     """Yields each frame of a video."""
     for index, shot in enumerate(shots):
         seconds = LAST_S if index == len(shots) - 1 else STEP_S
         yield from [np.asarray(_slide(shot))] * round(seconds * VIDEO_FPS)
 
 
-def _slide(shot: Shot) -> Image.Image:
+def _slide(shot: FilmFrame) -> Image.Image:
     """Returns a frame with its click, and the strip below."""
     slide = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT + STRIP_PX), _PAPER)
     slide.paste(Image.open(io.BytesIO(shot.frame)).convert("RGB"), (0, 0))

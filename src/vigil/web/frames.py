@@ -7,10 +7,10 @@ from vigil.agents.picture import decode
 from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, VigilError
 from vigil.record import EpisodeRecord, Key
-from vigil.runner.frames import frame_sha256
-from vigil.web.drawing import Drawer, Look, Scene
+from vigil.runner.workers.frames import frame_sha256
+from vigil.web.drawing import EpisodeMoment, RenderService, RenderSettings
 from vigil.web.library import ShownPack, ShownRun
-from vigil.web.story import story_of
+from vigil.web.timeline import timeline_of
 
 Origin = Literal["saved", "redrawn"]
 ORIGINS: dict[Origin, str] = {
@@ -58,30 +58,30 @@ def episode_of(run: ShownRun, key: Key) -> tuple[Episode, EpisodeRecord, ShownPa
     return run.table.episodes[key[0]], run.table.record(key), run.pack
 
 
-def tell(run: ShownRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
+def episode_timeline(run: ShownRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
     """Returns the story of a record of a run."""
     if run.header is None or run.table is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
-    return story_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
+    return timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
 
 
-def frame_of(run: ShownRun, key: Key, step: int, drawer: Drawer) -> Frame:
+def frame_of(run: ShownRun, key: Key, step: int, render_service: RenderService) -> Frame:
     """Returns the frame that a step's reply answered: as saved, else drawn again. Raises VigilError, KeyError."""
     episode, record, pack = episode_of(run, key)
     if not 1 <= step <= len(record.steps):
         raise KeyError(step)
     recorded = record.steps[step - 1].frame_sha256
     saved = _saved(run, recorded)
-    return saved or _held_against(drawer.picture(_scene(run, episode, record, pack, step)), "redrawn", recorded)
+    return saved or _held_against(render_service.picture(_scene(run, episode, record, pack, step)), "redrawn", recorded)
 
 
-def frames_of(run: ShownRun, key: Key, drawer: Drawer) -> list[Frame | None]:
+def frames_of(run: ShownRun, key: Key, render_service: RenderService) -> list[Frame | None]:
     """Returns all frames of an episode; None for what was not saved and cannot be drawn."""
     _, record, _ = episode_of(run, key)
     found: list[Frame | None] = []
     for step in record.steps:
         try:
-            found.append(frame_of(run, key, step.index, drawer))
+            found.append(frame_of(run, key, step.index, render_service))
         except VigilError:
             found.append(None)
     return found
@@ -100,7 +100,7 @@ def _held_against(data: bytes, origin: Origin, recorded: str | None) -> Frame:
     return Frame(data, origin, None if recorded is None else frame_sha256(decode(data)) == recorded)
 
 
-def _scene(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPack, step: int) -> Scene:
+def _scene(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPack, step: int) -> EpisodeMoment:
     if run.header is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     spec = run.header.spec
@@ -111,8 +111,8 @@ def _scene(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPa
         )
     pack.house(episode.house.name)
     done = [each.action for each in record.steps[: step - 1]]
-    return Scene(
-        look=Look(spec.simulator, spec.render_quality, run.assets),
+    return EpisodeMoment(
+        render_settings=RenderSettings(spec.simulator, spec.render_quality, run.assets),
         house=pack.house_path(episode.house.name),
         start=episode.start,
         setup=episode.setup,

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from vigil.actions import PhysicalAction
 from vigil.house import House
 from vigil.pose import Pose
-from vigil.web.drawing import Drawer, Look, Scene
+from vigil.web.drawing import EpisodeMoment, RenderService, RenderSettings
 from vigil.web.library import Library, ShownPack
 from vigil.web.plan import plan_of
 from vigil.web.site import page, picture
@@ -48,7 +48,9 @@ class Point(BaseModel):
     y: int = Field(ge=0, lt=480)
 
 
-def add_house_pages(site: FastAPI, library: Library, drawer: Drawer, look: Look) -> None:
+def add_house_pages(
+    site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
+) -> None:
     """Adds the pages of the houses of all packs."""
 
     @site.get("/houses", response_class=HTMLResponse)
@@ -71,7 +73,7 @@ def add_house_pages(site: FastAPI, library: Library, drawer: Drawer, look: Look)
 
     @site.post("/houses/{slug}/{name}/walk")
     def walk(slug: str, name: str, request: Annotated[Walk, Body()]) -> dict[str, Any]:
-        walked = drawer.walk(_scene(library, slug, name, request.pose, look), request.action)
+        walked = render_service.walk(_scene(library, slug, name, request.pose, render_settings), request.action)
         return {
             "pose": walked.pose.model_dump(mode="json"),
             "blocked": walked.effect.path_blocked,
@@ -81,7 +83,11 @@ def add_house_pages(site: FastAPI, library: Library, drawer: Drawer, look: Look)
 
     @site.post("/houses/{slug}/{name}/name")
     def name_at(slug: str, name: str, request: Annotated[Point, Body()]) -> dict[str, Any]:
-        return {"id": drawer.name_at(_scene(library, slug, name, request.pose, look), request.x, request.y)}
+        return {
+            "id": render_service.name_at(
+                _scene(library, slug, name, request.pose, render_settings), request.x, request.y
+            )
+        }
 
 
 def _pack(library: Library, slug: str) -> ShownPack:
@@ -97,7 +103,7 @@ def _house(library: Library, slug: str, name: str) -> House:
     return pack.house(name)
 
 
-def _scene(library: Library, slug: str, name: str, pose: Pose, look: Look) -> Scene:
+def _scene(library: Library, slug: str, name: str, pose: Pose, render_settings: RenderSettings) -> EpisodeMoment:
     """Returns what is seen in a house, which is made sure of."""
     _house(library, slug, name)
-    return Scene(look, library.packs[slug].house_path(name), pose, Setup())
+    return EpisodeMoment(render_settings, library.packs[slug].house_path(name), pose, Setup())

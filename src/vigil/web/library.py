@@ -4,6 +4,7 @@ Addresses name runs and packs by short names that were handed out here, never by
 folders (and the packaged packs) is read, also not through links.
 """
 
+import os
 import re
 import threading
 from collections.abc import Iterable
@@ -14,13 +15,11 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.house import House
-from vigil.pack import HOUSES, MANIFEST, Pack, find, frozen_episodes
-from vigil.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
-from vigil.row_check import RowCheck
-from vigil.runner.frames import FrameStore
-from vigil.runner.run_folder import FRAMES_FOLDER
+from vigil.pack import HOUSES, MANIFEST, PACKAGED, Pack, find, frozen_episodes
+from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
 from vigil.runner.settings import file_sha256
-from vigil.web.records import RecordTable, is_inside
+from vigil.runner.workers.frames import FrameStore
+from vigil.saved_run import RecordTable, pack_places
 
 DEPTH = 3
 """How deep under a given folder runs are looked for."""
@@ -112,7 +111,7 @@ class Library:
         """
         self._assets = assets
         self._assets_sha256 = None if assets is None else file_sha256(assets)
-        self._database = AssetDatabase.default() if assets is None else AssetDatabase.load(assets)
+        self._database = AssetDatabase.of(assets)
         self._roots = [root.resolve() for root in roots]
         for root in self._roots:
             if not root.is_dir():
@@ -169,10 +168,7 @@ class Library:
         if run.table is None:
             with self._lock:
                 run.pack = self._pack_of(run.header)
-            wanted = set(spec.episode_ids)
-            episodes = {name: episode for name, episode in run.pack.episodes.items() if name in wanted}
-            check = RowCheck(run.header, episodes.values())
-            run.table = RecordTable(run.folder / EPISODES_FILE, episodes, check, spec.epochs)
+            run.table = RecordTable(run.folder, header, run.pack.episodes.values())
         run.table.refresh()
 
     def _pack_of(self, header: RunHeader) -> ShownPack:
@@ -180,14 +176,12 @@ class Library:
         for pack in self.packs.values():
             if pack.sha256 == spec.pack_sha256:
                 return pack
-        noted = Path(header.pack_folder) if header.pack_folder else None
-        places = [spec.pack] if re.fullmatch(r"[A-Za-z0-9_.-]+", spec.pack) and not Path(spec.pack).is_dir() else []
-        places += [noted] if noted and any(is_inside(noted, root) for root in self._roots) else []
-        for place in places:
-            try:
-                return self._open_pack(find(place), spec.pack_sha256)
-            except PackMismatch:
-                continue
+        for place in _places(header):
+            if any(is_inside(place, root) for root in (PACKAGED, *self._roots)):
+                try:
+                    return self._open_pack(place, spec.pack_sha256)
+                except PackMismatch:
+                    continue
         where = f", which lay in {header.pack_folder!r}" if header.pack_folder else ""
         raise PackMismatch(
             f"The run was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}...{where}. "
@@ -214,6 +208,18 @@ class Library:
 
     def _free_slug(self, folder: Path) -> str:
         return _free_name(folder.name, {run.slug for run in self._runs.values()})
+
+
+def _places(header: RunHeader) -> list[Path]:
+    try:
+        return pack_places(header)
+    except PackMismatch:
+        return []
+
+
+def is_inside(path: Path, folder: Path) -> bool:
+    """Whether `path`, all links followed, lies in `folder` (all links followed)."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def _free_name(wanted: str, taken: Iterable[str]) -> str:

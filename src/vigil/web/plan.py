@@ -6,14 +6,18 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from shapely import Point, Polygon
+from shapely import Point
+from shapely.affinity import scale
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.errors import VigilError
 from vigil.house import House
-from vigil.housegen.solids import Body, bodies_of
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import whole_box
+from vigil.scene.outlines import floor_corners, floor_of
+from vigil.scene.things import Thing
 from vigil.web.library import ShownPack
 
 MARGIN_M = 0.4
@@ -21,6 +25,8 @@ LABELLED_M2 = 0.3
 """Things with a smaller footprint carry no label."""
 HUNG_M = 1.0
 """What begins higher hangs on a wall: drawn by its outline alone."""
+SHOWN_BELOW_M = 1.8
+"""What begins higher is not drawn."""
 TEXT_SHARE = 0.026
 """Height of the letters, as a share of the plan's width: legible at the size at which pages show it."""
 PAGE_ASPECT = 1.2
@@ -52,7 +58,7 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class PlanDrawing:
     """A house seen from above."""
 
     view_box: str
@@ -66,7 +72,7 @@ class Plan:
     things: tuple[dict[str, Any], ...]
 
 
-def plan_of(house: House, assets: AssetDatabase) -> Plan:
+def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
     """Returns the plan of a house; without furniture when its things cannot be built."""
     floors = [np.array([(point.x, point.z) for point in room.floor_polygon]) for room in house.document.rooms]
     low = np.min([floor.min(axis=0) for floor in floors], axis=0) - MARGIN_M
@@ -77,29 +83,30 @@ def plan_of(house: House, assets: AssetDatabase) -> Plan:
         for room, floor in zip(house.document.rooms, floors, strict=True)
     ]
     try:
-        bodies = bodies_of(house, assets)[0]
+        things = list(build_scene(house, assets).things.values())
     except VigilError:
-        bodies = []
-    shapes += [_thing(body) for body in _in_order(bodies)]
+        things = []
+    shapes += [_thing(thing) for thing in _in_order(things)]
     for wall in house.document.walls:
         ends = np.array([(point.x, point.z) for point in wall.polygon[:2]])
         shapes.append(Shape("wall", _points(ends)))
-    shapes += [Shape("opening", _points(body.box_corners()), body.id) for body in bodies if body.is_opening]
-    shapes += [_dot(body) for body in bodies if body.parent is not None]
+    openings = [thing for thing in things if thing.is_structure]
+    shapes += [Shape("opening", _points(floor_corners(whole_box(thing))), thing.id) for thing in openings]
+    shapes += [_dot(thing) for thing in things if thing.parent is not None]
     text_m = TEXT_SHARE * max(width, height * PAGE_ASPECT)
-    return Plan(
+    return PlanDrawing(
         view_box=f"{low[0]:.3f} {-high[1]:.3f} {width:.3f} {height:.3f}",
         width=width,
         height=height,
         text_m=text_m,
         shapes=tuple(shapes),
-        labels=tuple(_labels(house, bodies, text_m)),
+        labels=tuple(_labels(house, things, text_m)),
         rooms=tuple(_room_facts(house)),
-        things=tuple(_thing_facts(body) for body in bodies),
+        things=tuple(_thing_facts(thing) for thing in things),
     )
 
 
-def try_plan(pack: ShownPack, episode: Episode) -> Plan | None:
+def try_plan(pack: ShownPack, episode: Episode) -> PlanDrawing | None:
     """Returns the floor plan of an episode's house; None when the house cannot be read."""
     try:
         return _kept_plan(pack.house(episode.house.name), pack.assets)
@@ -108,38 +115,44 @@ def try_plan(pack: ShownPack, episode: Episode) -> Plan | None:
 
 
 @lru_cache(maxsize=32)
-def _kept_plan(house: House, assets: AssetDatabase) -> Plan:
+def _kept_plan(house: House, assets: AssetDatabase) -> PlanDrawing:
     return plan_of(house, assets)
 
 
-def _in_order(bodies: list[Body]) -> list[Body]:
-    standing = [body for body in bodies if body.parent is None and not body.is_opening and body.bottom < 1.8]
-    return sorted(standing, key=lambda body: (body.category != "Rug", body.bottom, body.id))
+def _in_order(things: list[Thing]) -> list[Thing]:
+    """Returns what stands or hangs in the rooms, lowest first, rugs before all."""
+    standing = [thing for thing in things if thing.parent is None and not thing.is_structure]
+    shown = [thing for thing in standing if _bottom(thing) < SHOWN_BELOW_M]
+    return sorted(shown, key=lambda thing: (thing.category != "Rug", _bottom(thing), thing.id))
 
 
-def _thing(body: Body) -> Shape:
-    kind = "rug" if body.category == "Rug" else "hung" if body.bottom > HUNG_M else "thing"
-    return Shape(kind, _points(body.box_corners()), body.id)
+def _bottom(thing: Thing) -> float:
+    return whole_box(thing).bottom
 
 
-def _dot(body: Body) -> Shape:
-    return Shape("small", "", body.id, (body.position.x, -body.position.z))
+def _thing(thing: Thing) -> Shape:
+    kind = "rug" if thing.category == "Rug" else "hung" if _bottom(thing) > HUNG_M else "thing"
+    return Shape(kind, _points(floor_corners(whole_box(thing))), thing.id)
 
 
-def _labels(house: House, bodies: list[Body], text_m: float) -> list[Label]:
+def _dot(thing: Thing) -> Shape:
+    return Shape("small", "", thing.id, (thing.position.x, -thing.position.z))
+
+
+def _labels(house: House, things: list[Thing], text_m: float) -> list[Label]:
     """Returns the words that find room: large things first, then the rooms' names where nothing stands in the way."""
     placed: list[Label] = []
     across = [point.x for room in house.document.rooms for point in room.floor_polygon]
     left, right = min(across), max(across)
-    named = [body for body in _in_order(bodies) if body.bottom <= HUNG_M and body.category in CATALOG]
-    named = [body for body in named if body.category != "Rug" and _footprint_m2(body) >= LABELLED_M2]
-    for body in sorted(named, key=lambda body: (-_footprint_m2(body), body.id)):
-        spoken = CATALOG[body.category].spoken
+    named = [thing for thing in _in_order(things) if _bottom(thing) <= HUNG_M and thing.category != "Rug"]
+    named = [thing for thing in named if _footprint_m2(thing) >= LABELLED_M2]
+    for thing in sorted(named, key=lambda thing: (-_footprint_m2(thing), thing.id)):
+        spoken = CATALOG[thing.category].spoken
         half = LETTER_WIDTH * text_m * len(spoken) / 2
-        x = float(np.clip(body.position.x, left + half, max(left + half, right - half)))
-        _place(placed, [Label("label", spoken, x, -body.position.z)], text_m)
+        x = float(np.clip(thing.position.x, left + half, max(left + half, right - half)))
+        _place(placed, [Label("label", spoken, x, -thing.position.z)], text_m)
     for room in house.document.rooms:
-        floor = Polygon([(point.x, -point.z) for point in room.floor_polygon])
+        floor = scale(floor_of(room), yfact=-1.0, origin=(0.0, 0.0))
         middle = floor.representative_point()
         tried = [(middle.x, middle.y + step * text_m) for step in (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)]
         within = [
@@ -162,8 +175,8 @@ def _overlap(one: Label, other: Label, text_m: float) -> bool:
     return abs(one.x - other.x) < wide + text_m / 2 and abs(one.y - other.y) < 1.1 * text_m
 
 
-def _footprint_m2(body: Body) -> float:
-    return body.asset.size.x * body.asset.size.z
+def _footprint_m2(thing: Thing) -> float:
+    return thing.asset.size.x * thing.asset.size.z
 
 
 def _points(corners: np.ndarray) -> str:
@@ -171,13 +184,10 @@ def _points(corners: np.ndarray) -> str:
 
 
 def _room_facts(house: House) -> list[dict[str, Any]]:
-    facts = []
-    for room in house.document.rooms:
-        corners = np.array([(point.x, point.z) for point in room.floor_polygon])
-        x, z = corners[:, 0], corners[:, 1]
-        area = abs(float(np.dot(x, np.roll(z, 1)) - np.dot(z, np.roll(x, 1)))) / 2
-        facts.append({"id": room.id, "type": _room_words(room.room_type), "area_m2": area})
-    return facts
+    return [
+        {"id": room.id, "type": _room_words(room.room_type), "area_m2": floor_of(room).area}
+        for room in house.document.rooms
+    ]
 
 
 def _room_words(room_type: str) -> str:
@@ -185,14 +195,11 @@ def _room_words(room_type: str) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room_type).lower()
 
 
-def _thing_facts(body: Body) -> dict[str, Any]:
+def _thing_facts(thing: Thing) -> dict[str, Any]:
     return {
-        "id": body.id,
-        "category": body.category,
-        "room": body.room or "",
-        "parent": body.parent.id if body.parent else "",
-        "x": body.position.x,
-        "z": body.position.z,
-        "opens": body.can_open,
-        "openness": body.openness,
+        "id": thing.id,
+        "category": thing.category,
+        "parent": thing.parent or "",
+        "opens": thing.is_openable,
+        "openness": thing.openness,
     }

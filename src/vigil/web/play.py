@@ -1,4 +1,4 @@
-"""`vigil play`: the page of a person who plays. This server knows no other page, and no hidden fact crosses it."""
+"""`vigil play`: the page of a person who plays. This server has no other page and never sends hidden state."""
 
 from typing import Annotated, Any
 
@@ -8,13 +8,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.actions import INTENTS, STATUSES
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.web.play_session import PlaySession
 from vigil.web.site import Address, make_site, page
-from vigil.web.sitting import Sitting
 
 MAX_TEXT = 64 * 1024
 
 
-class Answer(BaseModel):
+class PlayerReply(BaseModel):
     """A reply as the page sends it: to which view, and the very text that is recorded."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -23,7 +23,7 @@ class Answer(BaseModel):
     text: str = Field(max_length=MAX_TEXT)
 
 
-def make_play(sitting: Sitting, address: Address | None = None) -> FastAPI:
+def make_play(play_session: PlaySession, address: Address | None = None) -> FastAPI:
     """Returns the application. Raises SettingError when the address needs a token."""
     site = make_site(address or Address())
 
@@ -34,14 +34,14 @@ def make_play(sitting: Sitting, address: Address | None = None) -> FastAPI:
 
     @site.get("/state")
     async def state() -> dict[str, Any]:
-        return await sitting.state()
+        return await play_session.state()
 
     @site.post("/next")
     async def next_episode() -> dict[str, Any]:
-        return await sitting.next()
+        return await play_session.next()
 
     @site.post("/reply")
-    async def reply(answer: Annotated[Answer, Body()]) -> dict[str, Any]:
-        return await sitting.reply(answer.moment, answer.text)
+    async def reply(answer: Annotated[PlayerReply, Body()]) -> dict[str, Any]:
+        return await play_session.reply(answer.moment, answer.text)
 
     return site

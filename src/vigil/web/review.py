@@ -1,4 +1,4 @@
-"""`vigil review`: the auditor's pages. A verdict is in the review file before the page says so."""
+"""`vigil review`: the auditor's pages. A verdict is written to the review file before the page confirms it."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -11,8 +11,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafts import DraftsFile
-from vigil.authoring.review import (
+from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.review.reviews import (
     Decision,
     Review,
     Verdict,
@@ -28,17 +28,17 @@ from vigil.errors import SettingError, first_fault
 from vigil.house import House
 from vigil.pack import HOUSES, Pack
 from vigil.pose import wrap_deg
-from vigil.web.drawing import Drawer, Look, Scene
+from vigil.web.drawing import EpisodeMoment, RenderService, RenderSettings
+from vigil.web.phrases import action_words, click_of, goal_words
 from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page
-from vigil.web.words import action_words, click_of, goal_words
 
 AROUND = 8
 """Views from the start, each turned on by 45 degrees."""
 
 
 @dataclass(frozen=True, slots=True)
-class Pile:
+class ReviewSet:
     """What is reviewed: episodes with their solutions, and the folder of their houses."""
 
     name: str
@@ -47,13 +47,13 @@ class Pile:
     houses: Path
 
     @classmethod
-    def of_pack(cls, pack: Pack) -> "Pile":
+    def of_pack(cls, pack: Pack) -> "ReviewSet":
         """Returns the episodes of a pack."""
         solutions = {name: solution.actions for name, solution in pack.solutions.items()}
         return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES)
 
     @classmethod
-    def of_drafts(cls, path: Path) -> "Pile":
+    def of_drafts(cls, path: Path) -> "ReviewSet":
         """Returns the drafts of a file of `vigil pack propose`. Raises SettingError when it holds none."""
         file = DraftsFile(path)
         drafts = file.read().drafts
@@ -67,7 +67,7 @@ class Pile:
         return self.houses / f"{episode.house.name}.json"
 
 
-class Said(BaseModel):
+class VerdictForm(BaseModel):
     """A verdict as the page sends it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -78,29 +78,36 @@ class Said(BaseModel):
     text: str = ""
 
 
-class Desk:
-    """One reviewer's desk: the queue, and the file of verdicts."""
+class ReviewSession:
+    """The session of one reviewer: the queue, and the file of verdicts."""
 
-    def __init__(self, pile: Pile, path: Path, reviewer: str, seed: int = 0, look: Look | None = None) -> None:
+    def __init__(
+        self,
+        review_set: ReviewSet,
+        path: Path,
+        reviewer: str,
+        seed: int = 0,
+        render_settings: RenderSettings | None = None,
+    ) -> None:
         """Raises RecordError when the review file cannot be read, SettingError for a name that makes no sense."""
-        self.pile = pile
+        self.review_set = review_set
         self.path = path
         self.reviewer = reviewer
-        self.look = look or Look()
-        database = self.look.asset_database
-        self.assets = AssetDatabase.load(database) if database else AssetDatabase.default()
-        self.queue = queue(pile.episodes, seed)
+        self.render_settings = render_settings or RenderSettings()
+        database = self.render_settings.asset_database
+        self.assets = AssetDatabase.of(database)
+        self.queue = queue(review_set.episodes, seed)
         self.by_id = {episode.id: episode for episode in self.queue}
         if not path.parent.is_dir():
             raise SettingError(f"--file {str(path)!r}: folder {str(path.parent)!r} does not exist. Make it first.")
-        self._review(self.queue[0], Said(verdict="approve"))
+        self._review(self.queue[0], VerdictForm(verdict="approve"))
         read_reviews(path)
 
-    def say(self, episode: Episode, said: Said) -> None:
+    def say(self, episode: Episode, said: VerdictForm) -> None:
         """Writes a verdict. Raises SettingError when it is not whole."""
         append_review(self.path, self._review(episode, said))
 
-    def _review(self, episode: Episode, said: Said) -> Review:
+    def _review(self, episode: Episode, said: VerdictForm) -> Review:
         try:
             return Review(
                 at=datetime.now(UTC),
@@ -113,36 +120,36 @@ class Desk:
             raise SettingError(f"{first_fault(error, 'the review')}.") from None
 
 
-def make_review(desk: Desk, drawer: Drawer, address: Address | None = None) -> FastAPI:
+def make_review(session: ReviewSession, render_service: RenderService, address: Address | None = None) -> FastAPI:
     """Returns the application. Raises SettingError when the address needs a token."""
     site = make_site(address or Address())
-    _add_pages(site, desk)
-    _add_pictures(site, desk, drawer)
+    _add_pages(site, session)
+    _add_pictures(site, session, render_service)
     return site
 
 
-def _add_pages(site: FastAPI, desk: Desk) -> None:
+def _add_pages(site: FastAPI, session: ReviewSession) -> None:
     @site.get("/", response_class=HTMLResponse)
     def listing() -> Response:
-        reviews = read_reviews(desk.path)
-        rows = [(episode, decisions(episode, reviews)) for episode in desk.queue]
-        mine = [found.get(desk.reviewer, Decision()).judgement for _, found in rows]
-        others = sorted({review.reviewer for review in reviews} - {desk.reviewer})
-        compared = {name: agreement(desk.queue, reviews, desk.reviewer, name) for name in others}
+        reviews = read_reviews(session.path)
+        rows = [(episode, decisions(episode, reviews)) for episode in session.queue]
+        mine = [found.get(session.reviewer, Decision()).judgement for _, found in rows]
+        others = sorted({review.reviewer for review in reviews} - {session.reviewer})
+        compared = {name: agreement(session.queue, reviews, session.reviewer, name) for name in others}
         first = next((episode.id for (episode, _), done in zip(rows, mine, strict=True) if done is None), None)
         values = {"rows": rows, "done": sum(done is not None for done in mine), "compared": compared, "first": first}
-        return page("queue.html", title="Review", desk=desk, families=FAMILIES, **values)
+        return page("queue.html", title="Review", session=session, families=FAMILIES, **values)
 
     @site.get("/episodes/{episode_id}", response_class=HTMLResponse)
     def review(episode_id: str) -> Response:
-        episode = desk.by_id[episode_id]
-        return page("review.html", title=episode_id, desk=desk, episode=episode, **_values(desk, episode))
+        episode = session.by_id[episode_id]
+        return page("review.html", title=episode_id, session=session, episode=episode, **_values(session, episode))
 
     @site.post("/episodes/{episode_id}/verdict")
-    def verdict(episode_id: str, said: Annotated[Said, Body()]) -> dict[str, Any]:
-        episode = desk.by_id[episode_id]
-        desk.say(episode, said)
-        mine = decisions(episode, read_reviews(desk.path))[desk.reviewer]
+    def verdict(episode_id: str, said: Annotated[VerdictForm, Body()]) -> dict[str, Any]:
+        episode = session.by_id[episode_id]
+        session.say(episode, said)
+        mine = decisions(episode, read_reviews(session.path))[session.reviewer]
         return {
             "judgement": mine.judgement,
             "instruction": mine.instruction,
@@ -151,17 +158,17 @@ def _add_pages(site: FastAPI, desk: Desk) -> None:
         }
 
 
-def _values(desk: Desk, episode: Episode) -> dict[str, Any]:
+def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
     """Returns what the page of an episode shows."""
-    ids = [each.id for each in desk.queue]
+    ids = [each.id for each in session.queue]
     place = ids.index(episode.id)
-    solution = desk.pile.solutions[episode.id]
+    solution = session.review_set.solutions[episode.id]
     return {
-        "mine": decisions(episode, read_reviews(desk.path)).get(desk.reviewer, Decision()),
+        "mine": decisions(episode, read_reviews(session.path)).get(session.reviewer, Decision()),
         "goal": goal_words(episode.goal),
         "family": FAMILIES[episode.family],
         "place": place + 1,
-        "plan": plan_of(House.load(desk.pile.house_path(episode)), desk.assets),
+        "plan": plan_of(House.load(session.review_set.house_path(episode)), session.assets),
         "data": {
             "url": f"/episodes/{episode.id}",
             "steps": [{"words": action_words(action, None), "click": click_of(action)} for action in solution],
@@ -173,28 +180,30 @@ def _values(desk: Desk, episode: Episode) -> dict[str, Any]:
     }
 
 
-def _add_pictures(site: FastAPI, desk: Desk, drawer: Drawer) -> None:
+def _add_pictures(site: FastAPI, session: ReviewSession, render_service: RenderService) -> None:
     @site.get("/episodes/{episode_id}/solution/{step}.png")
     def solved(episode_id: str, step: int) -> Response:
-        episode = desk.by_id[episode_id]
-        actions = desk.pile.solutions[episode_id]
+        episode = session.by_id[episode_id]
+        actions = session.review_set.solutions[episode_id]
         if not 1 <= step <= len(actions):
             raise KeyError(step)
         done = tuple(action for action in actions[: step - 1] if action.skill_name != "report")
-        return _png(drawer.picture(_scene(desk, episode, done)))
+        return _png(render_service.picture(_scene(session, episode, done)))
 
     @site.get("/episodes/{episode_id}/around/{turn}.png")
     def around(episode_id: str, turn: int) -> Response:
-        episode = desk.by_id[episode_id]
+        episode = session.by_id[episode_id]
         if not 0 <= turn < AROUND:
             raise KeyError(turn)
         yaw = wrap_deg(episode.start.rotation + turn * 360.0 / AROUND)
         start = episode.start.model_copy(update={"rotation": yaw, "horizon": 15.0})
-        return _png(drawer.picture(_scene(desk, episode.model_copy(update={"start": start}))))
+        return _png(render_service.picture(_scene(session, episode.model_copy(update={"start": start}))))
 
 
-def _scene(desk: Desk, episode: Episode, actions: tuple = ()) -> Scene:
-    return Scene(desk.look, desk.pile.house_path(episode), episode.start, episode.setup, actions)
+def _scene(session: ReviewSession, episode: Episode, actions: tuple = ()) -> EpisodeMoment:
+    return EpisodeMoment(
+        session.render_settings, session.review_set.house_path(episode), episode.start, episode.setup, actions
+    )
 
 
 def _png(data: bytes) -> Response:

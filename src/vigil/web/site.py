@@ -1,4 +1,5 @@
-"""What all pages share: templates, static files, and the rules that keep strangers and other sites out."""
+"""What all pages share: templates, static files, and the rules that refuse requests from other users and other
+sites."""
 
 import hmac
 import re

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from vigil.episode import FAMILIES, Family
 from vigil.scoring import Label, Outcome
@@ -10,7 +10,7 @@ from vigil.summary import Settlement, summarise
 from vigil.web.library import ShownRun
 
 RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")
-LABELS: tuple[Label, ...] = ("B", "FR", "NR", "IL", "Other")
+LABELS: tuple[Label, ...] = get_args(Label)
 CHART_WIDTH = 1000.0
 
 
@@ -99,7 +99,7 @@ class Flip:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class FlipTable:
     """Two runs on the episodes that both have scored."""
 
     shared: int
@@ -110,13 +110,13 @@ class Comparison:
     lost: dict[str, list[Flip]]
 
 
-def compare(a: Settlement, b: Settlement, family: str) -> Comparison:
+def compare(a: Settlement, b: Settlement, family: str) -> FlipTable:
     """Returns which episodes flipped between two runs, both ways."""
     first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
     second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
     shared = sorted(first.keys() & second.keys())
     flips = [Flip(*key, first[key].family, first[key], second[key]) for key in shared]
-    return Comparison(
+    return FlipTable(
         shared=len(shared),
         only_a=len(first.keys() - second.keys()),
         only_b=len(second.keys() - first.keys()),

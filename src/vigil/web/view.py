@@ -8,29 +8,35 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
+from vigil.saved_run import RecordTable
 from vigil.scoring import Outcome
 from vigil.summary import summarise
-from vigil.web.drawing import Drawer, Look
+from vigil.web.drawing import RenderService, RenderSettings
 from vigil.web.export import episode_film, episode_page
-from vigil.web.frames import episode_of, frame_of, tell
+from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, ShownRun
+from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
-from vigil.web.records import RecordTable
 from vigil.web.site import Address, make_site, page
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows
-from vigil.web.words import LABELS as LABEL_WORDS
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
 EPISODE_COLUMNS = ("episode", "family", "label", "W", "B", "steps")
 
 
-def make_view(library: Library, drawer: Drawer, address: Address | None = None, look: Look | None = None) -> FastAPI:
-    """Returns the application; houses are drawn with `look`. Raises SettingError when the address needs a token."""
+def make_view(
+    library: Library,
+    render_service: RenderService,
+    address: Address | None = None,
+    render_settings: RenderSettings | None = None,
+) -> FastAPI:
+    """Returns the application; houses are drawn with `render_settings`. Raises SettingError when the address needs a
+    token."""
     site = make_site(address or Address())
     _add_run_pages(site, library)
-    _add_episode_pages(site, library, drawer)
-    add_house_pages(site, library, drawer, look or Look())
+    _add_episode_pages(site, library, render_service)
+    add_house_pages(site, library, render_service, render_settings or RenderSettings())
     return site
 
 
@@ -74,12 +80,12 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         )
 
 
-def _add_episode_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
+def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderService) -> None:
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}", response_class=HTMLResponse)
     def episode(slug: str, episode_id: str, epoch: int) -> Response:
         shown = library.run(slug)
         found, record, pack = episode_of(shown, (episode_id, epoch))
-        story = tell(shown, found, record)
+        story = episode_timeline(shown, found, record)
         keys = sorted(shown.table.rows) if shown.table else []
         place = keys.index((episode_id, epoch))
         base = f"/runs/{slug}/episodes"
@@ -94,22 +100,22 @@ def _add_episode_pages(site: FastAPI, library: Library, drawer: Drawer) -> None:
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.png")
     def frame(slug: str, episode_id: str, epoch: int, step: int) -> Response:
-        shown = frame_of(library.run(slug), (episode_id, epoch), step, drawer)
+        shown = frame_of(library.run(slug), (episode_id, epoch), step, render_service)
         return Response(shown.data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.json")
     def frame_note(slug: str, episode_id: str, epoch: int, step: int) -> dict[str, Any]:
-        shown = frame_of(library.run(slug), (episode_id, epoch), step, drawer)
+        shown = frame_of(library.run(slug), (episode_id, epoch), step, render_service)
         return {"origin": shown.origin, **shown.facts}
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.html")
     def export_page(slug: str, episode_id: str, epoch: int) -> Response:
-        text = episode_page(library.run(slug), (episode_id, epoch), drawer)
+        text = episode_page(library.run(slug), (episode_id, epoch), render_service)
         return Response(text, media_type="text/html", headers=_to_save(f"{episode_id}.{epoch}.html"))
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.{form}")
     def export_film(slug: str, episode_id: str, epoch: int, form: Literal["gif", "mp4"]) -> Response:
-        data = episode_film(library.run(slug), (episode_id, epoch), drawer, form)
+        data = episode_film(library.run(slug), (episode_id, epoch), render_service, form)
         return Response(data, media_type=FILM_TYPES[form], headers=_to_save(f"{episode_id}.{epoch}.{form}"))
 
 

@@ -1,0 +1,1 @@
+"""Measures: saved runs as rows of verdicts, rates, intervals and comparisons."""

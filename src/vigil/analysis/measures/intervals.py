@@ -1,0 +1,155 @@
+"""Intervals and tests: what an estimate, or a difference between two runs, is worth.
+
+Beside Wilson's for single rates (`vigil.rates`): a bootstrap clustered by house where episodes share houses; McNemar
+(exact) and a paired, clustered bootstrap for two runs on the same episodes; the smallest difference that so many
+episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows give the same interval, in
+whatever order they come.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import pandas as pd
+from scipy.special import ndtr, ndtri, stdtrit
+from scipy.stats import binom
+
+from vigil.rates import Interval
+
+RESAMPLES = 2000
+SEED = 20260101
+LEVEL = 0.95
+POWER = 0.80
+MIN_CLUSTERS = 5
+"""With fewer houses a clustered bootstrap says nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class McNemar:
+    """An exact test of two paired yes/no outcomes; the plays of one episode are taken together."""
+
+    only_first: int
+    """Episodes in which the first has more of the outcome."""
+    only_second: int
+    difference: float | None
+    """The second's rate minus the first's, over all plays."""
+    p: float
+
+
+def clustered(values: np.ndarray, houses: np.ndarray) -> Interval | None:
+    """Returns the 95 % interval of the mean of `values` when houses are resampled.
+
+    None with fewer than five houses, or when all houses agree: resampling then says nothing.
+    """
+    intervals = clustered_means(values.reshape(-1, 1), houses)
+    return None if intervals is None else intervals[0]
+
+
+def clustered_means(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
+    """Returns the interval of each column's mean, (n, columns), under one resampling of houses; None as above."""
+    names, index = np.unique(houses.astype(str), return_inverse=True)
+    if len(names) < MIN_CLUSTERS:
+        return None
+    sizes = np.bincount(index).astype(float)
+    sums = np.stack([np.bincount(index, weights=column) for column in values.T.astype(float)], axis=1)
+    draws = _draws(len(names))
+    means = (draws @ sums) / (draws @ sizes)[:, None]
+    tail = _tail(len(names))
+    low, high = np.quantile(means, [tail, 1 - tail], axis=0)
+    centre = values.mean(axis=0)
+    return [(float(min(a, c)), float(max(b, c))) if b > a else None for a, b, c in zip(low, high, centre, strict=True)]
+
+
+def _tail(clusters: int) -> float:
+    """Returns the share to cut off at either end, less for few clusters, whose resampled means spread too little.
+
+    Source: Hesterberg, "What teachers should know about the bootstrap", 2015 (the expanded percentile interval).
+    """
+    reach = math.sqrt(clusters / (clusters - 1)) * float(stdtrit(clusters - 1, 1 - (1 - LEVEL) / 2))
+    return float(ndtr(-reach))
+
+
+@lru_cache(maxsize=16)
+def _draws(clusters: int) -> np.ndarray:
+    """Returns how often each of so many clusters is drawn, (RESAMPLES, clusters)."""
+    return np.random.default_rng(SEED).multinomial(clusters, np.full(clusters, 1 / clusters), size=RESAMPLES)
+
+
+def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNemar:
+    """Returns the exact McNemar test of two boolean columns over the same plays of the named episodes.
+
+    Of an episode that was played repeatedly the plays' differences are added up, and change sign together.
+    """
+    _, index = np.unique(episodes, return_inverse=True)
+    gains = np.bincount(index, weights=second.astype(float) - first.astype(float)).astype(int)
+    difference = float(gains.sum()) / len(first) if len(first) else None
+    return McNemar(int((gains < 0).sum()), int((gains > 0).sum()), difference, _sign_flip_p(gains))
+
+
+def _sign_flip_p(gains: np.ndarray) -> float:
+    """Returns how likely a sum is at least so far from zero when each gain may as well have the other sign."""
+    sizes, counts = np.unique(np.abs(gains[gains != 0]), return_counts=True)
+    likely = np.ones(1)
+    for size, count in zip(sizes.tolist(), counts.tolist(), strict=True):
+        signs = np.zeros(2 * size * count + 1)
+        signs[:: 2 * size] = binom.pmf(np.arange(count + 1), count, 0.5)
+        likely = np.convolve(likely, signs)
+    reach = len(likely) // 2
+    is_as_far = np.abs(np.arange(-reach, reach + 1)) >= abs(int(gains.sum()))
+    return min(1.0, float(likely[is_as_far].sum()))
+
+
+def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> tuple[float, Interval | None]:
+    """Returns mean(second - first) with its 95 % interval from a paired bootstrap clustered by house."""
+    difference = second.astype(float) - first.astype(float)
+    return float(difference.mean()) if len(difference) else math.nan, clustered(difference, houses)
+
+
+def holm(p_values: list[float]) -> list[float]:
+    """Returns p-values adjusted for how many there are (Holm), in the same order."""
+    adjusted = [0.0] * len(p_values)
+    running = 0.0
+    for rank, index in enumerate(sorted(range(len(p_values)), key=p_values.__getitem__)):
+        running = max(running, min(1.0, p_values[index] * (len(p_values) - rank)))
+        adjusted[index] = running
+    return adjusted
+
+
+def smallest_difference(n: float, rate: float = 0.5) -> float | None:
+    """Returns the smallest difference between two independent rates near `rate` that n trials each can show.
+
+    At the 5 % level with 80 % power; None without any.
+    """
+    if not n:
+        return None
+    return min(1.0, _reach() * math.sqrt(2 * rate * (1 - rate) / n))
+
+
+def smallest_paired_difference(n: int, discordant: float) -> float | None:
+    """Returns the smallest paired difference that n shared episodes can show when a share of them is `discordant`.
+
+    At the 5 % level with 80 % power (Connor's formula for McNemar's test); None when no n is enough.
+    """
+    if not n or not 0 < discordant <= 1:
+        return None
+    z_level, z_power = _quantile(1 - (1 - LEVEL) / 2), _quantile(POWER)
+    difference = _reach() * math.sqrt(discordant / n)
+    for _ in range(50):
+        spread = max(0.0, discordant - difference**2)
+        difference = (z_level * math.sqrt(discordant) + z_power * math.sqrt(spread)) / math.sqrt(n)
+    return difference if difference <= discordant else None
+
+
+def houses_of(rows: pd.DataFrame) -> np.ndarray:
+    """Returns the house of each row: the cluster that its episode belongs to."""
+    return rows["house"].to_numpy(dtype=str)
+
+
+def _reach() -> float:
+    return _quantile(1 - (1 - LEVEL) / 2) + _quantile(POWER)
+
+
+def _quantile(share: float) -> float:
+    """Returns where the standard normal distribution has that share below."""
+    return float(ndtri(share))

@@ -1,0 +1,138 @@
+"""Metrics: a flat table of episodes -> the numbers of the paper's tables that are more than a rate (`vigil.rates`).
+
+Pure functions of rows (`vigil.analysis.measures.rows`); a rate over no episodes is None, never zero. Source:
+`protocol.md` sections 5 and 6.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from vigil.analysis.measures.intervals import clustered_means, houses_of
+from vigil.analysis.measures.rows import KINDS, Run, values, where
+from vigil.episode import FAMILIES
+from vigil.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
+
+LABELS = ("B", "FR", "Other", "NR", "IL")
+"""The partition, in the order of the stacked bars."""
+COMPARABLE_W_PP = 1.0
+EXCLUDED_IL = 0.50
+CLOSURE_STEPS = 20
+FLOOR_W = 0.05
+"""Below this share of completed episodes a family says nothing about closure: the gap is bounded by W."""
+
+NR_HEAVY = 0.40
+FR_HEAVY = 0.65
+STATE_COUPLED = 0.80
+LOW_COMPLIANCE = 0.50
+
+
+@dataclass(frozen=True)
+class Measures(Counts):
+    """All that one table of episodes says."""
+
+    means: Mapping[str, float | None] = field(default_factory=dict)
+    """Means over episodes: steps, too_far, path_blocked, retry, lags."""
+
+
+def columns(rows: pd.DataFrame) -> Columns:
+    """Returns the columns that rates are computed from."""
+    return {name: values(rows, name, kind) for name, kind in COLUMNS.items()}
+
+
+def measure(rows: pd.DataFrame) -> Measures:
+    """Returns the measures of any set of episodes."""
+    found = count(columns(rows))
+    return Measures(found.n, found.counts, found.by_episode, _means(rows))
+
+
+def by_family(rows: pd.DataFrame) -> dict[str, Measures]:
+    """Returns the measures of each family that has episodes, in the families' order."""
+    groups = dict(tuple(rows.groupby("family", sort=False)))
+    return {family: measure(groups[family]) for family in FAMILIES if family in groups}
+
+
+def macro(families: Mapping[str, Measures], name: str) -> float | None:
+    """Returns the unweighted mean of a rate over the families that have episodes."""
+    return mean([value for measures in families.values() if (value := measures.share(name)) is not None])
+
+
+def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
+    """Returns the intervals of W, B and Delta from a bootstrap over houses; None where it says nothing."""
+    w, b = values(rows, "W"), values(rows, "B")
+    found = clustered_means(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
+    return dict(zip(("W", "B", "Delta"), found or (None, None, None), strict=True))
+
+
+def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | None]:
+    """Returns, per kind of action, its share after the goal first held in W=1 episodes: pooled, and episode mean."""
+    held = where(rows, values(rows, "W", bool))
+    counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in KINDS], axis=1)
+    counts = counts[counts.sum(axis=1) > 0]
+    if not len(counts):
+        return dict.fromkeys(KINDS)
+    pooled = counts.sum(axis=0) / counts.sum()
+    mean = (counts / counts.sum(axis=1, keepdims=True)).mean(axis=0)
+    return {kind: (float(pooled[index]), float(mean[index])) for index, kind in enumerate(KINDS)}
+
+
+def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float] | None:
+    """Returns the share of W=1 episodes closed by a matching report within 0 .. `steps` steps of attainment."""
+    held = where(rows, values(rows, "W", bool))
+    if not len(held):
+        return None
+    lags = values(held, "lag")
+    return [float(np.sum(lags <= k) / len(held)) for k in range(steps + 1)]
+
+
+def regimes(measures: Measures) -> dict[str, str]:
+    """Returns the closure regimes that a run is in: `clear` when its interval lies on that side, else `borderline`.
+
+    Regimes are not exclusive; a run in none of them is `mixed`.
+    """
+    rates = {
+        "low-compliance": (measures.rate("IL"), LOW_COMPLIANCE),
+        "FR-heavy": (measures.rate("P_FR_W0"), FR_HEAVY),
+        "NR-heavy": (measures.rate("P_norep_W1"), NR_HEAVY),
+    }
+    found = {name: _verdict(rate, limit) for name, (rate, limit) in rates.items() if _reaches(rate, limit)}
+    coupled = measures.rate("P_B_W1")
+    if not found and _reaches(coupled, STATE_COUPLED):
+        found["state-coupled"] = _verdict(coupled, STATE_COUPLED)
+    return found or {"mixed": ""}
+
+
+def is_excluded(measures: Measures) -> bool:
+    """Whether a row goes to the extended panel: no benchmark success at all, or IL above one half."""
+    return measures.n > 0 and (measures.counts["B"] == 0 or (measures.share("IL") or 0.0) > EXCLUDED_IL)
+
+
+def run_faults(run: Run) -> list[str]:
+    """Returns the identities that a run breaks, over all its episodes, by family and by epoch."""
+    parts = {"all": run.rows}
+    parts |= {f"family {family}": rows for family, rows in run.rows.groupby("family")}
+    parts |= {f"epoch {epoch}": rows for epoch, rows in run.rows.groupby("epoch")}
+    found = [f"{run.name}, {part}: {name}" for part, rows in parts.items() for name in broken_identities(columns(rows))]
+    if run.n + len(run.errors) > run.n_planned:
+        found.append(f"{run.name}: {run.n} scored and {len(run.errors)} errors are more than {run.n_planned} planned")
+    return found
+
+
+def _means(rows: pd.DataFrame) -> dict[str, float | None]:
+    names = ("steps", "too_far", "path_blocked", "retry", "lag", "lag_from_reset")
+    columns = {name: values(rows, name) for name in (*names, "input_tokens", "output_tokens", "seconds")}
+    columns["random"] = values(rows, "credit.random")
+    columns["invalid"] = values(rows, "protocol_failures") + values(rows, "malformed_actions")
+    columns["lag_without_sv"] = columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - as above
+    known = {name: column[np.isfinite(column)] for name, column in columns.items()}
+    return {name: float(column.mean()) if len(column) else None for name, column in known.items()}
+
+
+def _reaches(rate: Rate, limit: float) -> bool:
+    return rate.value is not None and rate.value > limit
+
+
+def _verdict(rate: Rate, limit: float) -> str:
+    return "clear" if rate.interval[0] > limit else "borderline"

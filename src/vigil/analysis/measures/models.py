@@ -1,0 +1,85 @@
+"""Models: which group, serving mode and name a run's row has, by published tables of patterns.
+
+Groups are those of the paper's panels; agents that are no models form groups of their own.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from vigil.record import RunSpec
+
+Group = Literal[
+    "Embodied / robotics-tuned",
+    "Open general and reasoning VLMs",
+    "Closed-source frontier",
+    "Scripted agents and people",
+    "Privileged agents (they see hidden state)",
+]
+GROUPS: tuple[Group, ...] = (
+    "Embodied / robotics-tuned",
+    "Open general and reasoning VLMs",
+    "Closed-source frontier",
+    "Scripted agents and people",
+    "Privileged agents (they see hidden state)",
+)
+_GROUP_PATTERNS: tuple[tuple[str, Group], ...] = (
+    (r"embodied|robo|rynn|cosmos-reason|embodi|vebrain|openvla|pelican", "Embodied / robotics-tuned"),
+    (r"gemma|gpt-oss", "Open general and reasoning VLMs"),
+    (r"gemini|gpt-?\d|\bo[134]\b|claude|doubao|seed-?\d|grok|qwen.*-(max|plus)", "Closed-source frontier"),
+)
+"""Published: the first pattern found in a model's name (case-folded) decides; open without one."""
+_CLOSED_PROVIDERS = frozenset({"anthropic", "google", "vertex", "azureai", "grok", "bedrock"})
+_THINKING = re.compile(r"thinking|reason|\br1\b")
+_ACTIVATED = re.compile(r"(?<![a-z0-9])a(\d+(?:\.\d+)?)b(?![a-z0-9])")
+
+
+@dataclass(frozen=True, slots=True)
+class ModelInfo:
+    """How a row of a table names and places what was evaluated."""
+
+    name: str
+    """As printed, with `(T)` for the thinking serving mode."""
+    group: Group
+    is_thinking: bool | None
+    """None when neither name nor settings say."""
+    activated: str | None
+    """Activated parameters of a mixture of experts, e.g. `A3B`; None for dense models."""
+    is_privileged: bool = False
+
+
+def model_of(spec: RunSpec) -> ModelInfo:
+    """Returns how a run's agent is named and grouped."""
+    if spec.agent_kind == "privileged":
+        return ModelInfo(f"{spec.agent} (privileged)", GROUPS[4], None, None, is_privileged=True)
+    if spec.agent_kind in ("scripted", "human"):
+        return ModelInfo(spec.agent, GROUPS[3], None, None)
+    provider, _, short = spec.agent.rpartition("/")
+    thinking = _is_thinking(short, spec)
+    name = f"{short} (T)" if thinking and not _THINKING.search(short.casefold()) else short
+    return ModelInfo(name, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
+
+
+def group_of(name: str, provider: str = "") -> Group:
+    """Returns the panel group of a model, by the first pattern that its name has."""
+    folded = name.casefold()
+    for pattern, group in _GROUP_PATTERNS:
+        if re.search(pattern, folded):
+            return group
+    return GROUPS[2] if provider in _CLOSED_PROVIDERS else GROUPS[1]
+
+
+def activated_of(name: str) -> str | None:
+    """Returns the activated-parameter suffix in a model's name."""
+    found = _ACTIVATED.search(name.casefold())
+    return found[0].upper() if found else None
+
+
+def _is_thinking(name: str, spec: RunSpec) -> bool | None:
+    if _THINKING.search(name.casefold()):
+        return True
+    effort = spec.sampling.get("reasoning_effort")
+    if effort is not None:
+        return effort != "none"
+    template = (spec.sampling.get("extra_body") or {}).get("chat_template_kwargs") or {}
+    return template.get("enable_thinking")

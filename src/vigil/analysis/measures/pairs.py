@@ -1,0 +1,243 @@
+"""Pairs: which runs may be compared, told by their headers alone.
+
+An intervention is a pair of runs that differ in one thing: action feedback, or the prompt's variant. Repeats differ in
+nothing. Runs that differ in more are refused, and the difference is named. Any two runs of one pack may be tested on
+the episodes that both have scored, but only as two systems, never as an intervention.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+
+from vigil.analysis.measures.intervals import McNemar, mcnemar, paired_difference
+from vigil.analysis.measures.rows import Run
+from vigil.errors import RecordError
+from vigil.rates import Interval
+
+PairKind = Literal["feedback", "prompt", "repeat"]
+VARIED: dict[PairKind, frozenset[str]] = {
+    "feedback": frozenset({"profile.name"}),
+    "prompt": frozenset({"profile.prompt_variant", "prompt_policy_sha256"}),
+    "repeat": frozenset(),
+}
+"""What the two runs of a pair differ in; a prompt's hash follows from its variant."""
+_INTERVENED = {"profile.name", "profile.prompt_variant"}
+_FREE = frozenset({"base_url", "epochs"})
+"""An address makes no other model; the epochs that both runs have are compared."""
+_SEED_IS_FREE = frozenset({"model", "exec", "human"})
+"""For these a seed touches scheduling only."""
+KEY = ["episode_id", "epoch"]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two runs that differ in one thing; `base` is without feedback, or with the default prompt."""
+
+    kind: PairKind
+    base: Run
+    other: Run
+
+    def tables(self) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Returns both runs' rows of the episodes that both have scored, in the same order."""
+        base, other = shared(self.base.rows, self.other.rows)
+        return base.reset_index(), other.reset_index()
+
+    def p(self, name: str) -> float | None:
+        """Returns McNemar's exact p of W, B or a label over the shared episodes; None without any."""
+        base, other = self.tables()
+        if not len(base):
+            return None
+        return mcnemar(_has(base, name), _has(other, name), base["episode_id"].to_numpy(dtype=str)).p
+
+
+@dataclass(frozen=True)
+class Pairing:
+    """All that was recognised among some runs."""
+
+    feedback: tuple[Pair, ...]
+    prompt: tuple[Pair, ...]
+    repeats: tuple[tuple[pd.DataFrame, ...], ...]
+    """Sets of at least two tables of the same episodes under the same settings: runs, or epochs of one run."""
+    repeated: tuple[Run, ...]
+    """The first run of each set of repeats."""
+    refusals: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RunComparison:
+    """Two runs on the episodes that both have scored."""
+
+    first: Run
+    second: Run
+    n: int
+    w: McNemar
+    b: McNemar
+    delta: tuple[float, Interval | None]
+    """Of the gap W - B: second minus first, with its clustered interval."""
+    b_interval: Interval | None
+    w_interval: Interval | None
+
+
+def pair(first: Run, second: Run, kind: PairKind) -> Pair:
+    """Returns the two runs as a pair, in whatever order they come. Raises RecordError, naming what else differs."""
+    found = differences(first, second)
+    unwanted = [text for place, text in found.items() if place not in VARIED[kind]]
+    if unwanted:
+        raise RecordError(
+            f"{first.name!r} and {second.name!r} cannot be paired for {kind}: {'; '.join(unwanted)}. Run one of them "
+            "again with the other's settings."
+        )
+    if kind != "repeat" and not found.keys() & _INTERVENED:
+        raise RecordError(f"{first.name!r} and {second.name!r} cannot be paired for {kind}: they do not differ in it.")
+    base, other = sorted((first, second), key=_condition)
+    return Pair(kind, base, other)
+
+
+def recognise(runs: Sequence[Run]) -> Pairing:
+    """Returns the pairs and repeats among `runs`, with the reasons why runs of one agent are not paired."""
+    pairs: dict[PairKind, list[Pair]] = {"feedback": [], "prompt": [], "repeat": []}
+    refusals = []
+    for first, second in combinations(sorted(runs, key=lambda run: run.name), 2):
+        if _agent(first) != _agent(second):
+            continue
+        kind = _kind(first, second)
+        if kind is None:
+            continue
+        try:
+            pairs[kind].append(pair(first, second, kind))
+        except RecordError as error:
+            refusals.append(str(error))
+    repeats, repeated = _repeats(runs, pairs["repeat"])
+    return Pairing(tuple(pairs["feedback"]), tuple(pairs["prompt"]), repeats, repeated, tuple(refusals))
+
+
+def differences(first: Run, second: Run) -> dict[str, str]:
+    """Returns, by place in the settings, what differs between two runs, in words."""
+    ours, theirs = dict(_settings(first)), dict(_settings(second))
+    found = {}
+    for place in sorted(ours.keys() | theirs.keys()):
+        if ours.get(place) != theirs.get(place):
+            found[place] = f"{place} is {_shown(ours.get(place))} in one, {_shown(theirs.get(place))} in the other"
+    return found
+
+
+def compare(first: Run, second: Run) -> RunComparison:
+    """Returns the paired tests over the episodes that both runs have scored. Raises RecordError without any."""
+    if first.header.spec.pack_sha256 != second.header.spec.pack_sha256:
+        raise RecordError(f"{first.name!r} and {second.name!r} were played on different packs; nothing is paired.")
+    ours, theirs = shared(first.rows, second.rows)
+    if not len(ours):
+        raise RecordError(f"{first.name!r} and {second.name!r} have no scored episode in common.")
+    ours = ours.reset_index()
+    houses, episodes = (ours[name].to_numpy(dtype=str) for name in ("house", "episode_id"))
+    w1, w2 = ours["W"].to_numpy(dtype=bool), theirs["W"].to_numpy(dtype=bool)
+    b1, b2 = ours["B"].to_numpy(dtype=bool), theirs["B"].to_numpy(dtype=bool)
+    return RunComparison(
+        first=first,
+        second=second,
+        n=len(set(episodes)),
+        w=mcnemar(w1, w2, episodes),
+        b=mcnemar(b1, b2, episodes),
+        delta=paired_difference(w1 & ~b1, w2 & ~b2, houses),
+        b_interval=paired_difference(b1, b2, houses)[1],
+        w_interval=paired_difference(w1, w2, houses)[1],
+    )
+
+
+def shared(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Returns the rows of the episodes (and epochs) that both tables have, in the same order."""
+    if first[KEY].equals(second[KEY]):
+        return first, second
+    ours, theirs = first.set_index(KEY), second.set_index(KEY)
+    keys = ours.index.intersection(theirs.index).sort_values()
+    return ours.loc[keys], theirs.loc[keys]
+
+
+def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
+    """Returns the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
+    base, other = shared(pair_of.base.rows, pair_of.other.rows)
+    if not len(base):
+        return None
+    return paired_difference(_has(base, name), _has(other, name), _houses(base))
+
+
+def _has(rows: pd.DataFrame, name: str) -> np.ndarray:
+    """Returns of which rows a yes/no column, or a label, is true."""
+    return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)
+
+
+def _houses(rows: pd.DataFrame) -> np.ndarray:
+    return rows["house"].to_numpy(dtype=str)
+
+
+def _repeats(
+    runs: Iterable[Run], pairs: Iterable[Pair]
+) -> tuple[tuple[tuple[pd.DataFrame, ...], ...], tuple[Run, ...]]:
+    sets: list[list[Run]] = []
+    for one in pairs:
+        home = next((group for group in sets if one.base in group or one.other in group), None)
+        if home is None:
+            sets.append([one.base, one.other])
+        else:
+            home.extend(run for run in (one.base, one.other) if all(run is not other for other in home))
+    tables = [(group[0], tuple(rows for run in group for rows in _epochs(run))) for group in sets]
+    alone = [run for run in runs if all(run is not other for group in sets for other in group)]
+    tables += [(run, tuple(_epochs(run))) for run in alone if run.header.spec.epochs > 1]
+    tables = sorted(((run, rows) for run, rows in tables if len(rows) > 1), key=lambda pair: pair[0].name)
+    return tuple(rows for _, rows in tables), tuple(run for run, _ in tables)
+
+
+def _epochs(run: Run) -> list[pd.DataFrame]:
+    return [rows for _, rows in run.rows.groupby("epoch")]
+
+
+def _kind(first: Run, second: Run) -> PairKind | None:
+    """Returns the kind of pair that two runs of one agent would make; None for two interventions at once."""
+    varied = differences(first, second).keys() & _INTERVENED
+    if varied == {"profile.name"}:
+        return "feedback"
+    if varied == {"profile.prompt_variant"}:
+        return "prompt"
+    return None if varied else "repeat"
+
+
+def _agent(run: Run) -> tuple[str, str]:
+    return run.header.spec.agent_kind, run.model.name
+
+
+def _condition(run: Run) -> tuple[bool, bool, str]:
+    profile = run.header.spec.profile
+    return profile.has_feedback, profile.prompt_variant != "default", run.name
+
+
+def _settings(run: Run) -> Iterator[tuple[str, Any]]:
+    spec = run.header.spec
+    # The policy's name says the variant once more; the variant has a place of its own among the settings.
+    policy = spec.prompt_policy.replace(f"/{spec.profile.prompt_variant}/", "/")
+    spec = spec.model_copy(update={"prompt_policy": policy})
+    free = _FREE | ({"seed"} if spec.agent_kind in _SEED_IS_FREE else set())
+    for name, value in spec.model_dump(mode="json").items():
+        if name not in free:
+            yield from _flat(name, value)
+    yield "package_version", run.header.package_version
+    yield "simulator_version", run.header.simulator_version
+
+
+def _flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict):
+        for name in sorted(value):
+            yield from _flat(f"{place}.{name}", value[name])
+    else:
+        yield place, tuple(value) if isinstance(value, list) else value
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, tuple) and len(value) > 3:
+        return f"a list of {len(value)}"
+    if isinstance(value, str) and len(value) == 64:
+        return f"{value[:12]}..."
+    return "not set" if value is None else repr(value)

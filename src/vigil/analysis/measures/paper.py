@@ -1,0 +1,66 @@
+"""Paper: the published rows as reference beside one's own; figures on another pack and simulator, never to be pooled.
+
+`paper.json` holds them as printed. The paper uses NR in two readings: with IL in it (its table `extended_panel`; here
+`NoRep`) and without (its table `open_repeat_robustness` and its text; here `NR`). Each number keeps its own name.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Literal
+
+Panel = Literal["full_panel", "excluded", "supplementary"]
+NOTE = (
+    "Rows marked † (`published` in CSV and JSON) are figures printed in the paper, measured on its own 1,000 "
+    "episodes in AI2-THOR: another pack and another simulator. They are a reference to read beside one's own, not "
+    "a baseline to be tested against."
+)
+NR_NOTE = (
+    "NR is `fail_no_report` alone; NoRep is NR + IL. The paper prints NoRep under the name NR in its extended panel."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedModel:
+    """One of the paper's 28 models."""
+
+    name: str
+    group: str
+    thinking: bool | None
+    """None where the paper does not say."""
+    activated: str | None
+    panel: Panel
+    anchor: bool
+    """Among the ten of the main text."""
+    api_identifier: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """The published rows."""
+
+    models: tuple[PublishedModel, ...]
+    tables: dict[str, list[dict[str, Any]]]
+    """By the paper's names; each row carries `model`, or is a line of a table about something else."""
+
+    def model(self, name: str) -> PublishedModel:
+        """Returns a model by the name that its row has."""
+        return next(model for model in self.models if model.name == name)
+
+    def rows(self, table: str) -> list[tuple[PublishedModel, dict[str, Any]]]:
+        """Returns a table's rows with their models, in printed order."""
+        return [(self.model(row["model"]), row) for row in self.tables[table]]
+
+    def points(self) -> list[tuple[PublishedModel, float, float]]:
+        """Returns every model's W and B in percent: of the primary panel, else of the extended one."""
+        return [
+            (model, row["W"], row["B"]) for table in ("full_panel", "extended_panel") for model, row in self.rows(table)
+        ]
+
+
+@cache
+def paper() -> Paper:
+    """Returns the published rows, as shipped with the package."""
+    data = json.loads((files("vigil.analysis.measures") / "paper.json").read_text(encoding="utf-8"))
+    return Paper(tuple(PublishedModel(**model) for model in data["models"]), data["tables"])

@@ -1,0 +1,315 @@
+"""Rows: saved runs -> one flat table of verdicts each, one row a scored episode, kept beside the run.
+
+Every row is what `vigil.scoring.settle` says about one record; nothing is decided here. The table is written to
+`rows.parquet` in the run's folder and taken from there as long as records, header, pack and scoring are the same.
+"""
+
+import hashlib
+import json
+import os
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import cast, get_args
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from vigil import (
+    actions,
+    episode,
+    goals,
+    jsonl,
+    pose,
+    prompt,
+    record,
+    record_file,
+    replies,
+    row_check,
+    saved_run,
+    scoring,
+    summary,
+    world,
+)
+from vigil.analysis.measures.models import ModelInfo, model_of
+from vigil.episode import FAMILIES, Family
+from vigil.pack import find, frozen_episodes
+from vigil.record import EPISODES_FILE, RunHeader, read_header
+from vigil.record_file import read_file
+from vigil.saved_run import RecordTable, open_run
+from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
+from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
+
+ROWS_FILE = "rows.parquet"
+ROWS_VERSION = 3
+KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
+_FACTS = b"vigil"
+"""Under this key the Parquet file carries what is no row: its key, counts and remarks."""
+_PARALLEL_FROM_BYTES = 64 * 1024 * 1024
+_ERROR_COLUMNS = ["episode_id", "epoch", "attempt", "family", "boundary", "message"]
+_Row = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run, settled: its scored episodes as a flat table, and what is missing or odd about it."""
+
+    folder: Path
+    header: RunHeader
+    model: ModelInfo
+    rows: pd.DataFrame
+    """One row a scored episode, sorted by episode and epoch."""
+    errors: pd.DataFrame
+    """Episodes that ended as `error`: the infrastructure's failure, never scored."""
+    planned: Mapping[Family, int]
+    """Episodes (times epochs) that the run is meant to have."""
+    remarks: tuple[str, ...]
+    """What a reader must know before any number: torn or doubled rows, a cache that could not be written."""
+    name: str
+    """Unique among the runs of a report."""
+
+    @property
+    def n(self) -> int:
+        """Scored episodes."""
+        return len(self.rows)
+
+    @property
+    def n_planned(self) -> int:
+        """Episodes (times epochs) that the run is meant to have."""
+        return sum(self.planned.values())
+
+    @property
+    def attempts(self) -> tuple[int, ...]:
+        """How often each episode was begun, those that ended as an error included."""
+        return tuple(int(count) for count in (*self.rows["attempt"], *self.errors["attempt"]))
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Returns what a report must say at its top about this run."""
+        found = []
+        if not self.n:
+            found.append("no episode is scored: the run is empty")
+        elif self.n < self.n_planned:
+            scored = set(self.rows["family"])
+            without = [family for family in self.planned if family not in scored]
+            none_of = f", none of {', '.join(without)}" if without else ""
+            found.append(f"INCOMPLETE: {self.n} of {self.n_planned} episodes are scored{none_of}")
+        absent = [family for family in FAMILIES if family not in self.planned]
+        if absent:
+            found.append(f"without episodes of {', '.join(absent)}; overall rates are not those of a balanced pack")
+        if has_many_errors(len(self.errors), self.n):
+            found.append(f"{len(self.errors)} of {self.n + len(self.errors)} episodes ended as errors (more than 1 %)")
+        if again := repeats(self.attempts):
+            found.append(again)
+        return tuple(f"{self.name}: {fault}." for fault in (*found, *self.remarks))
+
+
+def read_runs(folders: Sequence[Path], pack: str | None = None, *, use_cache: bool = True) -> list[Run]:
+    """Returns the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
+
+    `pack` is where their pack is now, when not where they say. Raises RecordError or PackMismatch.
+    """
+    if pack is not None:
+        find(pack)  # rows kept beside a run need no pack, but a mistyped one is to be named all the same
+    unique = sorted({folder.resolve() for folder in folders})
+    kept = {folder: _kept_run(folder) if use_cache else None for folder in unique}
+    missing = [folder for folder in unique if kept[folder] is None]
+    if len(missing) > 1 and sum(map(_size, missing)) > _PARALLEL_FROM_BYTES:
+        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+            settled = list(pool.map(_settled_run, missing, [pack] * len(missing), [use_cache] * len(missing)))
+    else:
+        settled = [_settled_run(folder, pack, use_cache) for folder in missing]
+    found = {**kept, **dict(zip(missing, settled, strict=True))}
+    return _named(run for run in found.values() if run is not None)
+
+
+def _kept_run(folder: Path) -> Run | None:
+    """Returns the run from the rows beside it; None when there are none, or they are of other records or code."""
+    header, data = read_header(folder), read_file(folder / EPISODES_FILE)
+    kept = _load(folder / ROWS_FILE, _key(header, data))
+    return None if kept is None else _run(folder, header, *kept)
+
+
+def _settled_run(folder: Path, pack: str | None, keep: bool) -> Run:
+    """Returns the run from its records, and keeps its rows beside it."""
+    run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
+    table, facts = _settle(run.table, data)
+    if keep:
+        facts = _keep(folder / ROWS_FILE, _key(run.header, data), table, facts)
+    return _run(folder, run.header, table, facts)
+
+
+def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> Run:
+    model = model_of(header.spec)
+    return Run(
+        folder=folder,
+        header=header,
+        model=model,
+        rows=table,
+        errors=pd.DataFrame(facts["errors"], columns=_ERROR_COLUMNS),
+        planned=facts["planned"],
+        remarks=(*_unended(header.version_notes), *facts["remarks"]),
+        name=model.name,
+    )
+
+
+def _unended(notes: Iterable[str]) -> list[str]:
+    """Returns the notes as remarks: what prints them ends them with a full stop."""
+    return [note.removesuffix(".") for note in notes]
+
+
+def frame_of(runs: Iterable[Run]) -> pd.DataFrame:
+    """Returns the rows of all runs in one table, with the columns `run` and `model` before them."""
+    tables = [run.rows.assign(run=run.name, model=run.model.name, run_id=run.header.run_id) for run in runs]
+    whole = pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
+    first = ["run", "model", "run_id"]
+    return whole.reindex(columns=[*first, *(column for column in whole.columns if column not in first)])
+
+
+def where(rows: pd.DataFrame, mask: np.ndarray) -> pd.DataFrame:
+    """Returns the rows for which `mask` is true."""
+    return cast(pd.DataFrame, rows[mask])
+
+
+def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
+    """Returns a column as an array of that type; what is missing is NaN among floats, None among objects."""
+    return np.asarray(rows[column], dtype=kind)
+
+
+def flat(outcome: Outcome) -> _Row:
+    """Returns an outcome as one flat row: counts by kind of action, and B under each report policy, a column each."""
+    row: _Row = {}
+    for field in fields(outcome):
+        value = getattr(outcome, field.name)
+        if isinstance(value, dict):
+            row.update({f"{field.name}.{kind}": value[kind] for kind in KINDS})
+        else:
+            row[field.name] = value
+    credits = {f"credit.{policy}": credit(outcome, policy) for policy in REPORT_POLICIES}
+    return {**row, **credits, "is_reported": outcome.is_reported, "zero_progress": outcome.is_at_zero_progress}
+
+
+def table_of(outcomes: Iterable[Outcome]) -> pd.DataFrame:
+    """Returns outcomes as a flat table with stable column types, sorted by episode and epoch."""
+    rows = [flat(outcome) for outcome in outcomes]
+    table = _typed(pd.DataFrame(rows, columns=list(_SCHEMA)))
+    return table.sort_values(["episode_id", "epoch"], ignore_index=True)
+
+
+def _typed(table: pd.DataFrame) -> pd.DataFrame:
+    """Returns the table with the types of the schema; a text that is missing is None."""
+    texts = [name for name, kind in _SCHEMA.items() if kind == "object"]
+    table[texts] = table[texts].astype(object).where(table[texts].notna(), None)
+    return table.astype(_SCHEMA)
+
+
+def _schema() -> dict[str, str]:
+    kinds: dict[str, str] = {}
+    plain = {"bool": "bool", "int": "int64", "float": "float64"}
+    for field in fields(Outcome):
+        shown = str(field.type)
+        if field.name.startswith("actions"):
+            kinds.update({f"{field.name}.{kind}": "int64" for kind in KINDS})
+        elif "int | None" in shown or "float | None" in shown:
+            kinds[field.name] = "float64"
+        elif field.type in (bool, int, float):
+            kinds[field.name] = plain[field.type.__name__]
+        else:
+            kinds[field.name] = "object"
+    credits = {f"credit.{policy}": "float64" for policy in REPORT_POLICIES}
+    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool"}
+
+
+_SCHEMA = _schema()
+
+
+def _settle(table: RecordTable, data: bytes) -> tuple[pd.DataFrame, dict]:
+    table.take(data)
+    settlement = table.settlement()
+    remarks = _unended(table.notes)
+    if settlement.library_replies:
+        remarks.append(f"{settlement.library_replies} {LIBRARY_REPLIES}")
+    errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in settlement.errors]
+    return table_of(settlement.outcomes), {"planned": settlement.planned, "errors": errors, "remarks": remarks}
+
+
+_frozen = cache(frozen_episodes)
+"""Many runs of a report are of one pack."""
+
+
+def _key(header: RunHeader, data: bytes) -> str:
+    spec = header.spec.model_dump_json(exclude={"agent", "sampling", "model_args", "base_url"})
+    parts = [str(ROWS_VERSION), _scoring_sha256(), header.run_id, spec, hashlib.sha256(data).hexdigest()]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+@cache
+def _scoring_sha256() -> str:
+    """Returns a hash of the code that makes verdicts: rows of another version are recomputed."""
+    modules = (
+        *(actions, episode, goals, jsonl, pose, prompt, record, record_file, replies, row_check, saved_run, scoring),
+        *(summary, world),
+    )
+    return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
+
+
+def _load(file: Path, key: str) -> tuple[pd.DataFrame, dict] | None:
+    if not file.is_file():
+        return None
+    try:
+        stored = pq.read_table(file)
+        facts = json.loads((stored.schema.metadata or {}).get(_FACTS, b"{}"))
+    except (pa.ArrowException, OSError, ValueError):
+        return None  # a damaged cache is no source: the records are
+    if facts.get("key") != key:
+        return None
+    return _typed(stored.to_pandas().reindex(columns=list(_SCHEMA))), facts
+
+
+def _keep(file: Path, key: str, table: pd.DataFrame, facts: dict) -> dict:
+    """Writes the rows beside the run, whole or not at all, and returns their facts; a refusing folder is remarked."""
+    stored = pa.Table.from_pandas(table, preserve_index=False)
+    stored = stored.replace_schema_metadata({_FACTS: json.dumps({**facts, "key": key}).encode()})
+    partial = file.with_name(f"{file.name}.{os.getpid()}")
+    try:
+        pq.write_table(stored, partial)
+        partial.replace(file)
+    except OSError as error:
+        return {**facts, "remarks": [*facts["remarks"], f"its rows could not be kept for later ({error})"]}
+    return facts
+
+
+def _size(folder: Path) -> int:
+    file = folder / EPISODES_FILE
+    return file.stat().st_size if file.is_file() else 0
+
+
+def _named(runs: Iterable[Run]) -> list[Run]:
+    """Returns the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
+    model."""
+    found = list(runs)
+    models = Counter(run.model.name for run in found)
+    names = [_marked(run) if models[run.model.name] > 1 else run.model.name for run in found]
+    above = Path(os.path.commonpath([run.folder for run in found] or [""]))
+    for more in ([run.header.run_id for run in found], [str(run.folder.relative_to(above)) for run in found]):
+        told = Counter(name for name, _ in set(zip(names, more, strict=True)))
+        names = [f"{name} · {extra}" if told[name] > 1 else name for name, extra in zip(names, more, strict=True)]
+    named = [replace(run, name=name) for run, name in zip(found, names, strict=True)]
+    return sorted(named, key=lambda run: run.name)
+
+
+def _marked(run: Run) -> str:
+    condition = _condition(run.header)
+    return f"{run.model.name} [{condition}]" if condition else run.model.name
+
+
+def _condition(header: RunHeader) -> str:
+    profile = header.spec.profile
+    marks = ["+FB"] if profile.has_feedback else []
+    return ", ".join([*marks, *([profile.prompt_variant] if profile.prompt_variant != "default" else [])])

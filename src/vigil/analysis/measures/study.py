@@ -1,0 +1,146 @@
+"""Study: the runs of one report, measured once, with what was recognised among them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from vigil.analysis.measures.metrics import COMPARABLE_W_PP, Measures, by_family, is_excluded, measure
+from vigil.analysis.measures.models import GROUPS
+from vigil.analysis.measures.pairs import Pairing, RunComparison, compare, recognise, shared
+from vigil.analysis.measures.paper import Paper, paper
+from vigil.analysis.measures.rows import Run
+from vigil.profile import BASELINE
+
+COMPARE_ALL_UP_TO = 6
+"""More runs than this are tested against their neighbours in B, and where W is comparable."""
+
+
+@dataclass(frozen=True)
+class RunEntry:
+    """One run with its measures."""
+
+    run: Run
+    overall: Measures
+    families: dict[str, Measures]
+
+    @property
+    def name(self) -> str:
+        """The run's name in every table."""
+        return self.run.name
+
+    @property
+    def group(self) -> str:
+        """The group of the paper's panels that it belongs to."""
+        return self.run.model.group
+
+    @property
+    def is_base(self) -> bool:
+        """Whether the run was made under the default contract: no feedback, the default prompt."""
+        profile = self.run.header.spec.profile
+        return profile.name == BASELINE and profile.prompt_variant == "default"
+
+    @property
+    def is_excluded(self) -> bool:
+        """Whether its row goes to the extended panel."""
+        return is_excluded(self.overall)
+
+
+@dataclass(frozen=True)
+class Study:
+    """All that the tables and figures of a report are made from."""
+
+    entries: tuple[RunEntry, ...]
+    """Sorted by name."""
+    pairing: Pairing
+    comparisons: tuple[RunComparison, ...]
+    published: Paper | None
+    """None when the reader asked for own rows only."""
+    warnings: tuple[str, ...]
+    """What a report says at its top."""
+
+    @property
+    def runs(self) -> list[Run]:
+        """The runs, by name."""
+        return [entry.run for entry in self.entries]
+
+    def base(self) -> list[RunEntry]:
+        """Returns the entries under the default contract, best B first."""
+        return by_b(entry for entry in self.entries if entry.is_base)
+
+    def main_panel(self) -> list[RunEntry]:
+        """Returns the base entries that the exclusion rule leaves in the main tables, best B first."""
+        return [entry for entry in self.base() if not entry.is_excluded]
+
+
+def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
+    """Returns the runs measured, paired and compared."""
+    entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows)) for run in runs)
+    pairing = recognise(runs)
+    faults = [fault for run in runs for fault in run.faults]
+    return Study(
+        entries=entries,
+        pairing=pairing,
+        comparisons=tuple(_comparisons(entries)),
+        published=paper() if with_paper else None,
+        warnings=(*faults, *_copies(runs), *_mixtures(runs), *pairing.refusals),
+    )
+
+
+def by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
+    """Returns entries, best benchmark success first; ties by name."""
+    return sorted(entries, key=lambda entry: (-(entry.overall.share("B") or 0.0), entry.name))
+
+
+def by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
+    """Returns entries in the order of the panels' groups, best B first in each."""
+    order = {group: index for index, group in enumerate(GROUPS)}
+    return sorted(by_b(entries), key=lambda entry: order[entry.run.model.group])
+
+
+def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
+    packs: dict[str, list[RunEntry]] = {}
+    for entry in entries:
+        if entry.run.n:
+            packs.setdefault(entry.run.header.spec.pack_sha256, []).append(entry)
+    for alike in packs.values():
+        ranked = by_b(alike)
+        for index, first in enumerate(ranked):
+            for place, second in enumerate(ranked[index + 1 :]):
+                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or _are_alike(first, second)
+                if is_wanted and len(shared(first.run.rows, second.run.rows)[0]):
+                    yield compare(first.run, second.run)
+
+
+def _are_alike(first: RunEntry, second: RunEntry) -> bool:
+    """Whether two runs have comparable W, so that their difference in B is worth a test."""
+    apart = abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
+    return 100 * apart <= COMPARABLE_W_PP + 1e-9
+
+
+def _copies(runs: Sequence[Run]) -> list[str]:
+    """Returns which runs are the same one twice: side by side they would pass for a perfect repeat."""
+    return [
+        f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
+        for first, second in combinations(runs, 2)
+        if first.n
+        and (first.header.run_id, first.header.started) == (second.header.run_id, second.header.started)
+        and first.rows.equals(second.rows)
+    ]
+
+
+def _mixtures(runs: Sequence[Run]) -> list[str]:
+    """Returns what differs between runs that a reader would take to be alike."""
+    found = []
+    checks = {
+        "packs": lambda run: f"{run.header.spec.pack} {run.header.spec.pack_sha256[:12]}",
+        "simulators": lambda run: run.header.simulator_version or run.header.spec.simulator,
+        "versions of vigil": lambda run: run.header.package_version,
+    }
+    for what, fact in checks.items():
+        kinds: dict[str, list[str]] = {}
+        for run in runs:
+            kinds.setdefault(fact(run), []).append(run.name)
+        if len(kinds) > 1:
+            shown = "; ".join(f"{kind}: {', '.join(names)}" for kind, names in sorted(kinds.items()))
+            found.append(f"These runs were made with different {what} ({shown}). Do not read their rows as one panel.")
+    return found

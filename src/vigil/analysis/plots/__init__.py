@@ -1,0 +1,1 @@
+"""Plots: figures, diagrams and trajectories."""

@@ -1,0 +1,306 @@
+"""Figures: those of the paper that show numbers, the W-B plane and the closure curves.
+
+Each takes a Study and returns a matplotlib Figure; None when the runs have nothing to show in it.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, Measures, after_goal_shares, closure_curve, measure
+from vigil.analysis.measures.rows import KINDS
+from vigil.analysis.measures.study import RunEntry, Study, by_b
+from vigil.analysis.plots.place_labels import place_labels
+from vigil.analysis.plots.style import (
+    CYCLE,
+    DASHES,
+    FAINT,
+    GREY,
+    GROUND,
+    GROUP_MARKERS,
+    INK,
+    KIND_COLOURS,
+    KIND_HATCHES,
+    LABEL_COLOURS,
+    LABEL_HATCHES,
+    LABEL_NAMES,
+    canvas,
+    ink_on,
+    styled,
+)
+
+MIN_SHARE_WITH_NUMBER = 6.0
+_WIDTH = 8.6
+_W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed by a matching report (%)"
+
+
+def outcome_partition(study: Study) -> Figure | None:
+    """Draws B, FR, Other, NR and IL as stacked bars, best B first."""
+    entries = [entry for entry in by_b(study.entries) if entry.overall.n]
+    if not entries:
+        return None
+    with styled():
+        figure = canvas(_WIDTH, 1.25 + 0.36 * len(entries))
+        axes = figure.add_subplot()
+        shares = np.array([[100 * (entry.overall.share(name) or 0.0) for name in LABELS] for entry in entries])
+        _stack(axes, shares, [(LABEL_COLOURS[name], LABEL_HATCHES[name]) for name in LABELS])
+        _name_rows(axes, [f"{entry.name}  (n={entry.overall.n:,})" for entry in entries])
+        axes.set_xlabel("share of scored episodes (%)")
+        axes.set_title("Outcome partition, sorted by B")
+        handles = [
+            Patch(facecolor=LABEL_COLOURS[name], hatch=LABEL_HATCHES[name], edgecolor="white", label=LABEL_NAMES[name])
+            for name in LABELS
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=5, handlelength=1.6, columnspacing=1.2)
+        return figure
+
+
+def belief_closure(study: Study) -> Figure | None:
+    """Draws (a) the mean belief lag and (b) the shares of actions after attainment, both sorted by B."""
+    entries = [entry for entry in by_b(study.entries) if entry.overall.counts["W"]]
+    if not entries:
+        return None
+    with styled():
+        figure = canvas(_WIDTH, 1.5 + 0.38 * len(entries))
+        left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5), sharey=True)
+        _lags(left, entries)
+        shares = [after_goal_shares(entry.run.rows) for entry in entries]
+        values = np.array([[100 * (pair[0] if (pair := share[kind]) else 0.0) for kind in KINDS] for share in shares])
+        _stack(right, values, [(KIND_COLOURS[kind], KIND_HATCHES[kind]) for kind in KINDS])
+        for row, entry in enumerate(entries):
+            right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=7.5)
+        right.tick_params(left=False)
+        right.set_xlabel("share of actions after the goal first held (%)")
+        right.set_title("(b) What follows attainment (W=1, pooled)")
+        handles = [
+            Patch(facecolor=KIND_COLOURS[kind], hatch=KIND_HATCHES[kind], edgecolor="white", label=kind)
+            for kind in KINDS
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=5, handlelength=1.6, columnspacing=1.2)
+        return figure
+
+
+def plane(study: Study) -> Figure | None:
+    """Draws every run in the plane of W and B, with the paper's rows as grey reference points."""
+    entries = [entry for entry in study.entries if entry.overall.n]
+    if not entries:
+        return None
+    with styled():
+        figure = canvas(_WIDTH, 6.6)
+        axes = figure.add_subplot()
+        top = _plane_frame(axes, study, entries)
+        texts = _published_points(axes, study)
+        for index, entry in enumerate(entries):
+            texts.append(_own_point(axes, entry, CYCLE[index % len(CYCLE)]))
+        axes.set(xlim=(-0.02 * top, top), ylim=(-0.02 * top, top))
+        others = [(w, b) for _, w, b in study.published.points()] if study.published else []
+        place_labels(figure, axes, texts, [*others, *(place for entry in entries for place in _cross(entry))])
+        _plane_legend(figure, study, entries)
+        return figure
+
+
+def closure_curves(study: Study) -> Figure | None:
+    """Draws the share of W=1 episodes closed by a matching report within k steps of attainment."""
+    curves = [(entry, curve) for entry in by_b(study.entries) if (curve := closure_curve(entry.run.rows)) is not None]
+    if not curves:
+        return None
+    with styled():
+        figure = canvas(_WIDTH, 3.6 + 0.11 * len(curves))
+        axes = figure.add_subplot()
+        for index, (entry, curve) in enumerate(curves):
+            label = f"{entry.name} (W=1: {entry.overall.counts['W']})"
+            dash = DASHES[(index // len(CYCLE) + index) % len(DASHES)]
+            axes.step(
+                range(len(curve)),
+                100 * np.array(curve),
+                where="post",
+                color=CYCLE[index % len(CYCLE)],
+                ls=dash,
+                lw=1.8,
+                label=label,
+            )
+        axes.set(
+            xlim=(0, CLOSURE_STEPS),
+            ylim=(0, 103),
+            xlabel="k: steps after the goal first held",
+            ylabel="W=1 episodes closed within k steps (%)",
+        )
+        axes.set_title("Closure curves: how fast achieved states become matching reports")
+        axes.set_xticks(range(0, CLOSURE_STEPS + 1, 2))
+        axes.grid(visible=True)
+        figure.legend(loc="outside lower center", ncols=2 if len(curves) > 3 else 1, handlelength=3.2)
+        return figure
+
+
+def feedback_shift(study: Study) -> Figure | None:
+    """Draws where action feedback moves each paired model in the plane of W and B."""
+    if not study.pairing.feedback:
+        return None
+    with styled():
+        figure = canvas(_WIDTH, 5.4)
+        axes = figure.add_subplot()
+        texts, values = [], [5.0]
+        for index, pair in enumerate(study.pairing.feedback):
+            base, other = (measure(rows) for rows in pair.tables())
+            if not base.n:
+                continue
+            start, end = _place(base), _place(other)
+            colour = CYCLE[index % len(CYCLE)]
+            axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
+            axes.plot(*start, "o", ms=9, color=GROUND, mec=colour, mew=1.5)
+            axes.plot(*end, "o", ms=6, color=colour)
+            texts.append((end, f"{pair.base.name} (n={base.n:,})", colour, 8.5))
+            values += [*start, *end]
+        top = min(104.0, 1.15 * max(values))
+        labels = {
+            "xlabel": "W: the world reached the goal (%)",
+            "ylabel": "B: reached, and closed by a matching report (%)",
+        }
+        axes.set(xlim=(-0.03 * top, top), ylim=(-0.03 * top, top), **labels)
+        axes.axline((0, 0), slope=1, color=FAINT, lw=0.8)
+        axes.set_title("Action feedback: from the base contract (hollow) to +FB (filled)")
+        axes.grid(visible=True)
+        place_labels(figure, axes, texts)
+        return figure
+
+
+FIGURES: dict[str, Callable[[Study], Figure | None]] = {
+    "outcome_partition": outcome_partition,
+    "belief_closure": belief_closure,
+    "plane": plane,
+    "closure_curves": closure_curves,
+    "feedback_shift": feedback_shift,
+}
+CAPTIONS = {
+    "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes.",
+    "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1. "
+    "(b) Kinds of action after the goal first held, pooled over W=1 episodes.",
+    "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching "
+    "report; the distance below it is the gap. Crosses: 95 % Wilson intervals. Grey: published rows, another pack and "
+    "simulator.",
+    "closure_curves": "Of the episodes whose goal held at the end, the share closed by a matching report within k "
+    "steps of attainment.",
+    "feedback_shift": "Paired runs with and without action feedback, over the episodes that both have scored.",
+}
+
+
+def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> None:
+    left = np.zeros(len(shares))
+    rows = np.arange(len(shares))
+    for column, (colour, hatch) in enumerate(looks):
+        widths = shares[:, column]
+        axes.barh(rows, widths, left=left, height=0.72, color=colour, hatch=hatch, edgecolor="white", lw=0.5)
+        for row, width in enumerate(widths):
+            if width >= MIN_SHARE_WITH_NUMBER:
+                box = {"boxstyle": "round,pad=0.12", "fc": colour, "ec": "none"}
+                axes.text(
+                    left[row] + width / 2,
+                    row,
+                    f"{width:.1f}",
+                    ha="center",
+                    va="center",
+                    fontsize=7.5,
+                    color=ink_on(colour),
+                    bbox=box,
+                )
+        left = left + widths
+    axes.set_xlim(0, 100)
+    axes.spines["left"].set_visible(False)
+
+
+def _name_rows(axes: Axes, names: Sequence[str]) -> None:
+    axes.set_yticks(range(len(names)), names)
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+
+
+def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
+    for row, entry in enumerate(entries):
+        lag = entry.overall.means["lag"]
+        if lag is None:
+            axes.text(0.02, row, "no B=1 episode", va="center", fontsize=7.5, color=FAINT)
+            continue
+        axes.barh(row, lag, height=0.6, color="#0072b2")
+        n = entry.overall.counts["B"]
+        axes.annotate(f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=7.5)
+    longest = max((entry.overall.means["lag"] or 0.0 for entry in entries), default=0.0)
+    axes.set_xlim(0, 1.55 * longest + 0.3)
+    _name_rows(axes, [entry.name for entry in entries])
+    axes.set_xlabel("mean belief lag (steps)")
+    axes.set_title("(a) Belief lag (B=1)")
+
+
+def _point(entry: RunEntry) -> tuple[float, float]:
+    return _place(entry.overall)
+
+
+def _place(measures: Measures) -> tuple[float, float]:
+    """Returns W and B in percent: a place in the plane."""
+    return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
+
+
+def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float:
+    """Draws diagonal and lines of equal gap, and returns the upper limit of both axes."""
+    values = [value for entry in entries for value in _point(entry)]
+    if study.published:
+        values += [value for _, w, b in study.published.points() for value in (w, b)]
+    top = min(104.0, max(20.0, 1.12 * max(values)))
+    axes.fill_between([0, top], [0, top], top, color="#efeee9", lw=0)
+    for gap in range(0, int(top), 10):
+        axes.plot(
+            [gap, top], [0, top - gap], color=FAINT if gap == 0 else "#d6d6d1", lw=1.0 if gap == 0 else 0.7, zorder=1
+        )
+        if gap:
+            axes.text(top + 0.006 * top, top - gap, f"Δ={gap}", fontsize=6.5, color=FAINT, ha="left", va="center")
+    axes.text(0.03 * top, 0.95 * top, "B cannot exceed W", fontsize=8, color=FAINT)
+    axes.set(xlabel=_W_AXIS, ylabel=_B_AXIS)
+    axes.set_title(f"World completion and terminal commitment ({_sizes(entries)})")
+    return top
+
+
+def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float], str, str, float]]:
+    if not study.published:
+        return []
+    for model, w, b in study.published.points():
+        axes.plot(w, b, GROUP_MARKERS[model.group], ms=4.5, color=GREY, mec="white", mew=0.4, zorder=2)
+    return [((w, b), model.name, "#7d828a", 6.2) for model, w, b in study.published.points() if model.anchor]
+
+
+def _sizes(entries: Sequence[RunEntry]) -> str:
+    """Returns over how many episodes these runs are."""
+    sizes = sorted(entry.overall.n for entry in entries)
+    return f"n={sizes[0]:,}" if sizes[0] == sizes[-1] else f"n={sizes[0]:,} to {sizes[-1]:,}"
+
+
+def _cross(entry: RunEntry) -> list[tuple[float, float]]:
+    """Returns points along the intervals of W and B, in percent."""
+    w, b = _point(entry)
+    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
+    along = np.linspace(0.0, 100.0, 7)
+    return [
+        *((w_low * (100 - t) + w_high * t, b) for t in along),
+        *((w, b_low * (100 - t) + b_high * t) for t in along),
+    ]
+
+
+def _own_point(axes: Axes, entry: RunEntry, colour: str) -> tuple[tuple[float, float], str, str, float]:
+    w, b = _point(entry)
+    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
+    axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
+    axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)
+    axes.plot(w, b, GROUP_MARKERS[entry.group], ms=8, color=colour, mec="white", mew=0.8, zorder=4)
+    return (w, b), entry.name, colour, 8.5
+
+
+def _plane_legend(figure: Figure, study: Study, entries: Sequence[RunEntry]) -> None:
+    groups = [group for group in GROUP_MARKERS if any(entry.group == group for entry in entries)]
+    if study.published:
+        groups = [g for g in GROUP_MARKERS if g in groups or any(m.group == g for m in study.published.models)]
+    handles = [Line2D([], [], marker=GROUP_MARKERS[group], ls="", color=INK, ms=6, label=group) for group in groups]
+    if study.published:
+        handles.append(Line2D([], [], marker="o", ls="", color=GREY, ms=5, label="published (paper)"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, columnspacing=1.5)

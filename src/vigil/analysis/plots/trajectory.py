@@ -1,0 +1,246 @@
+"""Trajectories: several agents on one episode side by side, frame by frame, as a picture or as an animation.
+
+Frames come from the caller (kept by the run, or drawn again from its actions); everything else from the records.
+"""
+
+import io
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from PIL import Image
+
+from vigil.actions import Action, InteractPixel, Navigate, Report
+from vigil.analysis.measures.rows import Run
+from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_on, styled
+from vigil.episode import FAMILIES, Episode
+from vigil.errors import RecordError
+from vigil.goals import check
+from vigil.record import EpisodeRecord, StepRecord
+from vigil.saved_run import RecordTable
+from vigil.scoring import Label, Outcome, settle
+
+HELD = LABEL_COLOURS["B"]
+CLICK = "#ff2d95"
+DEFAULT_COLUMNS = 6
+ANIMATION_MS = 900
+FINAL_MS = 3000
+TITLE_LETTERS_PER_IN = 11.5
+_PANEL_IN = 1.75
+_ENDS: dict[Label, str] = {
+    "B": "verified success",
+    "FR": "false report",
+    "NR": "no report",
+    "IL": "invalid limit",
+    "Other": "matched, W=0",
+}
+
+
+@dataclass(frozen=True)
+class AgentTrajectory:
+    """One agent's way through one episode."""
+
+    name: str
+    record: EpisodeRecord
+    outcome: Outcome
+    holds: tuple[bool, ...]
+    """Whether the goal held after the reset and after each step."""
+    frames: Sequence[np.ndarray]
+    """The frame that each reply answered, (480, 640, 3) uint8."""
+
+
+def find_record(run: Run, episode: Episode, epoch: int = 1) -> EpisodeRecord:
+    """Returns the record that stands for an episode of a run. Raises RecordError."""
+    table = RecordTable(run.folder, run.header, [episode])
+    table.refresh()
+    row = table.rows.get((episode.id, epoch))
+    if row is None or row.outcome is None:
+        raise RecordError(f"Run {run.name!r} has no scored record of episode {episode.id!r} (epoch {epoch}).")
+    return table.record((episode.id, epoch))
+
+
+def track(name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]) -> AgentTrajectory:
+    """Returns a record with its frames, settled. Raises RecordError when they are not one frame a step."""
+    if len(frames) != len(record.steps):
+        raise RecordError(f"{name!r}: {len(frames)} frames for {len(record.steps)} steps of episode {episode.id!r}.")
+    truth = tuple(row.semantic for row in check(episode.goal, record).rows)
+    return AgentTrajectory(name, record, settle(episode, record), truth, frames)
+
+
+def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], columns: int = DEFAULT_COLUMNS) -> Figure:
+    """Draws one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
+    width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
+    with styled():
+        width_in = 1.15 + _PANEL_IN * width
+        title = _title(episode, tracks, width_in)
+        figure = canvas(width_in, 0.35 + 0.2 * len(title.splitlines()) + len(tracks) * (_PANEL_IN * 0.75 + 0.42))
+        figure.suptitle(title, x=0.008, ha="left", fontsize=9.5, fontweight="bold", linespacing=1.5)
+        grid = figure.subplots(len(tracks), width + 1, squeeze=False, width_ratios=[0.62, *[1.0] * width])
+        for row, one in enumerate(tracks):
+            _name(grid[row][0], one)
+            chosen = key_steps(one, width)
+            for column in range(width):
+                axes = grid[row][column + 1]
+                axes.axis("off")
+                if column < len(chosen):
+                    _panel(axes, one, chosen[column])
+        return figure
+
+
+def key_steps(one: AgentTrajectory, count: int) -> list[int]:
+    """Returns at most `count` steps (from 0), in order: the first, the last, attainment, then evenly spread."""
+    last = len(one.record.steps) - 1
+    if last < count:
+        return list(range(last + 1))
+    first = one.outcome.first_goal_step
+    wanted = [0, last, *([] if first is None else [first - 1, first])]
+    wanted += [round(last * k / (count - 1)) for k in range(count)] + list(range(last))
+    chosen: list[int] = []
+    for step in wanted:
+        if 0 <= step <= last and step not in chosen and len(chosen) < count:
+            chosen.append(step)
+    return sorted(chosen)
+
+
+def trajectory_animation(episode: Episode, tracks: Sequence[AgentTrajectory], kind: str) -> bytes:
+    """Returns all steps of all agents, side by side, as an animated file: gif or webp."""
+    length = max(len(one.record.steps) for one in tracks)
+    frames = [_moment(episode, tracks, step) for step in range(length)]
+    durations = [ANIMATION_MS] * (length - 1) + [FINAL_MS]
+    buffer = io.BytesIO()
+    if kind == "gif":
+        palette = [frame.quantize(256, dither=Image.Dither.NONE) for frame in frames]
+        palette[0].save(buffer, "GIF", save_all=True, append_images=palette[1:], duration=durations, loop=0)
+    else:
+        frames[0].save(buffer, "WEBP", save_all=True, append_images=frames[1:], duration=durations, loop=0, quality=80)
+    return buffer.getvalue()
+
+
+def said(step: StepRecord) -> str:
+    """Returns a step's action in a few words."""
+    return "invalid: " + step.invalid.reason.replace("_", " ") if step.invalid else worded(step.action)
+
+
+def worded(action: Action | None) -> str:
+    """Returns an action in a few words."""
+    match action:
+        case None:
+            return ""
+        case Navigate():
+            way = action.mode.replace("turn_", "turn ")
+            return f"{way} {action.magnitude:g}{'°' if 'turn' in way else ''}"
+        case InteractPixel():
+            where = "" if action.x is None else f" ({action.x}, {action.y})"
+            return f"{action.intent.replace('_', ' ')}{where}"
+        case Report():
+            return f"report: {action.raw_status or action.status}"
+        case _:
+            return f"look {action.direction} {action.magnitude:g}°"
+
+
+def verdict(one: AgentTrajectory) -> str:
+    """Returns how an episode ended and what that is worth."""
+    outcome = one.outcome
+    w, b = f"W={int(outcome.W)}", f"B={int(outcome.B)}"
+    kind = "" if outcome.subtype is None else f"\n{outcome.subtype.replace('_', ' ')}"
+    return f"{w}  {b}\n{_ENDS[outcome.label]}{kind}"
+
+
+def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float) -> str:
+    """Returns what the episode is, folded to the width of a figure."""
+    expected = next((f"   expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
+    what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
+    lines = (f"{episode.id}   ({what})", f"“{episode.instruction}”{expected}")
+    return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in)) for line in lines)
+
+
+def _name(axes: Axes, one: AgentTrajectory) -> None:
+    axes.axis("off")
+    axes.set(xlim=(0, 1), ylim=(0, 1))
+    axes.text(0, 0.98, _folded(one.name), va="top", fontsize=8.5, fontweight="bold")
+    colour = LABEL_COLOURS[one.outcome.label]
+    axes.text(0, 0.52, verdict(one), va="top", fontsize=8, color=INK, linespacing=1.4)
+    axes.add_patch(Rectangle((0, 0.56), 0.6, 0.03, color=colour, transform=axes.transAxes))
+
+
+def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
+    step = one.record.steps[index]
+    axes.imshow(one.frames[index], interpolation="antialiased")
+    action = step.action
+    if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
+        axes.plot(action.x, action.y, "+", color="white", ms=13, mew=3.4)
+        axes.plot(action.x, action.y, "+", color=CLICK, ms=12, mew=1.8)
+    held = one.holds[index + 1]
+    if held:
+        axes.add_patch(Rectangle((0, 0), 639, 479, fill=False, ec=HELD, lw=4.0))
+    is_last = index == len(one.record.steps) - 1
+    text = said(step)
+    axes.set_title(
+        f"step {index + 1}{'  → goal holds' if held else ''}",
+        fontsize=7,
+        color=HELD if held else FAINT,
+        pad=2,
+        fontweight="normal",
+    )
+    colour = ink_of(LABEL_COLOURS[one.outcome.label]) if is_last else INK
+    axes.text(
+        0.5,
+        -0.04,
+        text,
+        transform=axes.transAxes,
+        ha="center",
+        va="top",
+        fontsize=7.5,
+        color=colour,
+        fontweight="bold" if is_last else "normal",
+    )
+
+
+def _moment(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:
+    """Returns one image of the animation: every agent at `step`; who has ended stays at the last one, paler."""
+    columns = min(2, len(tracks)) if len(tracks) <= 4 else 3
+    rows = -(-len(tracks) // columns)
+    with styled():
+        title = _title(episode, tracks, 4.2 * columns)
+        figure = canvas(4.2 * columns, 0.41 + 0.17 * len(title.splitlines()) + 3.75 * rows)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=9.5, fontweight="bold")
+        for place, one in zip(figure.subplots(rows, columns, squeeze=False).flat, tracks, strict=False):
+            last = len(one.record.steps) - 1
+            index = min(step, last)
+            _panel(place, one, index)
+            place.set_title(f"{one.name}   step {index + 1}", fontsize=9)
+            if step >= last:
+                place.images[0].set_alpha(0.55)
+                place.text(
+                    320,
+                    240,
+                    verdict(one),
+                    ha="center",
+                    va="center",
+                    fontsize=13,
+                    fontweight="bold",
+                    color=ink_on(LABEL_COLOURS[one.outcome.label]),
+                    bbox={"fc": LABEL_COLOURS[one.outcome.label], "ec": "none", "pad": 7},
+                )
+        for place in figure.axes:
+            place.axis("off")
+        figure.set_dpi(100)
+        figure.canvas.draw()
+        return Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])  # type: ignore[attr-defined]
+
+
+def _folded(name: str, width: int = 16) -> str:
+    """Returns a name on several lines, broken at spaces, hyphens and underscores."""
+    lines, line = [], ""
+    for word in name.replace("-", "- ").replace("_", "_ ").split(" "):
+        joined = f"{line}{word}" if line.endswith(("-", "_")) or not line else f"{line} {word}"
+        if len(joined) > width and line:
+            lines.append(line)
+            line = word
+        else:
+            line = joined
+    return "\n".join([*lines, line])

@@ -1,0 +1,1 @@
+"""Tables: their content, and how they are written as Markdown, LaTeX and HTML."""

@@ -1,0 +1,149 @@
+"""Comparison tables: what is different between runs, by which test, and what so many episodes can show at all.
+
+Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+from vigil.analysis.measures.intervals import holm, smallest_difference, smallest_paired_difference
+from vigil.analysis.measures.metrics import COMPARABLE_W_PP, clustered_intervals
+from vigil.analysis.measures.pairs import RunComparison
+from vigil.analysis.measures.study import Study, by_b
+from vigil.analysis.tables.own import MODEL, row_of, shown_name
+from vigil.analysis.tables.table import Column, Row, Table, counts, intervals, numbers, percent, points, texts
+
+
+def clustered(study: Study) -> Table:
+    """Returns W, B and Delta with intervals that know that episodes share houses."""
+    names = ("W", "B", "Delta")
+    columns = (
+        MODEL,
+        *counts(n="n", houses="Houses"),
+        *(Column(name, f"{shown_name(name)} [95\u00a0%]", "rate") for name in names),
+    )
+    rows = []
+    for entry in by_b(study.entries):
+        clusters = clustered_intervals(entry.run.rows)
+        cells = {name: points(entry.overall.share(name), clusters[name]) for name in names}
+        rows.append(row_of(entry, n=entry.overall.n, houses=entry.run.rows["house"].nunique(), **cells))
+    return Table("clustered", "W, B and Δ with intervals clustered by house", columns, tuple(rows))
+
+
+def comparisons(study: Study) -> Table:
+    """Returns paired tests between runs of the same episodes."""
+    columns = (
+        *texts(first="First", second="Second"),
+        *counts(n="Shared episodes"),
+        *intervals(dW="ΔW (pp)"),
+        Column("p_W", "p (W)", "p"),
+        Column("p_W_holm", "p (W), Holm", "p"),
+        *intervals(dB="ΔB (pp)"),
+        Column("p_B", "p (B)", "p"),
+        Column("p_B_holm", "p (B), Holm", "p"),
+        *intervals(dDelta="Change of the gap (pp)"),
+        *texts(verdict="Different?"),
+    )
+    adjusted = holm([c.w.p for c in study.comparisons] + [c.b.p for c in study.comparisons])
+    adjusted_w, adjusted_b = adjusted[: len(study.comparisons)], adjusted[len(study.comparisons) :]
+    rows = [
+        _comparison_row(comparison, p_w, p_b)
+        for comparison, p_w, p_b in zip(study.comparisons, adjusted_w, adjusted_b, strict=True)
+    ]
+    notes = (
+        "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode "
+        "change sign together); intervals: paired bootstrap over houses. Called different only where p stays below "
+        "0.05 after Holm's correction for all tests of W and of B in this table.",
+    )
+    return Table("comparisons", "Runs against each other on the same episodes", columns, tuple(rows), notes)
+
+
+def comparable_pairs(study: Study) -> Table:
+    """Returns pairs of rows with similar W and different B, own and published rows separately."""
+    columns = (
+        *texts(first="Higher B", second="Lower B", W="W % of both"),
+        *numbers(dW="|ΔW| (pp)", dB="ΔB (pp)"),
+    )
+    own = [
+        (e.name, percent(e.overall.share("W")) or 0.0, percent(e.overall.share("B")) or 0.0)
+        for e in study.base()
+        if e.overall.n
+    ]
+    rows = _pairs_close_in_w(own, is_published=False)
+    if study.published:
+        anchors = [(model.name, w, b) for model, w, b in study.published.points() if model.anchor]
+        rows += _pairs_close_in_w(anchors, is_published=True)
+    notes = (
+        f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B. Whether an own pair differs is for "
+        "the paired tests to say.",
+    )
+    return Table("comparable_pairs", "Alike in W, apart in B", columns, tuple(rows), notes)
+
+
+def power(study: Study) -> Table:
+    """Returns the smallest differences that the runs' numbers of episodes can show."""
+    columns = (
+        MODEL,
+        *counts(n="n"),
+        *numbers(
+            W="in W, two systems (pp)",
+            B="in B, two systems (pp)",
+            B_paired="in B, paired, 10 % discordant (pp)",
+            family="in W of one family (pp)",
+        ),
+    )
+    rows = []
+    for entry in by_b(study.entries):
+        m = entry.overall
+        smallest = min((part.rate("W").worth for part in entry.families.values()), default=0)
+        rows.append(
+            row_of(
+                entry,
+                n=m.n,
+                W=percent(smallest_difference(m.rate("W").worth, _inside(m.share("W")))),
+                B=percent(smallest_difference(m.rate("B").worth, _inside(m.share("B")))),
+                B_paired=percent(smallest_paired_difference(m.episodes, 0.1)),
+                family=percent(smallest_difference(smallest, 0.5)),
+            )
+        )
+    notes = ("At the 5 % level with 80 % power. Smaller differences may be real; so many episodes cannot show them.",)
+    return Table("power", "Smallest difference that can be shown", columns, tuple(rows), notes)
+
+
+def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> Row:
+    different = [name for name, p in (("W", p_w), ("B", p_b)) if p < 0.05]
+    return Row(
+        {
+            "first": comparison.first.name,
+            "second": comparison.second.name,
+            "n": comparison.n,
+            "dW": points(comparison.w.difference, comparison.w_interval),
+            "p_W": comparison.w.p,
+            "p_W_holm": p_w,
+            "dB": points(comparison.b.difference, comparison.b_interval),
+            "p_B": comparison.b.p,
+            "p_B_holm": p_b,
+            "dDelta": points(*comparison.delta),
+            "verdict": f"in {' and '.join(different)}" if different else "not shown",
+        }
+    )
+
+
+def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[Row]:
+    found = []
+    for first, second in combinations(points, 2):
+        high, low = sorted((first, second), key=lambda point: -point[2])
+        if abs(high[1] - low[1]) <= COMPARABLE_W_PP + 1e-9 and high[2] > low[2]:
+            found.append((high[2] - low[2], high, low))
+    found.sort(key=lambda pair: (-pair[0], pair[1][0]))
+    group = "Published anchors" if is_published else ""
+    rows = []
+    for gap, high, low in found[:5]:
+        cells = {"first": high[0], "second": low[0], "W": f"{high[1]:.1f} and {low[1]:.1f}"}
+        rows.append(Row({**cells, "dW": abs(high[1] - low[1]), "dB": gap}, group, is_published))
+    return rows
+
+
+def _inside(rate: float | None) -> float:
+    """Returns a rate kept off 0 and 1, where the normal approximation would show any difference."""
+    return min(0.95, max(0.05, rate if rate is not None else 0.5))

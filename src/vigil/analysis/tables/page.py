@@ -1,0 +1,119 @@
+"""Tables and the report as HTML, by templates in which everything is escaped."""
+
+import base64
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from vigil.analysis.tables.table import Column, Row, Table
+from vigil.analysis.tables.text import CODE, NO_ROWS, named
+
+_INTERVAL = re.compile(r"(.*) (\[.*\])")
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of the report: a heading with its tables."""
+
+    heading: str
+    tables: tuple[Table, ...]
+
+    @property
+    def anchor(self) -> str:
+        """The heading as a part of an address."""
+        return re.sub(r"[',]", "", self.heading.lower()).replace(" ", "-")
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure of the report."""
+
+    name: str
+    svg: bytes
+    caption: str
+
+    @property
+    def source(self) -> str:
+        """The picture as an address that holds it."""
+        return f"data:image/svg+xml;base64,{base64.b64encode(self.svg).decode()}"
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """What the report says."""
+
+    summary: str
+    legend: str
+    warnings: Sequence[str]
+    limits: Sequence[str]
+    sections: Sequence[Section]
+    pictures: Sequence[Picture]
+
+
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    text: str
+    classes: str
+    is_bold: bool
+    interval: str = ""
+    is_breakable: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    classes: str
+    cells: tuple[_Cell, ...]
+
+
+def html_table(table: Table) -> str:
+    """Returns a table as HTML: a section with a heading, the table in a scrolling box, its notes."""
+    groups = [
+        (group, [_line(table, row) for row in rows]) for group, rows in groupby(table.rows, key=lambda row: row.group)
+    ]
+    return _TEMPLATES.get_template("table.html").render(table=table, groups=groups, no_rows=NO_ROWS)
+
+
+def html_page(page: Page) -> str:
+    """Returns the whole report as one page that needs nothing beside it."""
+    return _TEMPLATES.get_template("report.html").render(page=page, table_of=lambda table: Markup(html_table(table)))
+
+
+def _line(table: Table, row: Row) -> _Line:
+    classes = {"published": row.is_published, "privileged": row.is_privileged}
+    cells = tuple(_cell(table, row, column) for column in table.columns)
+    return _Line(" ".join(name for name, applies in classes.items() if applies), cells)
+
+
+def _cell(table: Table, row: Row, column: Column) -> _Cell:
+    text, interval = named(table, row, column), ""
+    if column.kind == "rate" and (found := _INTERVAL.fullmatch(text)):
+        text, interval = found.groups()
+    classes = f"{column.kind} tint-{row.tints[column.key]}" if column.key in row.tints else column.kind
+    is_breakable = column.kind == "text" and column is not table.columns[0]
+    return _Cell(text, classes, column.key in row.bold, interval, is_breakable)
+
+
+def _content(cell: _Cell) -> Markup:
+    if cell.is_breakable:
+        return Markup("_<wbr>").join(cell.text.split("_"))
+    if cell.interval:
+        return Markup('{} <span class="ci">{}</span>').format(cell.text, cell.interval)
+    return escape(cell.text)
+
+
+def _prose(sentence: str) -> Markup:
+    """Returns a sentence in which what stands between back-ticks is set as code."""
+    return Markup(CODE.sub(r"<code>\1</code>", str(escape(sentence))))
+
+
+_TEMPLATES = Environment(
+    loader=PackageLoader("vigil.analysis.tables"),
+    autoescape=True,
+    undefined=StrictUndefined,
+    keep_trailing_newline=True,
+)
+_TEMPLATES.filters |= {"content": _content, "prose": _prose}

@@ -1,0 +1,129 @@
+"""Protocol tables: those of the paper's tables that say what is run, rendered from the very data that runs it."""
+
+from vigil.actions import INTENTS, SKILLS, STATUSES
+from vigil.analysis.measures.paper import paper
+from vigil.analysis.measures.study import Study
+from vigil.analysis.tables.table import Column, Row, Table, counts, texts
+from vigil.episode import FAMILIES
+
+PUBLISHED_PER_FAMILY = 125
+_FURTHER_LABELS = {
+    "B": "Benchmark success: W=1, closed by a report that matches the hidden world state.",
+    "Other": "A report that matches with W=0: an honest fail, an unrecognised status at a failed goal, or the right "
+    "state label for a state that was not observable at closure.",
+    "NoRep": "NR + IL: every episode without a report.",
+}
+_TIERS = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
+
+
+def episode_distribution(study: Study) -> Table:
+    """Returns how many episodes of each family the runs' packs hold, as far as they were to be played."""
+    packs: dict[str, dict[str, int]] = {}
+    for entry in study.entries:
+        spec = entry.run.header.spec
+        name = f"{spec.pack} {spec.pack_sha256[:8]}"
+        ours = {family: count // spec.epochs for family, count in entry.run.planned.items()}
+        known = packs.setdefault(name, {})
+        packs[name] = {family: max(known.get(family, 0), ours.get(family, 0)) for family in FAMILIES}
+    rows = []
+    for family, spec in FAMILIES.items():
+        cells = {"family": family, "name": spec.name, "max_steps": spec.max_steps, "published": PUBLISHED_PER_FAMILY}
+        rows.append(Row({**cells, **{name: known[family] for name, known in packs.items()}}, group=_TIERS[spec.tier]))
+    totals = {name: sum(known.values()) for name, known in packs.items()}
+    rows.append(Row({"family": "All", "published": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}, group="All"))
+    columns = (
+        *texts(family="Family", name="Name"),
+        *(Column(name, f"Episodes of {name}", "count") for name in sorted(packs)),
+        *counts(published="Published pack", max_steps="Max. steps"),
+    )
+    return Table("episode_distribution", "Episode distribution", columns, tuple(rows))
+
+
+def family_specs(study: Study) -> Table:
+    """Returns the families' budgets and expected skills."""
+    del study
+    columns = (
+        *texts(family="Family", name="Name", visible="Target visible at start"),
+        *counts(max_steps="Steps", max_invalid="Invalid limit"),
+        *texts(skills="Expected skills", success="Success"),
+    )
+    rows = tuple(
+        Row(
+            {
+                "family": family,
+                "name": spec.name,
+                "visible": "yes" if spec.visible_at_start else "no",
+                "max_steps": spec.max_steps,
+                "max_invalid": spec.max_invalid,
+                "skills": ", ".join(spec.skills),
+                "success": " or ".join(spec.goal_kinds),
+            },
+            group=_TIERS[spec.tier],
+        )
+        for family, spec in FAMILIES.items()
+    )
+    return Table("family_specs", "Task families", columns, rows)
+
+
+def action_specs(study: Study) -> Table:
+    """Returns the action space."""
+    del study
+    columns = tuple(
+        Column(key, key.capitalize(), "text") for key in ("skill", "argument", "type", "description", "required")
+    )
+    rows = tuple(
+        Row(
+            {
+                "skill": skill,
+                "argument": argument.name,
+                "type": argument.type,
+                "description": argument.description,
+                "required": "unless intent is drop" if argument.unless_drop else "yes",
+            }
+        )
+        for skill, arguments in SKILLS.items()
+        for argument in arguments
+    )
+    return Table("action_specs", "Action space", columns, rows)
+
+
+def intents(study: Study) -> Table:
+    """Returns the eight intents."""
+    del study
+    columns = texts(intent="Intent", semantics="Semantics", pixel="Needs (x, y)")
+    rows = tuple(
+        Row({"intent": name, "semantics": spec.semantics, "pixel": "yes" if spec.needs_pixel else "no"})
+        for name, spec in INTENTS.items()
+    )
+    return Table("intents", "Canonical intents of interact_pixel", columns, rows)
+
+
+def report_statuses(study: Study) -> Table:
+    """Returns the eight terminal statuses."""
+    del study
+    columns = texts(status="Status", semantics="Semantics")
+    rows = tuple(Row({"status": status, "semantics": semantics}) for status, semantics in STATUSES.items())
+    return Table("report_statuses", "Terminal report statuses", columns, rows)
+
+
+def failure_taxonomy(study: Study) -> Table:
+    """Returns what each label says: the paper's three, and the two that complete the partition."""
+    del study
+    columns = texts(label="Label", definition="Definition")
+    lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS
+    rows = [Row({"label": label, "definition": definition}) for label, definition in lines.items()]
+    notes = ("B, FR, NR, IL and Other are exclusive and partition all scored episodes.",)
+    return Table("failure_taxonomy", "Labels", columns, tuple(rows), notes)
+
+
+def benchmark_comparison(study: Study) -> Table:
+    """Returns the paper's comparison of benchmarks."""
+    del study
+    columns = (
+        *texts(benchmark="Benchmark"),
+        *counts(size="Size"),
+        *texts(task_level="Task level", multimodal="Multimodal", native="Native control", fine_grained="Fine-grained"),
+        *texts(decoupled="Decoupled", active_termination="Active termination", no_feedback="No feedback"),
+    )
+    rows = tuple(Row(line, is_published=True) for line in paper().tables["benchmark_comparison"])
+    return Table("benchmark_comparison", "Embodied benchmarks compared, as published", columns, rows)

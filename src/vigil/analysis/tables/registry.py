@@ -1,0 +1,50 @@
+"""The registry of tables: the paper's sixteen by their names, and those beside them."""
+
+from collections.abc import Callable
+
+from vigil.analysis.measures.study import Study
+from vigil.analysis.tables import comparison, own, protocol, results
+from vigil.analysis.tables.table import Table
+
+Builder = Callable[[Study], Table]
+
+PAPER_TABLES: dict[str, Builder] = {
+    "global_cross_section": results.global_cross_section,
+    "full_panel": results.full_panel,
+    "extended_panel": results.extended_panel,
+    "proprio_minimal": results.proprio_minimal,
+    "counterfactual": results.counterfactual,
+    "belief_lag": results.belief_lag,
+    "conditional_report": results.conditional_report,
+    "prompt_sensitivity": results.prompt_sensitivity,
+    "open_repeat_robustness": results.open_repeat_robustness,
+    "episode_distribution": protocol.episode_distribution,
+    "family_specs": protocol.family_specs,
+    "action_specs": protocol.action_specs,
+    "intents": protocol.intents,
+    "report_statuses": protocol.report_statuses,
+    "failure_taxonomy": protocol.failure_taxonomy,
+    "benchmark_comparison": protocol.benchmark_comparison,
+}
+OWN_TABLES: dict[str, Builder] = {
+    "runs": own.runs,
+    "overview": own.overview,
+    "family_rates": own.family_rates,
+    "clustered": comparison.clustered,
+    "outcome_partition": own.outcome_partition,
+    "regimes": own.regime_table,
+    "comparisons": comparison.comparisons,
+    "comparable_pairs": comparison.comparable_pairs,
+    "after_goal": own.after_goal,
+    "sv_statuses": own.sv_statuses,
+    "composition": own.composition,
+    "stop_only": own.stop_only,
+    "invalid_replies": own.invalid_replies,
+    "power": comparison.power,
+}
+TABLES: dict[str, Builder] = {**PAPER_TABLES, **OWN_TABLES}
+
+
+def tables(study: Study) -> dict[str, Table]:
+    """Returns every table of a report by name, in the registry's order."""
+    return {name: build(study) for name, build in TABLES.items()}

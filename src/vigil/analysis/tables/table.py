@@ -1,0 +1,190 @@
+"""Table: named columns, rows with marks, notes; and how each kind of cell is printed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from vigil.rates import Interval, Rate
+
+Kind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "spread", "p"]
+NONE = "–"
+PARTS: dict[Kind, tuple[str, ...]] = {
+    "pair": ("W", "B"),
+    "rate": ("", "low", "high"),
+    "spread": ("mean", "half_range"),
+}
+"""Kinds whose cells hold several numbers, and what each is called in CSV."""
+RateCell = tuple[float, float | None, float | None] | None
+"""A cell of kind `rate`: the number and the ends of its interval, where it has one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column; numbers are in percent, percentage points, steps or counts, as its heading says."""
+
+    key: str
+    heading: str
+    kind: Kind = "number1"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row with its marks."""
+
+    cells: Mapping[str, Any]
+    group: str = ""
+    is_published: bool = False
+    is_privileged: bool = False
+    bold: frozenset[str] = frozenset()
+    tints: Mapping[str, str] = field(default_factory=dict)
+    """Column -> `FR` or `NR`: the closure failure that a cell shows."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table of a report."""
+
+    name: str
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+
+    def cell(self, row: Row, column: Column) -> str:
+        """Returns a cell as printed."""
+        return printed(row.cells.get(column.key), column.kind)
+
+    def flat_columns(self) -> list[tuple[str, Column, int | None]]:
+        """Returns (name, column, part) for every number on its own, as CSV and JSON have them."""
+        found: list[tuple[str, Column, int | None]] = []
+        for column in self.columns:
+            parts = PARTS.get(column.kind)
+            if parts is None:
+                found.append((column.key, column, None))
+            else:
+                found.extend((f"{column.key}.{part}".rstrip("."), column, i) for i, part in enumerate(parts))
+        return found
+
+    def flat_rows(self) -> list[dict[str, Any]]:
+        """Returns the rows with every number on its own; None where there is none."""
+        return [
+            {
+                "group": row.group,
+                "published": row.is_published,
+                "privileged": row.is_privileged,
+                **{name: _part(row.cells.get(column.key), part) for name, column, part in self.flat_columns()},
+            }
+            for row in self.rows
+        ]
+
+
+def texts(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of text: key -> heading."""
+    return tuple(Column(key, heading, "text") for key, heading in headings.items())
+
+
+def counts(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of counts: key -> heading."""
+    return tuple(Column(key, heading, "count") for key, heading in headings.items())
+
+
+def numbers(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of numbers with one decimal: key -> heading."""
+    return tuple(Column(key, heading) for key, heading in headings.items())
+
+
+def intervals(**headings: str) -> tuple[Column, ...]:
+    """Returns columns of numbers with their 95 % interval: key -> heading, which says what and its unit."""
+    return tuple(Column(key, f"{heading} [95\u00a0%]", "rate") for key, heading in headings.items())
+
+
+def printed(value: Any, kind: Kind) -> str:
+    """Returns a value as printed; a dash where there is none."""
+    return NONE if value is None or _first(value) is None else _printed(value, kind)
+
+
+def _first(value: Any) -> Any:
+    return value[0] if isinstance(value, tuple | list) else value
+
+
+def _printed(value: Any, kind: Kind) -> str:
+    match kind:
+        case "count":
+            return f"{value:,}"
+        case "number1":
+            return _fixed(value, 1)
+        case "number2":
+            return _fixed(value, 2)
+        case "signed1":
+            return f"{value:+.1f}".replace("-0.0", "0.0").replace("+0.0", "0.0").replace("-", "−")
+        case "pair":
+            return f"{_fixed(value[0], 1)}/{_fixed(value[1], 1)}"
+        case "rate":
+            low_high = "" if value[1] is None else f" [{_fixed(value[1], 1)}, {_fixed(value[2], 1)}]"
+            return f"{_fixed(value[0], 1)}{low_high}"
+        case "spread":
+            return f"{_fixed(value[0], 1)} ± {_fixed(value[1], 1)}"
+        case "p":
+            return "< 0.001" if value < 0.001 else f"{value:.3f}"
+        case _:
+            return str(value)
+
+
+def percent(value: float | None) -> float | None:
+    """Returns a fraction in percent."""
+    return None if value is None else 100 * value
+
+
+def rate_cell(rate: Rate) -> tuple[float, float, float] | None:
+    """Returns a rate with its Wilson interval, in percent."""
+    if rate.value is None:
+        return None
+    low, high = rate.interval
+    return 100 * rate.value, 100 * low, 100 * high
+
+
+def points(value: float | None, interval: Interval | None) -> RateCell:
+    """Returns a fraction and its interval in percent (points)."""
+    if value is None:
+        return None
+    return (100 * value, None, None) if interval is None else (100 * value, 100 * interval[0], 100 * interval[1])
+
+
+def with_best_bold(
+    rows: Sequence[Row], columns: Sequence[Column], *, lowest: frozenset[str] = frozenset()
+) -> list[Row]:
+    """Returns the rows with the best number of each column marked; published and own rows separately, privileged ones
+    never."""
+    marked = list(rows)
+    for published in (False, True):
+        indices = [i for i, row in enumerate(rows) if row.is_published is published and not row.is_privileged]
+        for column in columns:
+            values = {i: v for i in indices if (v := _comparable(rows[i].cells.get(column.key))) is not None}
+            if len(values) < 2:
+                continue
+            best = (min if column.key in lowest else max)(values.values())
+            for i, value in values.items():
+                if value == best:
+                    marked[i] = _bolder(marked[i], column.key)
+    return marked
+
+
+def _bolder(row: Row, key: str) -> Row:
+    return Row(row.cells, row.group, row.is_published, row.is_privileged, row.bold | {key}, row.tints)
+
+
+def _comparable(value: Any) -> float | None:
+    if isinstance(value, tuple | list):
+        return None if value[-1] is None else float(value[-1])
+    return None if value is None or isinstance(value, str) else float(value)
+
+
+def _part(value: Any, part: int | None) -> Any:
+    if part is None or value is None:
+        return value
+    return value[part]
+
+
+def _fixed(value: float, digits: int) -> str:
+    text = f"{value:.{digits}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")

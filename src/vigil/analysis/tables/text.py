@@ -1,0 +1,133 @@
+"""Text: tables as Markdown and LaTeX."""
+
+import re
+from collections.abc import Iterator
+from itertools import groupby
+
+from vigil.analysis.tables.table import Column, Row, Table
+
+MARKS = {"published": "†", "privileged": "‡"}
+LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."
+_LATEX = {
+    **{character: "\\" + character for character in "&%$#_{}"},
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "−": "$-$",
+    "–": "--",
+    "Δ": r"$\Delta$",
+    "±": r"$\pm$",
+    "|": r"$\mid$",
+    "†": r"$^\dagger$",
+    "‡": r"$^\ddagger$",
+    "<": "$<$",
+    ">": "$>$",
+    "·": r"$\cdot$",
+    "\u00a0": "~",
+}
+ROWS_OF_A_PAGE = 60
+LONG_TEXT, LONG_TEXT_CM = 80, 11
+"""Texts of more letters are folded to that width in LaTeX."""
+CODE = re.compile(r"`([^`]+)`")
+NO_ROWS = "No rows: nothing among these runs belongs here."
+
+
+def markdown(table: Table) -> str:
+    """Returns a table as GitHub's Markdown, its title as a heading."""
+    lines = [f"### {table.title}", "", f"`{table.name}`", ""]
+    heads = [_md(column.heading) for column in table.columns]
+    lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(_rule(column) for column in table.columns)}|"]
+    for group, rows in groupby(table.rows, key=lambda row: row.group):
+        if group:
+            lines.append(f"| *{_md(group)}* |{' |' * (len(table.columns) - 1)}")
+        lines += [f"| {' | '.join(_md_cell(table, row, column) for column in table.columns)} |" for row in rows]
+    if not table.rows:
+        lines += ["", f"*{NO_ROWS}*"]
+    return "\n".join([*lines, *(line for note in table.notes for line in ("", note))]) + "\n"
+
+
+def latex(table: Table) -> str:
+    """Returns a table as LaTeX with booktabs, labelled `tab:NAME`; a long one runs over pages (package longtable)."""
+    caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
+    kinds = "".join(_tex_kind(table, column) for column in table.columns)
+    head = [r"\toprule", " & ".join(escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
+    if len(table.rows) > ROWS_OF_A_PAGE:
+        begin = [r"{\tiny\setlength{\tabcolsep}{2pt}", rf"\begin{{longtable}}{{{kinds}}}", caption + r" \\"]
+        lines = [
+            *begin,
+            *head,
+            r"\endfirsthead",
+            *head,
+            r"\endhead",
+            *_tex_rows(table),
+            r"\bottomrule",
+            r"\end{longtable}}",
+        ]
+    else:
+        fitted = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{"
+        begin = [r"\begin{table}[t]", r"\centering\small", caption, rf"{fitted}\begin{{tabular}}{{{kinds}}}", *head]
+        lines = [*begin, *_tex_rows(table), r"\bottomrule", r"\end{tabular}}", r"\end{table}"]
+    return "\n".join(lines) + "\n"
+
+
+def mark(row: Row) -> str:
+    """Returns the mark that a row's name carries."""
+    marks = [MARKS["published"]] if row.is_published else []
+    return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
+
+
+def named(table: Table, row: Row, column: Column) -> str:
+    """Returns what a cell shows; the first of a row carries the row's mark."""
+    text = table.cell(row, column)
+    return text + mark(row) if column is table.columns[0] else text
+
+
+def _md(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;").replace("*", "\\*").replace("_", "\\_")
+
+
+def _md_cell(table: Table, row: Row, column: Column) -> str:
+    text = _md(named(table, row, column))
+    if column.key in row.bold:
+        text = f"**{text}**"
+    return f"{text} ({row.tints[column.key]})" if column.key in row.tints else text
+
+
+def _rule(column: Column) -> str:
+    return "---" if column.kind == "text" else "---:"
+
+
+def escaped(text: str) -> str:
+    """Returns a text as LaTeX."""
+    return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>·\u00a0]", lambda found: _LATEX[found[0]], text)
+
+
+def latex_text(text: str) -> str:
+    """Returns a sentence as LaTeX; what stands between back-ticks is set as code."""
+    return CODE.sub(r"\\texttt{\1}", escaped(text))
+
+
+def _tex_kind(table: Table, column: Column) -> str:
+    if column.kind != "text":
+        return "r"
+    longest = max((len(table.cell(row, column)) for row in table.rows), default=0)
+    return rf"p{{{LONG_TEXT_CM}cm}}" if longest > LONG_TEXT else "l"
+
+
+def _tex_rows(table: Table) -> Iterator[str]:
+    for index, (group, rows) in enumerate(groupby(table.rows, key=lambda row: row.group)):
+        if index:
+            yield r"\midrule"
+        if group:
+            yield rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{escaped(group)}}}}} \\"
+        for row in rows:
+            yield " & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\"
+
+
+def _tex_cell(table: Table, row: Row, column: Column) -> str:
+    text = escaped(named(table, row, column))
+    if column.key in row.bold:
+        text = rf"\textbf{{{text}}}"
+    if column.key in row.tints:
+        text = rf"\cellcolor{{{row.tints[column.key]}tint}}{text}"
+    return rf"\textcolor{{gray}}{{{text}}}" if row.is_published else text

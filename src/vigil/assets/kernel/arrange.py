@@ -1,0 +1,150 @@
+"""Arranging whole assets: laid along their longest axis, or set on the bottom of a larger box."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.asset import Asset, Mesh, Solid, Surface
+from vigil.assets.kernel.meshes import cross
+from vigil.pose import Vec3
+
+Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
+Profile = Sequence[tuple[float, float]]
+
+
+def lengthwise(maker: Maker) -> Maker:
+    """Returns a maker for things whose length `maker` lays along z, whichever floor axis of the box is longer."""
+
+    def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+        if size.x <= size.z:
+            return maker(size, rng, levels)
+        return turned(maker(Vec3(size.z, size.y, size.x), rng, levels), "y", 90)
+
+    return make
+
+
+def along_longest(maker: Maker) -> Maker:
+    """Returns a maker for slim things whose length `maker` lays along z: upright when the box stands upright."""
+    lying = lengthwise(maker)
+
+    def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+        if size.y <= max(size.x, size.z):
+            return lying(size, rng, levels)
+        return turned(maker(Vec3(size.x, size.z, size.y), rng, levels), "x", -90)
+
+    return make
+
+
+def turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
+    """Returns the asset turned by a quarter; one turned about x or z loses its surfaces."""
+    matrix = np.round(shapes.rotation(axis, degrees))
+
+    def point(value: Sequence[float]) -> Vec3:
+        return Vec3(*(float(part) for part in matrix @ np.asarray(value)))
+
+    def solid(old: Solid) -> Solid:
+        corners = [(x, y, z) for x, z in old.polygon for y in (old.bottom, old.top)]
+        return _box_around(np.array([point(corner) for corner in corners]), old.joint)
+
+    def surface(old: Surface) -> Surface:
+        return replace(old, center=point(old.center), size_x=old.size_z, size_z=old.size_x)
+
+    body = asset.body
+    if body is not None:
+        ends = np.array([point(corner) for corner in body])
+        body = (Vec3(*ends.min(0).tolist()), Vec3(*ends.max(0).tolist()))
+    return replace(
+        asset,
+        size=Vec3(*(abs(side) for side in point(asset.size))),
+        parts=tuple(replace(part, mesh=shapes.rotate(part.mesh, axis, degrees)) for part in asset.parts),
+        solids=tuple(solid(old) for old in asset.solids),
+        joints=tuple(replace(old, axis=point(old.axis), origin=point(old.origin)) for old in asset.joints),
+        surfaces=tuple(surface(old) for old in asset.surfaces) if axis == "y" else (),
+        body=body,
+        glow=None if asset.glow is None else replace(asset.glow, position=point(asset.glow.position)),
+    )
+
+
+def settled(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
+    """Returns the asset at the bottom of a larger box, `forward` (m) of its middle: for boxes measured while open."""
+    drop = (asset.size.y - size.y) / 2
+
+    def lower(value: Vec3) -> Vec3:
+        return Vec3(value.x, value.y + drop, value.z + forward)
+
+    def lowered(old: Solid) -> Solid:
+        polygon = tuple((x, z + forward) for x, z in old.polygon)
+        return replace(old, polygon=polygon, bottom=old.bottom + drop, top=old.top + drop)
+
+    low, high = asset.body or (Vec3(*(-side / 2 for side in asset.size)), Vec3(*(side / 2 for side in asset.size)))
+    return replace(
+        asset,
+        size=size,
+        parts=tuple(replace(part, mesh=shapes.translate(part.mesh, (0, drop, forward))) for part in asset.parts),
+        solids=tuple(lowered(old) for old in asset.solids),
+        joints=tuple(replace(old, origin=lower(old.origin)) for old in asset.joints),
+        surfaces=tuple(replace(old, center=lower(old.center)) for old in asset.surfaces),
+        body=(lower(low), lower(high)),
+        glow=None if asset.glow is None else replace(asset.glow, position=lower(asset.glow.position)),
+    )
+
+
+def turning(profile: Profile, width: float, depth: float, segments: int = 18) -> Mesh:
+    """Returns a lathed profile whose radii are fractions of half the width, stretched to an oval of `depth`."""
+    part = shapes.lathe([(radius * width / 2, y) for radius, y in profile], segments=segments)
+    return part if abs(width - depth) < 1e-6 else shapes.scale(part, (1.0, 1.0, depth / width))
+
+
+def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
+    """Returns the mesh with `lift(z)` added to y: for handles and blades that curve along z."""
+    vertices = part.vertices.astype(np.float64)
+    step = 1e-3 * max(float(np.ptp(vertices[:, 2])), 1e-6)
+    slope = (lift(vertices[:, 2] + step) - lift(vertices[:, 2] - step)) / (2 * step)
+    moved = vertices + np.c_[np.zeros(len(vertices)), lift(vertices[:, 2]), np.zeros(len(vertices))]
+    normals = part.normals.astype(np.float64)
+    normals = np.c_[normals[:, 0], normals[:, 1], normals[:, 2] - slope * normals[:, 1]]
+    return shapes.mesh(moved, part.faces, normals, part.uvs)
+
+
+def creased(part: Mesh) -> Mesh:
+    """Returns the mesh with faces that smooth normals would light from behind made flat: for sharp folds in skins."""
+    corners = part.vertices[part.faces].astype(np.float64)
+    across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(across, axis=1, keepdims=True)
+    across /= np.maximum(lengths, 1e-15)
+    agreement = np.einsum("ij,ikj->ik", across, part.normals[part.faces]).min(1)
+    sharp = (agreement < 0.4) & (lengths[:, 0] > 1e-15)
+    if not sharp.any():
+        return part
+    own = part.faces[sharp].ravel()
+    faces = part.faces.copy()
+    faces[sharp] = len(part.vertices) + np.arange(len(own)).reshape(-1, 3)
+    return shapes.mesh(
+        np.concatenate([part.vertices, part.vertices[own]]),
+        faces,
+        np.concatenate([part.normals, np.repeat(across[sharp], 3, axis=0)]),
+        np.concatenate([part.uvs, part.uvs[own]]),
+    )
+
+
+def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 0.0) -> Mesh:
+    """Returns a flat board along z, symmetric about x = 0, from (z, half width) pairs with rising z."""
+    outline = [(half, z) for z, half in width_at] + [(-half, z) for z, half in reversed(width_at)]
+    return shapes.extrude(outline, y - thickness / 2, y + thickness / 2)
+
+
+def drape(width: float, height: float, waves: float, depth: float, *, thickness: float = 0.004) -> Mesh:
+    """Returns hanging cloth in folds: spans width along x, 0..height and `depth` about z = 0."""
+    count = max(6, round(6 * waves))
+    x = np.linspace(-width / 2, width / 2, count + 1)
+    swing = max(depth - thickness, 1e-4) / 2
+    z = swing * np.sin(2 * np.pi * waves * (x / width + 0.5))
+    front, back = np.c_[x, z + thickness / 2], np.c_[x, z - thickness / 2]
+    return shapes.extrude(np.concatenate([front, back[::-1]]), 0.0, height)
+
+
+def _box_around(points: np.ndarray, joint: str | None) -> Solid:
+    (x0, y0, z0), (x1, y1, z1) = points.min(0).tolist(), points.max(0).tolist()
+    return Solid(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), y0, y1, joint)

@@ -1,0 +1,124 @@
+"""What an asset is: meshes with materials, joints, support surfaces and solids, in its own frame.
+
+The asset frame is THOR's: metres, x right, y up, z to the front (where its door, screen or seat
+looks), the origin at the centre of its bounding box *closed and off*. Makers of single kinds of
+things live in their own modules; this one only holds the types.
+"""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from vigil.pose import Vec3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """Triangles. Faces wind so that cross(v1 - v0, v2 - v0) points outward in these coordinates."""
+
+    vertices: np.ndarray  # (n, 3) float32, metres
+    faces: np.ndarray  # (m, 3) int32
+    normals: np.ndarray  # (n, 3) float32, unit, outward
+    uvs: np.ndarray  # (n, 2) float32, in metres along the surface unless the material says otherwise
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """How a part moves with openness: a hinge turns, a slide shifts, in proportion to openness."""
+
+    name: str
+    kind: Literal["hinge", "slide"]
+    axis: Vec3
+    """Unit axis in the asset frame. A hinge turns by the formula of Rodrigues taken in these
+    coordinates, v cos a + (axis x v) sin a + axis (axis . v)(1 - cos a), about `origin`; so about +y
+    a positive angle carries +z towards +x (clockwise from above, like yaw)."""
+    origin: Vec3
+    travel: float
+    """Degrees (hinge) or metres (slide) at openness 1; its sign is the direction."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """One mesh with one material."""
+
+    name: str
+    mesh: Mesh
+    material: str
+    """A key that `vigil.assets.kernel.materials.material` resolves."""
+    material_on: str | None = None
+    """The material while the asset is toggled on; None when it looks the same."""
+    joint: str | None = None
+    """The joint that carries it; None for the body."""
+    bears_open: bool = False
+    """Its pixels tell open from closed (leaf, lid, drawer front)."""
+    bears_toggle: bool = False
+    """Its pixels tell on from off (screen, shade, flame, indicator, water)."""
+    is_glass: bool = False
+    """One sees through it; a click on it still hits the asset."""
+    shown: Literal["always", "on", "off"] = "always"
+    """Drawn only while toggled on (a flame, running water) or only while off."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """A horizontal rectangle on which things can stand."""
+
+    name: str
+    center: Vec3
+    """Its middle, at the height of the support, in the asset frame."""
+    size_x: float
+    size_z: float
+    clearance: float = 10.0
+    """Free height above it (m)."""
+    is_inside: bool = False
+    """It lies in a hollow of the asset (a shelf of a fridge, a drawer, the floor of a basin), not on its top, its
+    rim or an open rack."""
+    needs_opening: bool = False
+    """Reached only while the asset is open (a fridge's shelf, a drawer); such a surface is inside."""
+    joint: str | None = None
+    """The joint that carries it (a drawer's bottom)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """An upright prism that takes up room: what one cannot walk or put things through."""
+
+    polygon: tuple[tuple[float, float], ...]
+    """Corners (x, z), convex, in the asset frame."""
+    bottom: float
+    top: float
+    joint: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Glow:
+    """A light that the asset gives while it is on."""
+
+    position: Vec3
+    rgb: tuple[float, float, float]
+    intensity: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asset:
+    """One thing's shape, at the size that a house asked for."""
+
+    category: str
+    size: Vec3
+    """Bounding box, closed."""
+    parts: tuple[Part, ...]
+    solids: tuple[Solid, ...]
+    """What stands in the way; moving ones name their joint."""
+    joints: tuple[Joint, ...] = ()
+    surfaces: tuple[Surface, ...] = ()
+    body: tuple[Vec3, Vec3] | None = None
+    """Lowest and highest corner of the body without moving leaves; None when it is the whole box."""
+    glow: Glow | None = None
+    tags: frozenset[str] = field(default_factory=frozenset)
+    """Words a person would use for this variant (colour first), e.g. {"red", "striped"}."""
+
+    @property
+    def can_open(self) -> bool:
+        """Whether it has a moving part."""
+        return bool(self.joints)

@@ -1,0 +1,200 @@
+"""Builder: composes an Asset out of meshes, joints, surfaces and solids.
+
+Makers work in the frame of `vigil.assets.kernel.asset`, but with y = 0 at the bottom of the box (so x runs over
+-width/2..width/2, y over 0..height, z over -depth/2..depth/2); `build` moves the origin to the middle and
+stretches the whole thing so that it fills the box that was asked for exactly.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import shapely
+
+from vigil.assets.kernel.asset import Asset, Glow, Joint, Mesh, Part, Solid, Surface
+from vigil.assets.kernel.meshes import Point3, bounds, merge, scale, translate
+from vigil.assets.kernel.shapes import span
+from vigil.pose import Vec3
+
+Range = tuple[float, float]
+UNBOUNDED_M = 10.0
+"""Clearance of a surface with nothing above it."""
+
+
+@dataclass(frozen=True, slots=True)
+class PartStyle:
+    """What the meshes of one part share; meshes with equal looks become one part."""
+
+    material: str
+    joint: str | None = None
+    on: str | None = None
+    """The material while toggled on."""
+    bears_open: bool = False
+    bears_toggle: bool = False
+    is_glass: bool = False
+    shown: Literal["always", "on", "off"] = "always"
+
+
+class Builder:
+    """Collects what an asset is made of."""
+
+    def __init__(self, category: str, size: Vec3) -> None:
+        self.category = category
+        self.width, self.height, self.depth = size
+        self.across: Range = (-size.x / 2, size.x / 2)
+        self.through: Range = (-size.z / 2, size.z / 2)
+        self._size = size
+        self._meshes: dict[PartStyle, list[Mesh]] = {}
+        self._joints: list[Joint] = []
+        self._surfaces: list[Surface] = []
+        self._solids: list[Solid] = []
+        self.glow: Glow | None = None
+
+    def add(self, look: PartStyle | str, *meshes: Mesh) -> None:
+        """Adds meshes that look alike; a string is a material of the body."""
+        key = PartStyle(look) if isinstance(look, str) else look
+        self._meshes.setdefault(key, []).extend(meshes)
+
+    def block(self, look: PartStyle | str, x: Range, y: Range, z: Range, bevel: float = 0.0) -> None:
+        """Adds a box that spans a range along each axis."""
+        self.add(look, span((x[0], y[0], z[0]), (x[1], y[1], z[1]), bevel))
+
+    def hinge(self, name: str, axis: Point3, origin: Point3, degrees: float) -> str:
+        """Adds a joint that turns (see `Joint.axis` for the direction) and returns its name."""
+        self._joints.append(Joint(name, "hinge", _vec(axis), _vec(origin), degrees))
+        return name
+
+    def slide(self, name: str, axis: Point3, metres: float) -> str:
+        """Adds a joint that shifts along a unit axis and returns its name."""
+        self._joints.append(Joint(name, "slide", _vec(axis), Vec3(0.0, 0.0, 0.0), metres))
+        return name
+
+    def surface(
+        self,
+        name: str,
+        center: Point3,
+        size: tuple[float, float],
+        clearance: float = UNBOUNDED_M,
+        *,
+        is_inside: bool = False,
+        needs_opening: bool = False,
+        joint: str | None = None,
+    ) -> None:
+        """Adds a place to put things: `size` is along x and z. What `needs_opening` is inside."""
+        inside = is_inside or needs_opening
+        self._surfaces.append(Surface(name, _vec(center), *size, clearance, inside, needs_opening, joint))
+
+    def solid(self, low: Point3, high: Point3, joint: str | None = None) -> None:
+        """Adds the box between two corners as something in the way."""
+        (x0, y0, z0), (x1, y1, z1) = low, high
+        self.prism([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, joint)
+
+    def prism(self, polygon: Iterable[Sequence[float]], bottom: float, top: float, joint: str | None = None) -> None:
+        """Adds an upright prism over a convex polygon of (x, z) as something in the way."""
+        corners = tuple((float(x), float(z)) for x, z in polygon)
+        self._solids.append(Solid(corners, float(bottom), float(top), joint))
+
+    def column(self, radius: float, bottom: float, top: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Adds an upright round column (as an octagon) as something in the way."""
+        angles = np.arange(8) * np.pi / 4
+        self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
+
+    def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
+        """Returns the asset, stretched to its size; a body without solids is a box, if the asset `takes_room`."""
+        merged = {look: merge(parts) for look, parts in self._meshes.items()}
+        low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
+        fit = _Fit(low, high, np.asarray(self._size, np.float64))
+        parts = tuple(
+            _part(f"{look.joint or 'body'}_{n}", look, fit.mesh(merged[look])) for n, look in enumerate(merged)
+        )
+        still = [part.mesh for part in parts if part.joint is None and part.shown != "on"]
+        box = bounds(still or [part.mesh for part in parts])
+        solids = tuple(clipped for solid in self._solids if (clipped := fit.solid(solid)) is not None)
+        if takes_room and all(solid.joint is not None for solid in solids):
+            solids = (_box_solid(*box), *solids)
+        half = np.asarray(self._size) / 2
+        whole = bool(np.allclose(box[0], -half, atol=1e-4) and np.allclose(box[1], half, atol=1e-4))
+        return Asset(
+            category=self.category,
+            size=Vec3(*map(float, self._size)),
+            parts=parts,
+            solids=solids,
+            joints=tuple(fit.joint(joint) for joint in self._joints),
+            surfaces=tuple(fit.surface(surface) for surface in self._surfaces),
+            body=None if whole else (_vec(box[0]), _vec(box[1])),
+            glow=None if self.glow is None else replace(self.glow, position=fit.point(self.glow.position)),
+            tags=frozenset(tags),
+        )
+
+
+def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
+    return Part(
+        name=name,
+        mesh=whole,
+        material=look.material,
+        material_on=look.on,
+        joint=look.joint,
+        bears_open=look.bears_open,
+        bears_toggle=look.bears_toggle,
+        is_glass=look.is_glass,
+        shown=look.shown,
+    )
+
+
+class _Fit:
+    """The stretch and shift that take a box to the one of a given size about the origin."""
+
+    def __init__(self, low: np.ndarray, high: np.ndarray, size: np.ndarray) -> None:
+        extent = high - low
+        self.factor = np.where(extent > 1e-9, size / np.maximum(extent, 1e-9), 1.0)
+        self.factor = np.where(np.abs(self.factor - 1) < 1e-6, 1.0, self.factor)
+        self.middle = (low + high) / 2
+        self.size = size
+
+    def point(self, point: Point3) -> Vec3:
+        return _vec((np.asarray(point, np.float64) - self.middle) * self.factor)
+
+    def mesh(self, part: Mesh) -> Mesh:
+        moved = translate(part, -self.middle)
+        return moved if (self.factor == 1.0).all() else scale(moved, self.factor)
+
+    def joint(self, joint: Joint) -> Joint:
+        along = float(np.abs(np.asarray(joint.axis)) @ self.factor)
+        travel = joint.travel * along if joint.kind == "slide" else joint.travel
+        return replace(joint, origin=self.point(joint.origin), travel=travel)
+
+    def surface(self, surface: Surface) -> Surface:
+        clear = surface.clearance
+        return replace(
+            surface,
+            center=self.point(surface.center),
+            size_x=surface.size_x * float(self.factor[0]),
+            size_z=surface.size_z * float(self.factor[2]),
+            clearance=clear if clear >= UNBOUNDED_M else clear * float(self.factor[1]),
+        )
+
+    def solid(self, solid: Solid) -> Solid | None:
+        """Returns the solid with what stands out of the box cut off; None when nothing is left."""
+        corners = (np.array(solid.polygon) - self.middle[[0, 2]]) * self.factor[[0, 2]]
+        half_x, half_y, half_z = (float(length) / 2 for length in self.size)
+        if (np.abs(corners) > [half_x, half_z]).any():
+            inside = shapely.Polygon(corners).intersection(shapely.box(-half_x, -half_z, half_x, half_z))
+            if not isinstance(inside, shapely.Polygon) or inside.is_empty:
+                return None
+            corners = np.array(inside.exterior.coords)[:-1]
+        bottom, top = ((y - self.middle[1]) * self.factor[1] for y in (solid.bottom, solid.top))
+        bottom, top = max(float(bottom), -half_y), min(float(top), half_y)
+        if bottom >= top:
+            return None
+        return replace(solid, polygon=tuple((x, z) for x, z in corners.tolist()), bottom=bottom, top=top)
+
+
+def _box_solid(low: np.ndarray, high: np.ndarray) -> Solid:
+    (x0, y0, z0), (x1, y1, z1) = low.tolist(), high.tolist()
+    return Solid(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), y0, y1)
+
+
+def _vec(point: Point3) -> Vec3:
+    x, y, z = (float(value) for value in point)
+    return Vec3(x, y, z)

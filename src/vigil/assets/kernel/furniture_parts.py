@@ -1,0 +1,305 @@
+"""What the makers of furniture and appliances share: finishes, boards, legs, handles, drawers, leaves, shelves.
+
+Coordinates are the builder's: y = 0 at the bottom, +z is the front.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.asset import Mesh
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.palette import COLOURS, one_of
+
+Corner = tuple[float, float, float]
+BOARD_M = 0.018
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """A material with the word that a person would use for it."""
+
+    material: str
+    word: str
+
+
+WOODS = (
+    Finish("wood/oak", "light brown"),
+    Finish("wood/walnut", "dark brown"),
+    Finish("wood/pine", "pine"),
+    Finish("wood/cherry", "reddish brown"),
+    Finish("wood/birch", "birch"),
+    Finish("wood/teak", "brown"),
+    Finish("wood/mahogany", "dark red"),
+    Finish("paint/#efece6", "white"),
+    Finish("wood/black", "black"),
+    Finish("wood/grey", "grey"),
+)
+PAINTS = ("white", "cream", "grey", "dark grey", "black", "teal", "navy", "green", "light blue", "red")
+METALS = (Finish("metal/brushed", "metal"), Finish("metal/black", "black"), Finish("chrome", "chrome"))
+HANDLES = (Finish("metal/steel", "steel"), Finish("metal/black", "black"), Finish("metal/brass", "brass"))
+CLOTHS = (
+    ("grey", "#8b8f95"), ("dark grey", "#565a61"), ("blue", "#41618f"), ("navy", "#2f3d5c"), ("red", "#9b3a38"),
+    ("green", "#5d7c59"), ("beige", "#c2ad8d"), ("brown", "#76573f"), ("teal", "#3d7f80"), ("yellow", "#cfa640"),
+    ("cream", "#e2d8c3"), ("pink", "#c78f97"), ("orange", "#c9743c"), ("purple", "#6f5684"),
+)  # fmt: skip
+HIDES = (("black", "#2b2829"), ("brown", "#6b452e"), ("tan", "#ad7f4f"), ("white", "#e8e4db"), ("red", "#7e2c2a"))
+
+
+def wood(rng: np.random.Generator) -> Finish:
+    """Returns a wood or painted wood."""
+    return one_of(rng, WOODS)
+
+
+def paint(rng: np.random.Generator, *names: str) -> Finish:
+    """Returns a painted finish."""
+    name = one_of(rng, names or PAINTS)
+    return Finish(f"paint/{COLOURS[name]}", name)
+
+
+def cloth(rng: np.random.Generator) -> Finish:
+    """Returns an upholstery: fabric, velvet or leather."""
+    kind = one_of(rng, ("fabric", "fabric", "velvet", "leather"))
+    word, code = one_of(rng, HIDES if kind == "leather" else CLOTHS)
+    return Finish(f"{kind}/{code}", word)
+
+
+def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[Corner, Corner]]:
+    """Returns the corners of five boards around a space that is open on one side ("+z", "+y", ...)."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    found: dict[str, tuple[Corner, Corner]] = {
+        "-x": ((x0, y0, z0), (x0 + wall, y1, z1)),
+        "+x": ((x1 - wall, y0, z0), (x1, y1, z1)),
+        "-y": ((x0 + wall, y0, z0), (x1 - wall, y0 + wall, z1)),
+        "+y": ((x0 + wall, y1 - wall, z0), (x1 - wall, y1, z1)),
+        "-z": ((x0 + wall, y0 + wall, z0), (x1 - wall, y1 - wall, z0 + wall)),
+        "+z": ((x0 + wall, y0 + wall, z1 - wall), (x1 - wall, y1 - wall, z1)),
+    }
+    if missing == "+y":
+        for side in ("-z", "+z"):
+            (ax, ay, az), (bx, _, bz) = found[side]
+            found[side] = ((ax, ay, az), (bx, y1, bz))
+    return [corners for side, corners in found.items() if side != missing]
+
+
+def hollow(low: Corner, high: Corner, wall: float, missing: str = "+z") -> Mesh:
+    """Returns five boards around a space that is open on one side."""
+    return shapes.merge(shapes.span(*corners) for corners in boards(low, high, wall, missing))
+
+
+def add_case(
+    builder: Builder, look: PartStyle | str, low: Corner, high: Corner, wall: float, *, missing: str = "+z"
+) -> None:
+    """Adds five boards around a space, each of them solid, so that things can be inside."""
+    builder.add(look, hollow(low, high, wall, missing))
+    for corners in boards(low, high, wall, missing):
+        builder.solid(*corners)
+
+
+def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
+    """Returns panels that face into a space, on all sides but one: the inner skin of an appliance."""
+    size, middle = np.subtract(high, low), np.add(high, low) / 2
+    panels = []
+    for axis, (wide, tall) in enumerate(((2, 1), (0, 2), (0, 1))):
+        for side, outward in ((-1, "+"), (1, "-")):
+            name = f"{'+' if side > 0 else '-'}{'xyz'[axis]}"
+            if name == missing:
+                continue
+            center = middle.copy()
+            center[axis] += side * size[axis] / 2
+            panels.append(shapes.panel(size[wide], size[tall], center, f"{outward}{'xyz'[axis]}", fit=False))
+    return shapes.merge(panels)
+
+
+def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, gap: float = 0.1) -> list[float]:
+    """Returns heights for shelves strictly between two heights: at the levels, or `count` even ones without any."""
+    heights: list[float] = []
+    for level in levels:
+        if low + 0.03 < level < high - 0.05 and (not heights or level - heights[-1] >= min(gap, 0.06)):
+            heights.append(level)
+    if not heights:
+        return [low + (high - low) * (i + 1) / (count + 1) for i in range(count)]
+    step = (high - low) / (count + 1)
+    ends = [low, *heights, high]
+    for lower, upper in pairwise(ends):
+        extra = round((upper - lower) / step) - 1
+        heights += [lower + (upper - lower) * (i + 1) / (extra + 1) for i in range(extra)]
+    return sorted(heights)
+
+
+def add_shelves(
+    builder: Builder,
+    look: PartStyle | str,
+    low: Corner,
+    high: Corner,
+    heights: Sequence[float],
+    *,
+    is_inside: bool = False,
+    needs_opening: bool = False,
+) -> None:
+    """Adds boards whose tops are at `heights` across the space low..high, and surfaces there and on its floor.
+
+    The space is a cupboard behind a leaf when it `needs_opening`, a bay of a case when it `is_inside`, else a rack.
+    """
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    for height in heights:
+        builder.block(look, (x0, x1), (height - BOARD_M, height), (z0, z1))
+        builder.solid((x0, height - BOARD_M, z0), (x1, height, z1))
+    tops = [y0, *heights]
+    for index, (top, above) in enumerate(zip(tops, [*heights, y1], strict=True)):
+        clearance = above - top - (BOARD_M if index < len(heights) else 0.0)
+        name = "floor" if index == 0 else f"shelf{index}"
+        center = ((x0 + x1) / 2, top, (z0 + z1) / 2)
+        room = (x1 - x0 - 0.01, z1 - z0 - 0.01)
+        builder.surface(name, center, room, clearance, is_inside=is_inside, needs_opening=needs_opening)
+
+
+LegStyle = Literal["square", "tapered", "round", "splayed", "turned"]
+
+
+def leg(style: LegStyle, foot: tuple[float, float], height: float, thickness: float, lean: float = 0.0) -> Mesh:
+    """Returns one leg that stands at `foot` (x, z); a splayed one leans inward by `lean` metres at its top."""
+    x, z = foot
+    if style == "square":
+        return shapes.box((thickness, height, thickness), (x, height / 2, z), 0.08 * thickness)
+    if style == "tapered":
+        return shapes.cylinder(0.3 * thickness, height, (x, height / 2, z), segments=10, top=0.55 * thickness)
+    if style == "round":
+        return shapes.cylinder(thickness / 2, height, (x, height / 2, z), segments=12)
+    if style == "splayed":
+        top = (x - np.sign(x) * lean, height, z - np.sign(z) * lean)
+        return shapes.tube([(x, 0, z), top], (0.3 * thickness, 0.5 * thickness), 10)
+    r = thickness / 2
+    profile = [
+        (0.0, 0.0), (0.6 * r, 0.0), (0.7 * r, 0.06 * height), (0.45 * r, 0.12 * height), (0.7 * r, 0.4 * height),
+        (0.95 * r, 0.6 * height), (0.5 * r, 0.74 * height), (r, 0.78 * height), (r, height), (0.0, height),
+    ]  # fmt: skip
+    return shapes.lathe(profile, (x, 0, z), 12)
+
+
+def add_legs(
+    builder: Builder,
+    look: PartStyle | str,
+    spread: tuple[float, float],
+    height: float,
+    thickness: float,
+    style: LegStyle,
+    middle: tuple[float, float] = (0.0, 0.0),
+) -> None:
+    """Adds four legs with their solids, whose outer corners span `spread` (x, z) about `middle`."""
+    for sx in (-1, 1):
+        for sz in (-1, 1):
+            x = middle[0] + sx * (spread[0] - thickness) / 2
+            z = middle[1] + sz * (spread[1] - thickness) / 2
+            builder.add(look, leg(style, (x, z), height, thickness, min(0.12 * height, 0.08)))
+            half = thickness / 2
+            builder.solid((x - half, 0, z - half), (x + half, height, z + half))
+
+
+HandleKind = Literal["knob", "bar", "cup", "none"]
+
+
+def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False) -> Mesh:
+    """Returns a handle that sticks out to the front (about 3 cm) from the point `at` on a face."""
+    x, y, z = at
+    if kind == "knob":
+        return shapes.cylinder(0.009, 0.028, (x, y, z + 0.014), "z", 9, top=0.016)
+    if kind == "cup":
+        return shapes.rounded_box((length, 0.022, 0.026), (x, y, z + 0.013), 0.01)
+    ends = (
+        [(x, y - length / 2, z), (x, y + length / 2, z)]
+        if upright
+        else [(x - length / 2, y, z), (x + length / 2, y, z)]
+    )
+    (ax, ay, _), (bx, by, _) = ends
+    path = [(ax, ay, z - 0.002), (ax, ay, z + 0.026), (bx, by, z + 0.026), (bx, by, z - 0.002)]
+    posts = [shapes.span((px - 0.006, py - 0.006, z), (px + 0.006, py + 0.006, z + 0.028)) for px, py, _ in path[1:3]]
+    bar = (0.012, length + 0.012, 0.012) if upright else (length + 0.012, 0.012, 0.012)
+    return shapes.merge([*posts, shapes.box(bar, (x, y, z + 0.026))])
+
+
+@dataclass(frozen=True, slots=True)
+class Fronts:
+    """How drawers and leaves look."""
+
+    front: str
+    inner: str
+    metal: str
+    knob: HandleKind = "knob"
+    is_framed: bool = False
+    """A raised frame around a sunken panel."""
+
+
+def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
+    """Returns a front: a bevelled board, or a frame around a thinner panel."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    rim = min(0.06, 0.22 * min(x1 - x0, y1 - y0))
+    if not is_framed or min(x1 - x0, y1 - y0) < 0.12:
+        return shapes.span(low, high, 0.003)
+    sunk = z1 - 0.4 * (z1 - z0)
+    return shapes.merge([
+        shapes.span((x0 + rim, y0 + rim, z0), (x1 - rim, y1 - rim, sunk)),
+        shapes.span((x0, y0, z0), (x0 + rim, y1, z1)),
+        shapes.span((x1 - rim, y0, z0), (x1, y1, z1)),
+        shapes.span((x0 + rim, y0, z0), (x1 - rim, y0 + rim, z1)),
+        shapes.span((x0 + rim, y1 - rim, z0), (x1 - rim, y1, z1)),
+    ])  # fmt: skip
+
+
+def add_drawer(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, travel: float) -> None:
+    """Adds a drawer that fills low..high (its front's face is at high z, the handle in front of it)."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    joint = builder.slide(name, (0, 0, 1), travel)
+    builder.add(PartStyle(fronts.front, joint, bears_open=True),
+                front_board((x0, y0, z1 - BOARD_M), high, is_framed=fronts.is_framed))  # fmt: skip
+    rim = min(0.012, 0.1 * (y1 - y0))
+    inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
+    builder.add(PartStyle(fronts.inner, joint, bears_open=True), hollow(inner_low, inner_high, 0.01, "+y"))
+    if fronts.knob != "none":
+        builder.add(PartStyle(fronts.metal, joint, bears_open=True), *_drawer_handles(low, high, fronts.knob))
+    builder.surface(
+        name,
+        ((x0 + x1) / 2, y0 + rim + 0.01, (z0 + z1) / 2 - BOARD_M / 2),
+        (x1 - x0 - 0.05, z1 - z0 - BOARD_M - 0.03),
+        max(y1 - y0 - rim - 0.02, 0.01),
+        needs_opening=True,
+        joint=joint,
+    )
+    builder.solid(low, high, joint)
+
+
+def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
+    width, y = high[0] - low[0], low[1] + 0.55 * (high[1] - low[1])
+    middle, z = (low[0] + high[0]) / 2, high[2]
+    if kind == "knob" and width > 0.55:
+        return [handle(kind, (middle + side * 0.28 * width, y, z), 0.0) for side in (-1, 1)]
+    return [handle(kind, (middle, y, z), min(0.14, 0.5 * width))]
+
+
+def add_leaf(
+    builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int, degrees: float = 95.0
+) -> None:
+    """Adds a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge."""
+    (x0, y0, _), (x1, y1, z1) = low, high
+    origin = (x0 if hinge < 0 else x1, 0.0, z1 - 0.5 * (z1 - low[2]))
+    joint = builder.hinge(name, (0, 1, 0), origin, hinge * degrees)
+    builder.add(PartStyle(fronts.front, joint, bears_open=True), front_board(low, high, is_framed=fronts.is_framed))
+    if fronts.knob != "none":
+        inset = min(0.05, 0.2 * (x1 - x0))
+        at = (x1 - inset if hinge < 0 else x0 + inset, y0 + 0.55 * (y1 - y0), z1)
+        grip = handle(fronts.knob, at, min(0.16, 0.4 * (y1 - y0)), upright=True)
+        builder.add(PartStyle(fronts.metal, joint, bears_open=True), grip)
+    builder.solid(low, high, joint)
+
+
+HANDLE_M = 0.032
+"""How far a handle stands out."""
+
+
+def handle_room(kind: HandleKind) -> float:
+    """Returns the depth that handles of a kind take in front of the faces."""
+    return {"knob": 0.028, "bar": HANDLE_M, "cup": 0.026, "none": 0.0}[kind]

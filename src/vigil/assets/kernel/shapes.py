@@ -1,0 +1,286 @@
+"""Mesh primitives for the makers of assets, in the frame of `vigil.assets.kernel.asset`.
+
+Every function returns triangles that wind outward, unit normals and uvs. Uvs are metres along the
+surface (u along the longer side of a box's face, so that wood grain runs along a board), except where
+`panel` and `disc` are told to fit a picture: then they run from (0, 0), bottom left as seen from
+outside, to (1, 1). Triangle counts are kept low; `bevel` and smooth normals make edges catch light.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+
+import mapbox_earcut
+import numpy as np
+
+from vigil.assets.kernel.asset import Mesh
+from vigil.assets.kernel.meshes import (
+    AXES,
+    ORIGIN,
+    Axis,
+    Point3,
+    bounds,
+    cross,
+    grid_faces,
+    merge,
+    mesh,
+    norms,
+    rotate,
+    rotation,
+    scale,
+    translate,
+    volume,
+)
+from vigil.assets.kernel.revolved import SMOOTH, cylinder, ellipsoid, fan, lathe, loft, tube
+
+__all__ = [
+    "ORIGIN",
+    "Axis",
+    "Mesh",
+    "Point3",
+    "bounds",
+    "box",
+    "cushion",
+    "cylinder",
+    "disc",
+    "ellipsoid",
+    "extrude",
+    "lathe",
+    "loft",
+    "merge",
+    "mesh",
+    "panel",
+    "rotate",
+    "rotation",
+    "rounded_box",
+    "rounded_rectangle",
+    "scale",
+    "slab",
+    "span",
+    "translate",
+    "tube",
+    "volume",
+]
+
+_THINNEST_M = 1e-5
+_SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
+_SQUARE_FACES = np.array([[0, 2, 1], [0, 3, 2]])
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+
+
+def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Returns signs (24, 3), face axes (24,), plain faces (12, 3) and bevel faces (32, 3)."""
+    signs, axes, index = [], [], {}
+    for axis in range(3):
+        for corner in _CORNERS:
+            index[(axis, *corner)] = len(signs)
+            signs.append(corner)
+            axes.append(axis)
+    flat: list[list[int]] = []
+    bevels: list[list[int]] = []
+
+    def face(quad: list[int], out: np.ndarray, into: list[list[int]]) -> None:
+        points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in quad])
+        turn = cross(points[1] - points[0], points[2] - points[0]) @ out
+        ordered = quad if turn > 0 else quad[::-1]
+        into.append(ordered[:3])
+        if len(ordered) == 4:
+            into.append([ordered[0], ordered[2], ordered[3]])
+
+    for axis in range(3):
+        b, c = (axis + 1) % 3, (axis + 2) % 3
+        for side in (-1.0, 1.0):
+            loop = []
+            for sb, sc in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+                corner = np.zeros(3)
+                corner[[axis, b, c]] = side, sb, sc
+                loop.append(index[(axis, *corner)])
+            face(loop, side * np.eye(3)[axis], flat)
+        for sb in (-1.0, 1.0):
+            for sc in (-1.0, 1.0):
+                ends = []
+                for sa in (-1.0, 1.0):
+                    corner = np.zeros(3)
+                    corner[[axis, b, c]] = sa, sb, sc
+                    ends.append(tuple(corner))
+                out = np.zeros(3)
+                out[[b, c]] = sb, sc
+                face(
+                    [index[(b, *ends[0])], index[(b, *ends[1])], index[(c, *ends[1])], index[(c, *ends[0])]],
+                    out,
+                    bevels,
+                )
+    for corner in _CORNERS:
+        face([index[(axis, *corner)] for axis in range(3)], corner, bevels)
+    return np.array(signs), np.array(axes), np.array(flat), np.array(bevels)
+
+
+_BOX_SIGNS, _BOX_AXES, _BOX_FLAT, _BOX_BEVELS = _box_topology()
+_BOX_ALL = np.concatenate([_BOX_FLAT, _BOX_BEVELS])
+_BOX_NORMALS = _BOX_SIGNS * np.eye(3)[_BOX_AXES]
+_BOX_IS_FACED = _BOX_AXES[:, None] == np.arange(3)
+
+
+def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
+    """Returns a box: 12 triangles, or 44 with bevelled edges that shade as if rounded."""
+    half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
+    cut = min(bevel, 0.45 * half.min() * 2)
+    inset = np.where(_BOX_IS_FACED, half, half - cut)
+    vertices = _BOX_SIGNS * inset + np.asarray(center, np.float64)
+    uvs = vertices.take(_box_uvs(*(half[1:] > half[:-1]).tolist(), bool(half[2] > half[0])))
+    return mesh(vertices, _BOX_ALL if cut > 0 else _BOX_FLAT, _BOX_NORMALS, uvs)
+
+
+@cache
+def _box_uvs(is_y_over_x: bool, is_z_over_y: bool, is_z_over_x: bool) -> np.ndarray:
+    """Returns where its uvs (24, 2) stand in a box's flattened vertices: u runs along the longer side of a face."""
+    u_v_of_sides = [
+        (2, 1) if is_z_over_y else (1, 2),
+        (2, 0) if is_z_over_x else (0, 2),
+        (1, 0) if is_y_over_x else (0, 1),
+    ]
+    return 3 * np.arange(24)[:, None] + np.array(u_v_of_sides)[_BOX_AXES]
+
+
+def span(low: Point3, high: Point3, bevel: float = 0.0) -> Mesh:
+    """Returns the box between two corners."""
+    first, last = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    return box(last - first, (first + last) / 2, bevel)
+
+
+def rounded_box(size: Point3, center: Point3 = ORIGIN, radius: float = 0.02, puff: float = 0.0) -> Mesh:
+    """Returns a box with round edges (108 triangles; 192 when `puff`, metres, bulges its top and bottom)."""
+    half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
+    round_by = min(max(radius, _THINNEST_M / 2), 0.98 * half.min())
+    flat = half - round_by
+    grids = [np.unique([-half[i], -flat[i], *([0.0] if puff else []), flat[i], half[i]]) for i in range(3)]
+    points, uvs, faces, count = [], [], [], 0
+    for axis in range(3):
+        b, c = (axis + 1) % 3, (axis + 2) % 3
+        shape = len(grids[b]), len(grids[c])
+        face = np.empty((*shape, 3))
+        face[..., b], face[..., c] = grids[b][:, None], grids[c]
+        for side in (-1.0, 1.0):
+            face[..., axis] = side * half[axis]
+            points.append(face.reshape(-1, 3).copy())
+            uvs.append(points[-1][:, [b, c] if half[b] >= half[c] else [c, b]])
+            faces.append(grid_faces(*shape, flip=side < 0) + count)
+            count += len(points[-1])
+    corners = np.concatenate(points)
+    core = np.minimum(np.maximum(corners, -flat), flat)
+    outward = corners - core
+    outward /= norms(outward)[:, None]
+    vertices = core + round_by * outward
+    if puff:
+        swell = puff * np.prod(1 - (vertices[:, [0, 2]] / half[[0, 2]]) ** 2, axis=1)
+        vertices[:, 1] = vertices[:, 1] / half[1] * (half[1] - puff + swell)
+        outward[:, [0, 2]] += 2 * puff * vertices[:, [0, 2]] / half[[0, 2]] ** 2 * np.abs(outward[:, 1:2])
+    return mesh(vertices + np.asarray(center, np.float64), np.concatenate(faces), outward, np.concatenate(uvs))
+
+
+def cushion(size: Point3, center: Point3 = ORIGIN) -> Mesh:
+    """Returns a soft box: round edges and a swollen top and bottom, filling `size` exactly."""
+    width, height, depth = size
+    return rounded_box(size, center, 0.45 * min(width, height, depth), 0.18 * height)
+
+
+def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, high: float, axis: Axis = "y") -> Mesh:
+    """Returns a prism over a simple polygon, concave ones too.
+
+    The polygon is (x, z) for axis y, (x, y) for axis z and (z, y) for axis x; it spans low..high along
+    the axis. Side edges turning by less than 35 degrees shade smoothly.
+    """
+    outline = np.asarray(polygon, np.float64)
+    count = len(outline)
+    before, after = np.arange(count) - 1, np.arange(1, count + 1) % count
+    following = outline[after]
+    if np.sum(outline[:, 0] * following[:, 1] - following[:, 0] * outline[:, 1]) < 0:
+        outline = outline[::-1]
+        following = outline[after]
+    edges = following - outline
+    lengths = np.maximum(norms(edges), _THINNEST_M)
+    outward = np.stack([edges[:, 1], -edges[:, 0]], 1) / lengths[:, None]
+    is_smooth = (outward * outward[after]).sum(1)[:, None] > SMOOTH
+    last = np.where(is_smooth, outward + outward[after], outward)
+    first = np.where(is_smooth[before], outward[before] + outward, outward)
+    travel = np.concatenate([[0], np.cumsum(lengths)])
+    vertices, normals, uvs = np.empty((6, count, 3)), np.zeros((6, count, 3)), np.empty((6, count, 2))
+    vertices[[0, 3, 4, 5], :, :2], vertices[[1, 2], :, :2] = outline, following
+    vertices[[0, 1, 5], :, 2], vertices[[2, 3, 4], :, 2] = low, high
+    normals[[0, 3], :, :2], normals[[1, 2], :, :2] = first, last
+    normals[4, :, 2], normals[5, :, 2] = 1.0, -1.0
+    uvs[[0, 3], :, 0], uvs[[1, 2], :, 0] = travel[:-1], travel[1:]
+    uvs[:4, :, 1], uvs[4:] = vertices[:4, :, 2], outline
+    lid = _triangulated(outline)
+    faces = np.concatenate([_sides(count), lid + 4 * count, lid[:, ::-1] + 5 * count])
+    order = {"y": [0, 2, 1], "z": [0, 1, 2], "x": [2, 1, 0]}[axis]
+    faces = faces if axis == "z" else faces[:, ::-1]
+    return mesh(vertices.reshape(-1, 3)[:, order], faces, normals.reshape(-1, 3)[:, order], uvs.reshape(-1, 2))
+
+
+@cache
+def _sides(count: int) -> np.ndarray:
+    """Returns the triangles between four rings of `count` vertices: starts and ends of edges, below and above."""
+    a, b, c, d = (np.arange(count) + i * count for i in range(4))
+    return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+def _triangulated(outline: np.ndarray) -> np.ndarray:
+    """Returns the triangles (n, 3) of a simple polygon, counter-clockwise."""
+    faces = mapbox_earcut.triangulate_float64(outline, np.array([len(outline)], np.uint32)).reshape(-1, 3).astype(int)
+    corners = outline[faces]
+    first_edge, second_edge = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    turn = first_edge[:, 0] * second_edge[:, 1] - first_edge[:, 1] * second_edge[:, 0]
+    return np.where((turn > 0)[:, None], faces, faces[:, ::-1])
+
+
+def rounded_rectangle(width: float, depth: float, radius: float, steps: int = 4) -> np.ndarray:
+    """Returns the outline (n, 2) of a rectangle with round corners about the origin."""
+    radius = min(radius, width / 2 - 1e-4, depth / 2 - 1e-4)
+    angles = np.linspace(0, np.pi / 2, steps + 1)
+    corners = []
+    for quarter, (sx, sy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+        turned = angles + quarter * np.pi / 2
+        middle = np.array([sx * (width / 2 - radius), sy * (depth / 2 - radius)])
+        corners.append(middle + radius * np.stack([np.cos(turned), np.sin(turned)], 1))
+    return np.concatenate(corners)
+
+
+def slab(size: Point3, center: Point3 = ORIGIN, radius: float = 0.05) -> Mesh:
+    """Returns a flat board whose corners, seen from above, are round."""
+    x, y, z = center
+    part = extrude(rounded_rectangle(size[0], size[2], radius), y - size[1] / 2, y + size[1] / 2)
+    return translate(part, (x, 0.0, z))
+
+
+def disc(radius: float, center: Point3 = ORIGIN, axis: Axis = "y", segments: int = 18, fit: bool = False) -> Mesh:
+    """Returns a flat circle that faces along +axis; `fit` lays one picture over it."""
+    angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles)], 1)
+    outline = np.concatenate([[[0.0, 0.0]], circle])
+    right, up, outward = _sight(axis, 1)
+    vertices = radius * (outline[:, :1] * right + outline[:, 1:] * up) + np.asarray(center)
+    uvs = outline / 2 + 0.5 if fit else radius * outline
+    return mesh(vertices, fan(segments)[:, ::-1], np.broadcast_to(outward, vertices.shape), uvs)
+
+
+def panel(width: float, height: float, center: Point3 = ORIGIN, facing: str = "+z", fit: bool = True) -> Mesh:
+    """Returns a flat rectangle facing "+x" ... "-z"; with `fit` one upright picture covers it.
+
+    For "+y" and "-y" the picture's top points away from the front (to -z).
+    """
+    right, up, outward = _sight(facing[1], -1 if facing[0] == "-" else 1)
+    vertices = _SQUARE[:, :1] * width * right + _SQUARE[:, 1:] * height * up + np.asarray(center, np.float64)
+    uvs = _SQUARE + 0.5 if fit else _SQUARE * [width, height]
+    return mesh(vertices, _SQUARE_FACES, np.broadcast_to(outward, (4, 3)), uvs)
+
+
+@cache
+def _sight(axis: str, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns what is right and up to somebody who looks at a face, and what points at him.
+
+    The frame is left-handed: who looks along -z has +x on his left.
+    """
+    outward = side * np.eye(3)[AXES[axis]]
+    up = np.array([0, 0, -1.0]) if axis == "y" else np.array([0, 1.0, 0])
+    right = cross(outward, up)
+    return right, up, cross(up, right)

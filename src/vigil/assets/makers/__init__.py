@@ -1,0 +1,1 @@
+"""Makers: one module for each kind of thing; each exports a table `MAKERS`."""

@@ -1,0 +1,1 @@
+"""Makers of what is built in or plugged in: openings, kitchens, baths, lamps, appliances."""

@@ -1,0 +1,296 @@
+"""Large appliances: fridges, washing machines, dryers and microwaves, hollow behind their doors."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.asset import Asset, Glow
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
+from vigil.assets.kernel.palette import one_of
+from vigil.pose import Vec3
+
+SHELLS = (
+    Finish("plastic/#f1f1ee", "white"),
+    Finish("metal/steel", "stainless steel"),
+    Finish("plastic/#26282b", "black"),
+    Finish("metal/#8f9398", "grey"),
+)
+_RETRO = (Finish("plastic/#a8322d", "red"), Finish("plastic/#e9dfc3", "cream"), Finish("plastic/#9cc4bd", "mint green"))
+_LINER = "plastic/#eef1f2"
+_GLASS_SHELF = PartStyle("glass/#dfeef0", is_glass=True)
+
+
+def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a refrigerator: freezer above, freezer below, side by side, or one door."""
+    builder = Builder("Fridge", size)
+    shell = one_of(rng, (*SHELLS[:2], *SHELLS, *SHELLS[:2], *_RETRO))
+    width, height, depth = size
+    is_wide = width > 0.88
+    style = "double" if is_wide and rng.random() < 0.6 else one_of(rng, ("top", "bottom", "top", "single"))
+    wall, door, grip = 0.045, 0.055, 0.045
+    face = depth / 2 - grip
+    body = face - door
+    (x0, x1), z0 = builder.across, builder.through[0]
+    base = 0.05
+    add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
+    builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body))
+    low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
+    high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
+    builder.add(_LINER, lining(low, high))
+    heights = shelf_heights(levels, low[1], high[1], 4 if height > 1.5 else 3)
+    add_shelves(builder, _GLASS_SHELF, low, (high[0], high[1], body - 0.11), heights, needs_opening=True)
+    builder.add(
+        _LINER, *(shapes.span((low[0], y - 0.022, body - 0.125), (high[0], y + 0.004, body - 0.11)) for y in heights)
+    )
+    if not levels:
+        _crisper(builder, low, (high[0], heights[0] - 0.04, body - 0.13))
+    builder.solid((x0, 0, z0), (x1, base, body))
+    builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
+    side = 1 if rng.random() < 0.5 else -1
+    gap = 0.005
+    splits = {"top": 0.68 * height, "bottom": 0.36 * height}
+    if style == "double":
+        _fridge_door(builder, shell, "left", (0.5 * gap, base, body), (x1, height, face), 1)
+        _fridge_door(builder, shell, "right", (x0, base, body), (-0.5 * gap, height, face), -1)
+        seal = PartStyle(_LINER, "left", bears_open=True)  # nothing shows through the gap between the doors
+        builder.block(seal, (-0.02, 0.02), (base + wall, height - wall), (body - 0.012, body + 0.006))
+    elif style == "single":
+        _fridge_door(builder, shell, "door", (x0, base, body), (x1, height, face), side)
+    else:
+        y = splits[style]
+        _fridge_door(builder, shell, "lower", (x0, base, body), (x1, y - gap / 2, face), side)
+        _fridge_door(builder, shell, "upper", (x0, y + gap / 2, body), (x1, height, face), side)
+    return builder.build((shell.word,))
+
+
+def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
+    """Adds a clear vegetable drawer on a fridge's floor."""
+    if high[1] - low[1] > 0.08:
+        builder.add(
+            PartStyle("glass/#cfe6ea", is_glass=True), shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high)
+        )
+
+
+def _fridge_door(builder: Builder, shell: Finish, name: str, low: Corner, high: Corner, hinge: int) -> None:
+    """Adds a thick door with a handle and, on its inside, racks."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    joint = builder.hinge(name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
+    skin = PartStyle(shell.material, joint, bears_open=True)
+    builder.block(skin, (x0, x1), (y0, y1), (z0 + 0.006, z1), 0.012)
+    inner = PartStyle(_LINER, joint, bears_open=True)
+    builder.block(inner, (x0 + 0.05, x1 - 0.05), (y0 + 0.04, y1 - 0.04), (z0 - 0.012, z0 + 0.006))
+    for y in np.arange(y0 + 0.1, y1 - 0.2, 0.3):
+        builder.block(inner, (x0 + 0.06, x1 - 0.06), (y, y + 0.02), (z0 - 0.095, z0))
+        builder.block(inner, (x0 + 0.06, x1 - 0.06), (y + 0.02, y + 0.07), (z0 - 0.095, z0 - 0.088))
+    tall = y1 - y0
+    length = float(np.clip(0.4 * tall, 0.16, 0.6))
+    x = x0 + 0.06 if hinge > 0 else x1 - 0.06
+    y = y0 + 0.05 + length / 2 if y0 > 0.5 else y1 - 0.06 - length / 2 if y1 < 1.35 else y0 + 0.55 * tall
+    metal = PartStyle("chrome" if shell.word != "black" else "metal/brushed", joint, bears_open=True)
+    for end in (-1, 1):
+        builder.block(
+            metal,
+            (x - 0.01, x + 0.01),
+            (y + end * length / 2 - 0.012, y + end * length / 2 + 0.012),
+            (z1 - 0.002, z1 + 0.04),
+        )
+    builder.block(
+        metal, (x - 0.013, x + 0.013), (y - length / 2 - 0.02, y + length / 2 + 0.02), (z1 + 0.022, z1 + 0.045), 0.005
+    )
+    builder.solid((x0, y0, z0 - 0.01), (x1, y1, z1), joint)
+
+
+def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a microwave oven: a windowed door, a panel with keys and a clock, a turntable that lights up."""
+    builder = Builder("Microwave", size)
+    shell = one_of(rng, (*SHELLS[:3], *SHELLS, _RETRO[0]))
+    width, height, depth = size
+    (x0, x1), z0 = builder.across, builder.through[0]
+    wall, door = 0.02, 0.028
+    face = depth / 2 - 0.022
+    body, panel = face - door, x0 + 0.24 * width
+    foot = 0.012
+    add_case(builder, shell.material, (panel, foot, z0), (x1, height, body), wall)
+    builder.block(shell.material, (x0, panel), (foot, height), (z0, body))
+    for x in (x0 + 0.05, x1 - 0.05):
+        for z in (z0 + 0.05, body - 0.05):
+            builder.add("rubber", shapes.cylinder(0.014, foot, (x, foot / 2, z), segments=8))
+    _microwave_panel(builder, (x0, panel), (body, face))
+    low: Corner = (panel + wall + 0.001, foot + wall + 0.001, z0 + wall + 0.001)
+    high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
+    lit = PartStyle("plastic/#d9d8d2", on="glow/#ffc45a", bears_toggle=True)
+    builder.add(lit, lining(low, high))
+    middle = ((low[0] + high[0]) / 2, (low[2] + high[2]) / 2)
+    radius = 0.42 * min(high[0] - low[0], high[2] - low[2])
+    plate = shapes.cylinder(radius, 0.008, (middle[0], low[1] + 0.01, middle[1]), segments=20)
+    builder.add(PartStyle("glass/#bcd2d8", is_glass=True), plate)
+    room = (high[0] - low[0] - 0.03, high[2] - low[2] - 0.03)
+    builder.surface("turntable", (middle[0], low[1] + 0.014, middle[1]), room,
+                    high[1] - low[1] - 0.016, needs_opening=True)  # fmt: skip
+    builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
+    builder.solid((x0, 0, z0), (panel, height, face))
+    _microwave_door(builder, shell, (panel + 0.002, foot, body), (x1, height, face))
+    builder.glow = Glow(Vec3(middle[0], 0.6 * height, middle[1]), (1.0, 0.87, 0.6), 0.15)
+    return builder.build((shell.word,))
+
+
+def _microwave_panel(builder: Builder, x: tuple[float, float], z: tuple[float, float]) -> None:
+    """Adds the control panel with its clock and keys."""
+    height = builder.height
+    dark, middle, wide = "plastic/#191b1e", (x[0] + x[1]) / 2, x[1] - x[0]
+    builder.block(dark, x, (0.012, height), z, 0.003)
+    clock = shapes.panel(0.74 * wide, 0.13 * height, (middle, 0.83 * height, z[1] + 0.0008))
+    builder.add(PartStyle("plastic/#0c0f0d", on="screen/green", bears_toggle=True), clock)
+    keys = [
+        shapes.box(
+            (0.17 * wide, 0.055 * height, 0.004), (middle + column * 0.25 * wide, (0.36 + 0.095 * row) * height, z[1])
+        )
+        for row in range(4)
+        for column in (-1, 0, 1)
+    ]
+    builder.add("plastic/#6d7175", *keys)
+    builder.block(
+        "plastic/#9da1a5",
+        (x[0] + 0.15 * wide, x[1] - 0.15 * wide),
+        (0.1 * height, 0.22 * height),
+        (z[1] - 0.002, z[1] + 0.006),
+        0.003,
+    )
+
+
+def _microwave_door(builder: Builder, shell: Finish, low: Corner, high: Corner) -> None:
+    """Adds the door with its window, hinged at +x (the left, seen from the front)."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    joint = builder.hinge("door", (0, 1, 0), (x1, 0, z0), 95.0)
+    rim = 0.16 * (y1 - y0)
+    frame = PartStyle("plastic/#202225" if shell.word != "white" else "plastic/#e4e4e0", joint, bears_open=True)
+    builder.block(frame, (x0, x0 + 0.9 * rim), (y0, y1), (z0, z1))
+    builder.block(frame, (x1 - 0.9 * rim, x1), (y0, y1), (z0, z1))
+    builder.block(frame, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y0, y0 + rim), (z0, z1))
+    builder.block(frame, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y1 - rim, y1), (z0, z1))
+    pane = PartStyle("glass/#15181a", joint, bears_open=True, is_glass=True)
+    builder.block(pane, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y0 + rim, y1 - rim), (z1 - 0.012, z1 - 0.004))
+    grip = x0 + 0.4 * rim
+    metal = PartStyle("chrome", joint, bears_open=True)
+    builder.block(
+        metal,
+        (grip - 0.008, grip + 0.008),
+        (y0 + 0.12 * (y1 - y0), y1 - 0.12 * (y1 - y0)),
+        (z1 + 0.008, z1 + 0.022),
+        0.004,
+    )
+    for y in (y0 + 0.18 * (y1 - y0), y1 - 0.18 * (y1 - y0)):
+        builder.block(metal, (grip - 0.006, grip + 0.006), (y - 0.008, y + 0.008), (z1 - 0.002, z1 + 0.012))
+    builder.solid(low, high, joint)
+
+
+def washing_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a front loader with a soap drawer and a glass porthole."""
+    return _drum_machine("WashingMachine", size, rng)
+
+
+def clothes_dryer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a tumble dryer: a wide squarish door and a lint grille."""
+    return _drum_machine("ClothesDryer", size, rng)
+
+
+def _drum_machine(category: str, size: Vec3, rng: np.random.Generator) -> Asset:
+    builder = Builder(category, size)
+    shell = one_of(rng, (SHELLS[0], SHELLS[0], SHELLS[1], SHELLS[3], SHELLS[2]))
+    is_washer = category == "WashingMachine"
+    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
+    front = z1 - 0.045
+    panel = height - 0.13
+    radius = min(0.36 * size.x, 0.3 * height)
+    middle = (0.0, 0.47 * height)
+    wall = 0.02
+    builder.block(shell.material, (x0, x0 + wall), (0.02, height), (z0, front))
+    builder.block(shell.material, (x1 - wall, x1), (0.02, height), (z0, front))
+    builder.block(shell.material, (x0, x1), (height - 0.025, height), (z0, front), 0.006)
+    builder.block(shell.material, (x0, x1), (0.02, 0.05), (z0, front))
+    builder.block(shell.material, (x0 + wall, x1 - wall), (0.05, height - 0.025), (z0, z0 + wall))
+    builder.add("plastic/#2a2c2f", shapes.span((x0 + 0.03, 0, z0 + 0.03), (x1 - 0.03, 0.02, front - 0.03)))
+    builder.add(shell.material, _pierced(x0, x1, (0.05, panel), (front - wall, front), (middle, radius)))
+    _drum_panel(builder, (x0, x1), (panel, height - 0.025), front, is_washer)
+    depth = front - wall - z0 - 0.06
+    drum = shapes.lathe([(radius, 0.0), (radius * 0.98, -depth), (0.0, -depth)], segments=20)
+    drum = shapes.translate(shapes.rotate(drum, "x", 90), (middle[0], middle[1], front - 0.004))
+    builder.add(PartStyle("metal/brushed", on="glow/#cfe8ff", bears_toggle=True), drum)
+    builder.solid((x0, 0, z0), (x1, height, front))
+    builder.surface("top", (0, height, (z0 + front) / 2), (size.x - 0.04, front - z0 - 0.04))
+    bottom = (0, middle[1] - 0.8 * radius, front - 0.03 - depth / 2)
+    builder.surface("drum", bottom, (radius, 0.8 * depth), 1.4 * radius,
+                    needs_opening=True)  # fmt: skip
+    _porthole(builder, (middle, radius * 1.12), (front, z1), is_washer)
+    builder.glow = Glow(Vec3(0, middle[1], front - 0.1), (0.8, 0.9, 1.0), 0.1)
+    return builder.build((shell.word,))
+
+
+def _pierced(
+    x0: float, x1: float, y: tuple[float, float], z: tuple[float, float], hole: tuple[tuple[float, float], float]
+) -> shapes.Mesh:
+    """Returns a front plate with a round hole ((x, y), radius), as two halves."""
+    (cx, cy), radius = hole
+    halves = []
+    for side in (-1, 1):
+        angles = np.linspace(-np.pi / 2, np.pi / 2, 13)
+        edge = x0 if side < 0 else x1
+        rim = [(cx + side * radius * np.cos(a), cy + radius * np.sin(a)) for a in angles]
+        halves.append(shapes.extrude([(cx, y[0]), *rim, (cx, y[1]), (edge, y[1]), (edge, y[0])], z[0], z[1], "z"))
+    return shapes.merge(halves)
+
+
+def _drum_panel(builder: Builder, x: tuple[float, float], y: tuple[float, float], z: float, is_washer: bool) -> None:
+    """Adds the control panel: a dial, a clock and what it says that it is, on a soap drawer if it has one."""
+    (x0, x1), (y0, y1) = x, y
+    tall, mid = y1 - y0, (y0 + y1) / 2
+    builder.block("plastic/#d5d7d9", x, y, (z - 0.02, z), 0.002)
+    builder.add("chrome", shapes.cylinder(0.3 * tall, 0.022, (0.04, mid, z + 0.01), "z", 18))
+    builder.block("plastic/#33363a", (0.037, 0.043), (mid, mid + 0.28 * tall), (z + 0.018, z + 0.023))
+    clock = shapes.panel(0.17, 0.5 * tall, (x0 + 0.14, mid, z + 0.001))
+    builder.add(PartStyle("plastic/#101314", on="screen/blue", bears_toggle=True), clock)
+    if is_washer:
+        builder.block("plastic/#c4c7ca", (x1 - 0.2, x1 - 0.015), (y0 + 0.012, y1 - 0.012), (z - 0.01, z + 0.008), 0.003)
+        builder.add("print/washer", shapes.panel(0.16, 0.04, (x1 - 0.108, mid, z + 0.0086)))
+    else:
+        builder.add("print/dryer", shapes.panel(0.19, 0.048, (x1 - 0.11, mid, z + 0.001)))
+
+
+def _porthole(
+    builder: Builder, disc: tuple[tuple[float, float], float], z: tuple[float, float], is_washer: bool
+) -> None:
+    """Adds the door: round with a bulging glass, or (dryer) a rounded square with a smaller window."""
+    (cx, cy), radius = disc
+    joint = builder.hinge("door", (0, 1, 0), (cx + radius, 0, z[0]), 100.0)
+    ring = PartStyle("chrome" if is_washer else "plastic/#e3e4e3", joint, bears_open=True)
+    thick = z[1] - z[0] - 0.006
+    if is_washer:
+        profile = [(0.72 * radius, 0.0), (radius, 0.0), (0.97 * radius, 0.7 * thick), (0.86 * radius, thick),
+                   (0.74 * radius, 0.8 * thick), (0.72 * radius, 0.0)]  # fmt: skip
+        rim = shapes.lathe(profile, segments=24)
+    else:
+        outline = shapes.rounded_rectangle(2 * radius, 1.9 * radius, 0.3 * radius)
+        hole = 0.6 * radius * np.stack([np.cos(a := np.linspace(0, 2 * np.pi, 21)), np.sin(a)], 1)
+        start = int(np.argmax(outline[:, 0]))
+        loop = np.concatenate([np.roll(outline, -start, 0), outline[start : start + 1], hole[::-1]])
+        rim = shapes.extrude(loop, 0.0, thick)
+    builder.add(ring, shapes.translate(shapes.rotate(rim, "x", 90), (cx, cy, z[0])))
+    window = 0.75 * radius if is_washer else 0.62 * radius
+    bowl = shapes.lathe(
+        [(0, 0.25 * thick), (window, 0.25 * thick), (0.6 * window, 0.75 * thick), (0, 0.85 * thick)], segments=20
+    )
+    pane = PartStyle("glass/#5d6a72", joint, bears_open=True, is_glass=True)
+    builder.add(pane, shapes.translate(shapes.rotate(bowl, "x", 90), (cx, cy, z[0])))
+    grip = shapes.box((0.02, 0.4 * radius, 0.018), (cx - 0.88 * radius, cy, z[1] - 0.009), 0.005)
+    builder.add(PartStyle("plastic/#4b4e52", joint, bears_open=True), grip)
+    builder.solid((cx - radius, cy - radius, z[0]), (cx + radius, cy + radius, z[1]), joint)
+
+
+MAKERS = {
+    "ClothesDryer": clothes_dryer,
+    "Fridge": fridge,
+    "Microwave": microwave,
+    "WashingMachine": washing_machine,
+}

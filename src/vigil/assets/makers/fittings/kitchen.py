@@ -1,0 +1,410 @@
+"""Kitchen fittings and small kitchen machines: counters, sinks, stoves, toasters, coffee machines."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.arrange import lengthwise
+from vigil.assets.kernel.asset import Asset, Glow
+from vigil.assets.kernel.builder import Builder, PartStyle, Range
+from vigil.assets.kernel.furniture_parts import (
+    HANDLES,
+    WOODS,
+    Finish,
+    add_case,
+    front_board,
+    handle,
+    hollow,
+    lining,
+    paint,
+)
+from vigil.assets.kernel.palette import one_of
+from vigil.pose import Vec3
+
+_RUN_M = 0.61
+"""Depth of a counter's run in an L or a U."""
+_TOPS = (
+    Finish("granite/#8d8a86", "grey"), Finish("granite/#4a4846", "dark"), Finish("marble/#eceae6", "white"),
+    Finish("wood/beech", "wooden"), Finish("granite/#cdbfa8", "beige"),
+)  # fmt: skip
+_BASINS = (
+    Finish("ceramic", "white"), Finish("ceramic", "white"), Finish("ceramic/#e9e4d6", "cream"),
+    Finish("granite/#55585b", "dark grey"),
+)  # fmt: skip
+_MACHINES = (
+    Finish("plastic/#232528", "black"), Finish("plastic/#a8322d", "red"), Finish("metal/steel", "steel"),
+    Finish("plastic/#efede6", "white"),
+)  # fmt: skip
+_HOT = "glow/#ff5a1f"
+
+
+def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns base cabinets under a worktop: straight, L-shaped (long side at -z, leg at +x) or U-shaped."""
+    builder = Builder("CounterTop", size)
+    top = one_of(rng, _TOPS)
+    cabinet = (
+        one_of(rng, WOODS) if rng.random() < 0.5 else paint(rng, "white", "cream", "grey", "navy", "green", "teal")
+    )
+    metal = one_of(rng, HANDLES).material
+    is_framed = bool(rng.random() < 0.5)
+    for run, facing in _runs(size):
+        _counter_run(builder, run, facing, (top.material, cabinet.material, metal), is_framed)
+    return builder.build((cabinet.word, f"{top.word} top"))
+
+
+def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
+    """Returns the rectangles ((x range), (z range)) of a counter with the side that each faces."""
+    x, z = (-size.x / 2, size.x / 2), (-size.z / 2, size.z / 2)
+    if min(size.x, size.z) < 1.9 * _RUN_M:
+        return [((x, z), "+z")]
+    back = (x, (z[0], z[0] + _RUN_M))
+    right = ((x[1] - _RUN_M, x[1]), (z[0] + _RUN_M, z[1]))
+    left = ((x[0], x[0] + _RUN_M), (z[0] + _RUN_M, z[1]))
+    runs = [(back, "+z"), (right, "-x")]
+    return [*runs, (left, "+x")] if _is_u_shaped(size) else runs
+
+
+def _is_u_shaped(size: Vec3) -> bool:
+    """Whether a deep counter has two legs: AI2-THOR's U counters are two centimetres deeper than whole modules."""
+    return size.x > 2.3 and 0.012 < size.z % 0.3048 < 0.06
+
+
+def _counter_run(
+    builder: Builder, run: tuple[Range, Range], facing: str, looks: tuple[str, str, str], is_framed: bool
+) -> None:
+    """Adds one straight run of cabinets with its worktop."""
+    (x0, x1), (z0, z1) = run
+    (top, cabinet, metal), height, thick = looks, builder.height, 0.04
+    builder.block(top, (x0, x1), (height - thick, height), (z0, z1), 0.004 if x1 - x0 < 2 else 0.0)
+    builder.solid((x0, 0, z0), (x1, height, z1))
+    name = f"top{facing}"
+    builder.surface(name, ((x0 + x1) / 2, height, (z0 + z1) / 2), (x1 - x0 - 0.02, z1 - z0 - 0.02))
+    over, kick = 0.02, 0.09
+    along = "x" if facing == "+z" else "z"
+    low, high = [x0, 0.0, z0], [x1, height - thick, z1]
+    axis, sign = (2, 1) if facing == "+z" else (0, 1 if facing == "+x" else -1)
+    if sign > 0:
+        high[axis] -= over
+    else:
+        low[axis] += over
+    builder.add(cabinet, shapes.span((low[0], kick, low[2]), tuple(high)))
+    kick_low, kick_high = list(low), list(high)
+    (kick_high if sign > 0 else kick_low)[axis] -= sign * 0.05
+    builder.add("plastic/#232427", shapes.span(tuple(kick_low), (kick_high[0], kick, kick_high[2])))
+    length = (x1 - x0) if along == "x" else (z1 - z0)
+    count = max(1, round(length / 0.5))
+    face = high[axis] if sign > 0 else low[axis]
+    for index in range(count):
+        middle = -length / 2 + (index + 0.5) * length / count
+        for part, look in zip(
+            _front_unit(length / count, height - thick, kick, is_framed), (cabinet, metal), strict=True
+        ):
+            moved = shapes.translate(part, (middle, 0, 0))
+            if facing != "+z":
+                moved = shapes.rotate(moved, "y", 90 if facing == "+x" else -90)
+                builder.add(look, shapes.translate(moved, (face, 0, (z0 + z1) / 2)))
+            else:
+                builder.add(look, shapes.translate(moved, ((x0 + x1) / 2, 0, face)))
+
+
+def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple[shapes.Mesh, shapes.Mesh]:
+    """Returns a drawer front over a door front, and their handles; their back is at z = 0."""
+    half, gap, split = width / 2, 0.004, top - 0.17
+    fronts = [
+        front_board((-half + gap, kick + gap, 0.0), (half - gap, split - gap, 0.018), is_framed=is_framed),
+        front_board((-half + gap, split + gap, 0.0), (half - gap, top - gap, 0.018), is_framed=False),
+    ]
+    grips = [
+        handle("bar", (half - 0.06, split - 0.13, 0.018), 0.12, upright=True),
+        handle("bar", (0.0, split + 0.09, 0.018), 0.14),
+    ]
+    return shapes.merge(fronts), shapes.merge(grips)
+
+
+def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a basin set into a counter; a tall one stands on a pedestal or in a vanity cabinet."""
+    builder = Builder("Sink", size)
+    is_steel = size.y < 0.4 and rng.random() < 0.5
+    finish = Finish("metal/steel", "steel") if is_steel else one_of(rng, _BASINS)
+    material = finish.material
+    width, height, depth = size
+    bowl = min(0.17, 0.92 * height)
+    floor = height - bowl
+    shelf = 0.09 if height < 0.5 else min(0.3 * depth, 0.2)
+    inner_x, inner_z = (-width / 2 + 0.035, width / 2 - 0.035), (-depth / 2 + shelf, depth / 2 - 0.035)
+    if rng.random() < 0.4 and height < 0.4:
+        _round_basin(builder, material, bowl)
+    else:
+        _square_basin(builder, material, (inner_x, inner_z), (floor, height))
+    middle = (inner_z[0] + inner_z[1]) / 2
+    builder.add(
+        "chrome",
+        shapes.lathe([(0, 0), (0.026, 0), (0.026, 0.004), (0.018, 0.006), (0, 0.003)], (0, floor + 0.012, middle)),
+    )
+    room = (0.75 * (inner_x[1] - inner_x[0]), 0.75 * (inner_z[1] - inner_z[0]))
+    builder.surface("basin", (0, floor + 0.016, middle), room, is_inside=True)
+    builder.surface("rim", (0, height, -depth / 2 + shelf / 2), (0.8 * width, shelf - 0.02))
+    if height > 0.5:
+        _sink_stand(builder, rng, floor)
+    else:
+        builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, depth / 2))
+    return builder.build((finish.word,))
+
+
+def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
+    """Adds a trough with a broad rim."""
+    (ix0, ix1), (iz0, iz1) = inner
+    (x0, x1), (z0, z1), (floor, top) = builder.across, builder.through, y
+    rim = min(0.03, 0.3 * (top - floor))
+    builder.add(
+        material, hollow((ix0 - 0.015, floor, iz0 - 0.015), (ix1 + 0.015, top - 0.002, iz1 + 0.015), 0.014, "+y")
+    )
+    builder.block(material, (x0, x1), (top - rim, top), (z0, iz0), 0.006)
+    builder.block(material, (x0, x1), (top - rim, top), (iz1, z1), 0.006)
+    builder.block(material, (x0, ix0), (top - rim, top), (iz0 - 0.006, iz1 + 0.006))
+    builder.block(material, (ix1, x1), (top - rim, top), (iz0 - 0.006, iz1 + 0.006))
+
+
+def _round_basin(builder: Builder, material: str, bowl: float) -> None:
+    """Adds an oval bowl with a rim."""
+    height, low = builder.height, builder.height - bowl
+    profile = [
+        (0, low), (0.32, low), (0.42, low + 0.4 * bowl), (0.46, height - 0.02), (0.5, height - 0.012), (0.5, height),
+        (0.45, height), (0.41, height - 0.3 * bowl), (0.3, low + 0.014), (0, low + 0.01),
+    ]  # fmt: skip
+    builder.add(material, shapes.scale(shapes.lathe(profile, segments=24), (builder.width, 1, builder.depth)))
+
+
+def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> None:
+    """Adds what carries a washbasin: a pedestal or a small cabinet."""
+    width, depth = builder.width, builder.depth
+    (x0, x1), (z0, z1) = builder.across, builder.through
+    builder.solid((x0, floor, z0), (x1, builder.height, z1))
+    if rng.random() < 0.5:
+        foot = shapes.lathe(
+            [(0, 0), (0.13, 0), (0.1, 0.06), (0.07, 0.4 * floor), (0.09, floor), (0, floor)], (0, 0, -0.1 * depth)
+        )
+        builder.add("ceramic", foot)
+        builder.column(0.12, 0, floor, (0.0, -0.1 * depth))
+        return
+    finish = paint(rng, "white", "grey", "navy", "teal")
+    builder.block(finish.material, (x0 + 0.02, x1 - 0.02), (0.06, floor), (z0, z1 - 0.04))
+    for side in (-1, 1):
+        ends = sorted((side * 0.004, side * (width / 2 - 0.03)))
+        builder.add(
+            finish.material, front_board((ends[0], 0.08, z1 - 0.04), (ends[1], floor - 0.02, z1 - 0.02), is_framed=True)
+        )
+        builder.add("metal/steel", handle("knob", (side * 0.05, 0.6 * floor, z1 - 0.02), 0.0))
+    builder.solid((x0 + 0.02, 0, z0), (x1 - 0.02, floor, z1 - 0.02))
+
+
+def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a cooker: four plates that glow, knobs in front, an oven behind a glass door that folds down."""
+    builder = Builder("Stove", size)
+    shell = one_of(
+        rng, (Finish("plastic/#f1f1ee", "white"), Finish("metal/steel", "steel"), Finish("plastic/#2a2c2f", "black"))
+    )
+    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
+    face = z1 - 0.05
+    low, high = 0.12, height - 0.14
+    oven_front = face - 0.03
+    add_case(builder, shell.material, (x0, low, z0), (x1, high, oven_front), 0.05)
+    builder.block(shell.material, (x0, x1), (0.0, low), (z0, face - 0.02))
+    builder.block("plastic/#1b1c1e", (x0 + 0.02, x1 - 0.02), (0.01, 0.02), (z0, face - 0.01))
+    builder.block(shell.material, (x0, x1), (high, height - 0.022), (z0, face), 0.004)
+    builder.block("plastic/#17181a", (x0, x1), (height - 0.022, height - 0.004), (z0, face), 0.003)
+    inner_low, inner_high = (x0 + 0.051, low + 0.051, z0 + 0.051), (x1 - 0.051, high - 0.051, oven_front)
+    builder.add("metal/#3d4044", lining(inner_low, inner_high))
+    rack = low + 0.4 * (high - low)
+    wires = np.linspace(inner_low[0] + 0.02, inner_high[0] - 0.02, 9)
+    wire, middle = (0.005, 0.005, oven_front - z0 - 0.12), (z0 + oven_front) / 2
+    builder.add("chrome", *(shapes.box(wire, (x, rack - 0.0025, middle)) for x in wires))
+    room = (x1 - x0 - 0.14, oven_front - z0 - 0.14)
+    builder.surface("rack", (0, rack, middle), room, high - rack - 0.06, needs_opening=True)
+    _plates(builder, face)
+    _oven_door(builder, shell, (low + 0.01, high - 0.004), (oven_front, face))
+    for index in range(5):
+        x = x0 + (index + 0.5) * (x1 - x0) / 5
+        builder.add("plastic/#2b2d30", shapes.cylinder(0.022, 0.026, (x, height - 0.08, face + 0.013), "z", 14))
+        builder.block(
+            "plastic/#e6e6e2", (x - 0.003, x + 0.003), (height - 0.08, height - 0.06), (face + 0.02, face + 0.028)
+        )
+    lamp = shapes.cylinder(0.007, 0.008, (x0 + 0.02, height - 0.05, face + 0.002), "z", 10)
+    builder.add(PartStyle("plastic/#5a2320", on="glow/#ff3b20", bears_toggle=True), lamp)
+    builder.solid((x0, 0, z0), (x1, low, face - 0.02))
+    builder.solid((x0, high, z0), (x1, height, face))
+    builder.surface("hob", (0, height, (z0 + face) / 2), (x1 - x0 - 0.06, face - z0 - 0.06))
+    builder.glow = Glow(Vec3(0, height + 0.05, 0), (1.0, 0.45, 0.2), 0.08)
+    return builder.build((shell.word,))
+
+
+def _plates(builder: Builder, face: float) -> None:
+    """Adds four hot plates on the hob, two large and two small."""
+    (x0, x1), z0, height = builder.across, builder.through[0], builder.height
+    plates, rings = [], []
+    for index, (part_x, part_z) in enumerate(((0.27, 0.27), (0.73, 0.27), (0.27, 0.74), (0.73, 0.74))):
+        radius = 0.1 if index in (1, 2) else 0.08
+        at = (x0 + part_x * (x1 - x0), height - 0.004, z0 + part_z * (face - z0))
+        plates.append(shapes.lathe([(0, 0), (radius, 0), (radius, 0.003), (0, 0.003)], at, 20))
+        rings.append(shapes.lathe([(radius, 0), (radius + 0.008, 0), (radius + 0.008, 0.004), (radius, 0.004)], at, 20))
+    builder.add(PartStyle("metal/#4d5053", on=_HOT, bears_toggle=True), *plates)
+    builder.add("metal/#8d9195", *rings)
+
+
+def _oven_door(builder: Builder, shell: Finish, y: Range, z: Range) -> None:
+    """Adds the oven's door, hinged at its foot."""
+    (x0, x1), (y0, y1), (z0, z1) = builder.across, y, z
+    joint = builder.hinge("oven", (1, 0, 0), (0, y0, z0), 88.0)
+    frame = PartStyle(shell.material, joint, bears_open=True)
+    rim = 0.16 * (y1 - y0)
+    builder.block(frame, (x0 + 0.006, x1 - 0.006), (y0, y0 + rim), z)
+    builder.block(frame, (x0 + 0.006, x1 - 0.006), (y1 - 1.6 * rim, y1), z)
+    builder.block(frame, (x0 + 0.006, x0 + 0.08), (y0 + rim, y1 - 1.6 * rim), z)
+    builder.block(frame, (x1 - 0.08, x1 - 0.006), (y0 + rim, y1 - 1.6 * rim), z)
+    pane = PartStyle("glass/#101214", joint, bears_open=True, is_glass=True)
+    builder.block(pane, (x0 + 0.08, x1 - 0.08), (y0 + rim, y1 - 1.6 * rim), (z1 - 0.014, z1 - 0.004))
+    bar = PartStyle("chrome", joint, bears_open=True)
+    builder.add(bar, shapes.cylinder(0.011, 0.78 * (x1 - x0), (0, y1 - 0.7 * rim, z1 + 0.036), "x", 10))
+    for side in (-1, 1):
+        builder.add(bar, shapes.box((0.014, 0.014, 0.04), (side * 0.36 * (x1 - x0), y1 - 0.7 * rim, z1 + 0.018)))
+    builder.solid((x0, y0, z0), (x1, y1, z1), joint)
+
+
+def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns one hot plate: a coil in a dish, or a solid plate; it glows while on."""
+    builder = Builder("StoveBurner", size)
+    height, radius = size.y, 0.5
+    dish = shapes.lathe(
+        [(0, 0), (0.98 * radius, 0), (radius, 0.35 * height), (0.9 * radius, 0.4 * height), (0, 0.3 * height)],
+        segments=24,
+    )
+    builder.add("chrome", shapes.scale(dish, (size.x, 1, size.z)))
+    hot = PartStyle("metal/#3a3c3f", on=_HOT, bears_toggle=True)
+    if rng.random() < 0.6:
+        turns = np.linspace(0, 3.5 * 2 * np.pi, 43)
+        reach = 0.1 + 0.72 * turns / turns[-1]
+        thick = min(0.3 * height, 0.03 * size.x)
+        coil = np.c_[
+            reach * size.x / 2 * np.cos(turns), np.full(43, height - thick), reach * size.z / 2 * np.sin(turns)
+        ]
+        builder.add(hot, shapes.tube(coil, thick, 5))
+    else:
+        plate = shapes.lathe(
+            [(0, 0.3 * height), (0.42, 0.3 * height), (0.42, 0.9 * height), (0.12, height), (0, height)], segments=24
+        )
+        builder.add(hot, shapes.scale(plate, (size.x, 1, size.z)))
+    builder.surface("plate", (0, height, 0), (0.7 * size.x, 0.7 * size.z))
+    builder.glow = Glow(Vec3(0, height, 0), (1.0, 0.45, 0.2), 0.05)
+    return builder.build()
+
+
+def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a knob whose ring lights up and whose pointer turns while on."""
+    builder = Builder("StoveKnob", size)
+    width, height, depth = size
+    middle = height / 2
+    material = one_of(rng, ("plastic/#232528", "metal/steel", "plastic/#ecebe6"))
+    ring = shapes.cylinder(0.5, 0.2 * depth, (0, 0, 0.1 * depth), "z", 20)
+    builder.add(PartStyle("plastic/#5c5f63", on=_HOT, bears_toggle=True), _oval(ring, width, height))
+    grip = shapes.cylinder(0.4, 0.8 * depth, (0, 0, 0.6 * depth), "z", 18)
+    builder.add(material, _oval(grip, width, height))
+    light = "plastic/#c83a2c" if material != "plastic/#232528" else "plastic/#f4f4f0"
+    upright = shapes.box((0.12 * width, 0.42 * height, 0.1 * depth), (0, middle + 0.2 * height, 0.97 * depth))
+    across = shapes.box((0.42 * width, 0.12 * height, 0.1 * depth), (-0.2 * width, middle, 0.97 * depth))
+    builder.add(PartStyle(light, bears_toggle=True, shown="off"), upright)
+    builder.add(PartStyle(light, bears_toggle=True, shown="on"), across)
+    return builder.build()
+
+
+def _oval(part: shapes.Mesh, width: float, height: float) -> shapes.Mesh:
+    return shapes.translate(shapes.scale(part, (width, height, 1)), (0, height / 2, 0))
+
+
+def toaster(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a toaster whose length lies along z: two slots that glow, a lever and a dial on its end."""
+    builder = Builder("Toaster", size)
+    shell = one_of(rng, (Finish("chrome", "chrome"), Finish("metal/steel", "steel"), Finish("plastic/#a8322d", "red"),
+                         Finish("plastic/#25272a", "black"), Finish("plastic/#eeece4", "white")))  # fmt: skip
+    width, height, depth = size
+    foot, front = 0.06 * height, 0.5 * depth - 0.05 * depth
+    body = (width, height - foot, 0.95 * depth)
+    builder.add(
+        shell.material, shapes.rounded_box(body, (0, foot + body[1] / 2, -0.025 * depth), 0.2 * min(width, height))
+    )
+    builder.block("plastic/#1d1f22", (-0.42 * width, 0.42 * width), (0, 1.6 * foot), (-0.46 * depth, 0.42 * depth))
+    for side in (-1, 1):
+        slot = (0.15 * width, 0.004, 0.66 * depth)
+        at = (side * 0.19 * width, height - 0.0016, -0.025 * depth)
+        builder.add(PartStyle("plastic/#141516", on=_HOT, bears_toggle=True), shapes.box(slot, at))
+    lever = shapes.box((0.22 * width, 0.07 * height, 0.05 * depth))
+    builder.add(
+        PartStyle("plastic/#1d1f22", bears_toggle=True, shown="off"),
+        shapes.translate(lever, (0, 0.78 * height, front + 0.025 * depth)),
+    )
+    builder.add(
+        PartStyle("plastic/#1d1f22", bears_toggle=True, shown="on"),
+        shapes.translate(lever, (0, 0.36 * height, front + 0.025 * depth)),
+    )
+    builder.block(
+        "plastic/#1d1f22", (-0.03 * width, 0.03 * width), (0.3 * height, 0.82 * height), (front - 0.01, front + 0.002)
+    )
+    builder.add(
+        "plastic/#33363a", shapes.cylinder(0.11 * width, 0.03 * depth, (0.27 * width, 0.3 * height, front), "z", 14)
+    )
+    builder.surface("slots", (0, height, 0), (0.6 * width, 0.66 * depth))
+    builder.glow = Glow(Vec3(0, height, 0), (1.0, 0.45, 0.2), 0.04)
+    return builder.build((shell.word,))
+
+
+def coffee_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a coffee machine: a tower with a tank, a head with spouts over a drip tray, keys that light up."""
+    builder = Builder("CoffeeMachine", size)
+    shell = one_of(rng, _MACHINES)
+    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
+    width, depth = builder.width, builder.depth
+    wide = min(0.5 * width, 0.15)
+    base, head = 0.11 * height, 0.66 * height
+    back = z0 + 0.5 * depth
+    builder.block(shell.material, (x0, x1), (0, base), (z0, z1), 0.01)
+    builder.block(shell.material, (x0, x1), (base - 0.01, height), (z0 + 0.16 * depth, back), 0.015)
+    builder.block(shell.material, (x0, x1), (head, height), (back - 0.02, z1 - 0.04 * depth), 0.02)
+    builder.block(
+        PartStyle("glass/#b9d4df", is_glass=True),
+        (x0 + 0.1 * width, x1 - 0.1 * width),
+        (base, 0.92 * height),
+        (z0, z0 + 0.16 * depth),
+    )
+    builder.block("metal/brushed", (-wide, wide), (base - 0.002, base + 0.008), (back + 0.02, z1 - 0.02), 0.002)
+    slots = [
+        shapes.box((1.7 * wide, 0.002, 0.006), (0, base + 0.0085, z)) for z in np.linspace(back + 0.05, z1 - 0.05, 5)
+    ]
+    builder.add("plastic/#16171a", *slots)
+    builder.add("chrome", shapes.cylinder(0.03, 0.05, (0, head - 0.012, back + 0.25 * depth), segments=14))
+    builder.add(
+        "chrome",
+        *(shapes.cylinder(0.006, 0.03, (x, head - 0.045, back + 0.25 * depth), segments=8) for x in (-0.014, 0.014)),
+    )
+    face = z1 - 0.04 * depth
+    clock = shapes.panel(0.34 * width, 0.1 * height, (0, 0.88 * height, face + 0.001))
+    builder.add(PartStyle("plastic/#0f1113", on="screen/blue", bears_toggle=True), clock)
+    lamps = [shapes.cylinder(0.011, 0.008, (x * width, 0.76 * height, face + 0.003), "z", 12) for x in (-0.2, 0.0, 0.2)]
+    builder.add(PartStyle("plastic/#5d6166", on="glow/#35e06a", bears_toggle=True), *lamps)
+    pour = shapes.cylinder(0.004, head - 0.06 - base, (0, (head - 0.06 + base) / 2, back + 0.25 * depth), segments=8)
+    builder.add(PartStyle("plastic/#3a2114", bears_toggle=True, shown="on"), pour)
+    builder.solid((x0, 0, z0), (x1, base, z1))
+    builder.solid((x0, base, z0), (x1, height, back))
+    builder.solid((x0, head, back), (x1, height, face))
+    builder.surface("tray", (0, base + 0.01, (back + z1) / 2 + 0.005), (2 * wide, z1 - back - 0.05), head - base - 0.02)
+    return builder.build((shell.word,))
+
+
+MAKERS = {
+    "CoffeeMachine": coffee_machine,
+    "CounterTop": counter_top,
+    "Sink": sink,
+    "Stove": stove,
+    "StoveBurner": stove_burner,
+    "StoveKnob": stove_knob,
+    "Toaster": lengthwise(toaster),
+}

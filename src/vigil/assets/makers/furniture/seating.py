@@ -1,0 +1,232 @@
+"""Things to sit on, without upholstered suites (`vigil.assets.makers.furniture.sofas`): chairs, stools, footstools,
+ottomans."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder
+from vigil.assets.kernel.furniture_parts import Finish, add_legs, cloth, leg, wood
+from vigil.assets.kernel.palette import COLOURS, one_of
+from vigil.pose import Vec3
+
+
+def seat_height(levels: Sequence[float], height: float, usual: float) -> float:
+    """Returns where to sit: at the lowest level that can be a seat, else at the usual height if that fits."""
+    fitting = [level for level in levels if 0.3 * height < level < 0.75 * height]
+    return fitting[0] if fitting else min(usual, 0.55 * height)
+
+
+def chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a wooden, padded, plastic or office chair; its back is at -z."""
+    builder = Builder("Chair", size)
+    seat = seat_height(levels, size.y, 0.46)
+    if size.x > 0.56 and size.z > 0.56:
+        finish = _office_chair(builder, rng, seat)
+    else:
+        style = one_of(rng, (_slat_chair, _slat_chair, _padded_chair, _shell_chair))
+        finish = style(builder, rng, seat)
+    builder.surface("seat", (0, seat, 0.03 * size.z), (0.82 * size.x, 0.78 * size.z))
+    return builder.build((finish.word,))
+
+
+def _back_solids(builder: Builder, seat: float, thickness: float, inset: float = 0.0) -> None:
+    x0, x1 = builder.across
+    z0, z1 = builder.through
+    builder.solid((x0 + inset, seat - 0.05, z0 + inset), (x1 - inset, seat, z1 - inset))
+    builder.solid((x0 + inset, seat, z0), (x1 - inset, builder.height, z0 + thickness))
+
+
+def _slat_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
+    """A wooden chair with a ladder or slatted back and perhaps a seat pad."""
+    finish = wood(rng)
+    x1, z0, z1, height = builder.across[1], *builder.through, builder.height
+    post = 0.036
+    for side in (-1, 1):
+        x = side * (x1 - post / 2)
+        builder.block(finish.material, (x - post / 2, x + post / 2), (0, height), (z0, z0 + post), 0.003)
+        front = side * (x1 - post / 2)
+        builder.add(finish.material, leg("square", (front, z1 - post / 2), seat - 0.03, post))
+        builder.block(finish.material, (x - 0.01, x + 0.01), (0.3 * seat, 0.3 * seat + 0.025), (z0 + post, z1 - post))
+        for z in (z0, z1 - post):
+            builder.solid((x - post / 2, 0, z), (x + post / 2, seat, z + post))
+    builder.add(finish.material, shapes.slab((2 * x1, 0.03, z1 - z0 - 0.01), (0, seat - 0.015, 0.005), 0.03))
+    inner = (-x1 + post, x1 - post)
+    if rng.random() < 0.5:
+        for part in (0.3, 0.6, 0.9):
+            y = seat + part * (height - seat) - 0.03
+            builder.block(finish.material, inner, (y - 0.03, y + 0.03), (z0 + 0.008, z0 + 0.026))
+    else:
+        builder.block(finish.material, inner, (height - 0.07, height - 0.005), (z0 + 0.006, z0 + 0.028))
+        builder.block(finish.material, inner, (seat + 0.08, seat + 0.11), (z0 + 0.006, z0 + 0.028))
+        for x in np.linspace(*inner, 6)[1:-1]:
+            builder.block(finish.material, (x - 0.012, x + 0.012), (seat + 0.1, height - 0.06), (z0 + 0.01, z0 + 0.024))
+    _back_solids(builder, seat, post)
+    if rng.random() < 0.4:
+        pad = cloth(rng)
+        size = (2 * x1 - 0.05, 0.025, z1 - z0 - 0.07)
+        builder.add(pad.material, shapes.rounded_box(size, (0, seat + 0.006, 0.02), 0.012))
+    return finish
+
+
+def _padded_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
+    """An upholstered dining chair."""
+    finish, pad = wood(rng), cloth(rng)
+    x1, z0, z1, height = builder.across[1], *builder.through, builder.height
+    style = one_of(rng, ("tapered", "square", "splayed"))
+    add_legs(builder, finish.material, (2 * x1 - 0.02, z1 - z0 - 0.02), seat - 0.08, 0.042, style)
+    builder.add(pad.material, shapes.rounded_box((2 * x1, 0.09, z1 - z0), (0, seat - 0.045, 0), 0.035))
+    back = shapes.rounded_box(
+        (2 * x1 - 0.02, height - seat - 0.06, 0.07), (0, (height + seat + 0.06) / 2, z0 + 0.035), 0.03
+    )
+    builder.add(pad.material, back)
+    for side in (-1, 1):
+        x = side * 0.7 * x1
+        builder.block(finish.material, (x - 0.015, x + 0.015), (seat - 0.05, seat + 0.1), (z0 + 0.01, z0 + 0.04))
+    _back_solids(builder, seat, 0.07)
+    return pad
+
+
+def _shell_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
+    """A moulded plastic shell on splayed wooden or metal legs."""
+    name = one_of(rng, ("white", "grey", "black", "red", "teal", "yellow", "light blue"))
+    shell = f"plastic/{COLOURS[name]}"
+    x1, z0, z1, height = builder.across[1], *builder.through, builder.height
+    upper = [(z1, seat - 0.02), (z1 - 0.04, seat + 0.005), (z0 + 0.3 * (z1 - z0), seat), (z0 + 0.13, seat + 0.02),
+             (z0 + 0.07, seat + 0.09), (z0 + 0.03, (seat + height) / 2), (z0 + 0.012, height)]  # fmt: skip
+    lower = [(z - 0.012 if y > seat + 0.05 else z, y - (0.0 if y > seat + 0.05 else 0.016)) for z, y in reversed(upper)]
+    builder.add(shell, shapes.extrude([*upper, *lower], -x1, x1, "x"))
+    for side in (-1, 1):
+        wing = [(z1 - 0.05, seat), (z0 + 0.1, seat + 0.02), (z0 + 0.05, seat + 0.15), (z0 + 0.16, seat + 0.1)]
+        builder.add(shell, shapes.extrude(wing, side * x1 - 0.006, side * x1 + 0.006, "x"))
+    legs = one_of(rng, ("wood/beech", "metal/black", "chrome"))
+    add_legs(builder, legs, (1.7 * x1, 0.85 * (z1 - z0)), seat - 0.016, 0.034, "splayed")
+    _back_solids(builder, seat, 0.1)
+    return Finish(shell, name)
+
+
+def _office_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
+    """A swivel chair on five castors."""
+    pad = cloth(rng)
+    x1, z0, z1, height = builder.across[1], *builder.through, builder.height
+    metal = one_of(rng, ("plastic/#222326", "chrome"))
+    reach = min(x1, z1)
+    for angle in np.radians(90 + 72 * np.arange(5)):
+        end = (reach * 0.9 * np.cos(angle), 0.07, reach * 0.9 * np.sin(angle))
+        builder.add(metal, shapes.tube([(0, 0.11, 0), end], (0.025, 0.016), 6))
+        builder.add("plastic/#1c1c1e", shapes.cylinder(0.03, 0.03, (end[0], 0.03, end[2]), "x", 10))
+    builder.add(metal, shapes.cylinder(0.03, seat - 0.18, (0, (seat + 0.02) / 2, 0), segments=10))
+    wide = 2 * x1 - 0.1
+    builder.add(
+        pad.material, shapes.rounded_box((wide, 0.1, 0.8 * (z1 - z0)), (0, seat - 0.05, 0.05 * (z1 - z0)), 0.045)
+    )
+    back = shapes.rounded_box((0.9 * wide, height - seat - 0.1, 0.09), (0, (height + seat + 0.1) / 2, z0 + 0.06), 0.04)
+    builder.add(pad.material, shapes.rotate(back, "x", -6, (0, seat, z0)))
+    builder.block(metal, (-0.03, 0.03), (seat - 0.08, seat + 0.2), (z0 + 0.02, z0 + 0.045))
+    for side in (-1, 1):
+        x = side * (x1 - 0.025)
+        builder.block("plastic/#222326", (x - 0.025, x + 0.025), (seat + 0.2, seat + 0.23), (-0.14, 0.14), 0.008)
+        builder.block("plastic/#222326", (x - 0.015, x + 0.015), (seat - 0.06, seat + 0.2), (-0.03, 0.03))
+        builder.solid((x - 0.025, seat + 0.2, -0.14), (x + 0.025, seat + 0.23, 0.14))
+    builder.column(0.9 * reach, 0.0, 0.1)
+    builder.column(0.05, 0.1, seat - 0.1)
+    _back_solids(builder, seat, 0.12, 0.05)
+    return pad
+
+
+def stool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a stool whose seat is its top: four legs with a ring, or one post on a foot."""
+    builder = Builder("Stool", size)
+    finish = wood(rng)
+    width, height, depth = size
+    is_round = abs(width - depth) < 0.12 * width and rng.random() < 0.65
+    padded = rng.random() < 0.4
+    top = cloth(rng).material if padded else finish.material
+    thick = 0.06 if padded else 0.035
+    if is_round and rng.random() < 0.4:
+        radius = width / 2
+        builder.add("chrome", shapes.lathe([(0, 0), (0.9 * radius, 0), (0.85 * radius, 0.015), (0.03, 0.04),
+                                            (0.025, height - thick), (0, height - thick)]))  # fmt: skip
+        builder.column(0.9 * radius, 0, 0.04)
+        builder.column(0.04, 0.04, height - thick)
+    else:
+        style = one_of(rng, ("square", "splayed", "round"))
+        share = 0.78 if is_round and style != "splayed" else 0.98
+        add_legs(builder, finish.material, (share * width, share * depth), height - thick, 0.036, style)
+        y = 0.35 * height
+        for sign in (-1, 1):
+            reach = (0.5 * share - 0.03) * 0.97
+            builder.add(finish.material, shapes.box((2 * reach * width, 0.022, 0.018), (0, y, sign * reach * depth)))
+            builder.add(finish.material, shapes.box((0.018, 0.022, 2 * reach * depth), (sign * reach * width, y, 0)))
+    if is_round:
+        profile = [(0, height - thick), (width / 2 - 0.01, height - thick), (width / 2, height - thick / 2),
+                   (width / 2 - 0.012, height), (0, height)]  # fmt: skip
+        builder.add(top, shapes.lathe(profile))
+    else:
+        builder.add(top, shapes.rounded_box((width, thick, depth), (0, height - thick / 2, 0), 0.4 * thick))
+    builder.solid((-width / 2, height - thick, -depth / 2), (width / 2, height, depth / 2))
+    builder.surface("seat", (0, height, 0), (0.75 * width, 0.75 * depth))
+    return builder.build((finish.word,))
+
+
+def footstool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a low padded stool, or a wooden step stool when it is higher than deep."""
+    builder = Builder("Footstool", size)
+    finish, pad = wood(rng), cloth(rng)
+    width, height, depth = size
+    if height > 1.2 * depth or rng.random() < 0.3:
+        builder.block(finish.material, builder.across, (height - 0.025, height), (-depth / 2, 0.1 * depth), 0.004)
+        builder.block(
+            finish.material, builder.across, (0.48 * height, 0.48 * height + 0.025), (-0.1 * depth, depth / 2), 0.004
+        )
+        z0, step, front = -depth / 2, 0.08 * depth, depth / 2 - 0.01
+        low, high = 0.48 * height, height - 0.025
+        side = [(z0, 0), (front, 0), (front, low), (step, low), (step, high), (z0, high)]
+        for x in (-width / 2 + 0.03, width / 2 - 0.03):
+            builder.add(finish.material, shapes.extrude(side, x - 0.01, x + 0.01, "x"))
+        builder.surface("step", (0, height, -0.2 * depth), (0.85 * width, 0.5 * depth))
+        return builder.build((finish.word, "wooden"))
+    thick = min(0.12, 0.45 * height)
+    add_legs(
+        builder, finish.material, (0.95 * width, 0.95 * depth), height - thick, 0.04, one_of(rng, ("turned", "tapered"))
+    )
+    builder.add(pad.material, shapes.cushion((width, thick, depth), (0, height - thick / 2, 0)))
+    builder.solid((-width / 2, height - thick, -depth / 2), (width / 2, height, depth / 2))
+    builder.surface("top", (0, height - 0.1 * thick, 0), (0.8 * width, 0.8 * depth))
+    return builder.build((pad.word, "padded"))
+
+
+def ottoman(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns an upholstered block on short feet, or a round pouf."""
+    builder = Builder("Ottoman", size)
+    pad, finish = cloth(rng), wood(rng)
+    width, height, depth = size
+    if abs(width - depth) < 0.1 * width and rng.random() < 0.6:
+        r = width / 2
+        profile = [(0, 0), (0.86 * r, 0), (r, 0.3 * height), (r, 0.7 * height), (0.88 * r, 0.94 * height), (0, height)]
+        builder.add(pad.material, shapes.lathe(profile, segments=20))
+        builder.add(finish.material, shapes.cylinder(1.004 * r, 0.012, (0, height / 2, 0), segments=20))
+        builder.column(r, 0, height)
+        builder.surface("top", (0, 0.97 * height, 0), (1.2 * r, 1.2 * r))
+        return builder.build((pad.word, "round"))
+    foot = min(0.08, 0.2 * height)
+    add_legs(builder, finish.material, (0.92 * width, 0.9 * depth), foot, 0.05, "tapered")
+    split = 0.68 * height
+    builder.add(
+        pad.material, shapes.rounded_box((0.98 * width, split - foot, 0.98 * depth), (0, (foot + split) / 2, 0), 0.025)
+    )
+    builder.add(pad.material, shapes.rounded_box((width, height - split, depth), (0, (height + split) / 2, 0), 0.04))
+    if rng.random() < 0.5:
+        for x in (-0.25, 0.0, 0.25):
+            for z in (-0.22, 0.22):
+                builder.add(
+                    pad.material, shapes.ellipsoid((0.03, 0.008, 0.03), (x * width, height - 0.003, z * depth), 8, 3)
+                )
+    builder.solid((-width / 2, foot, -depth / 2), (width / 2, height, depth / 2))
+    builder.surface("top", (0, height, 0), (0.9 * width, 0.9 * depth))
+    return builder.build((pad.word,))
+
+
+MAKERS = {"Chair": chair, "Footstool": footstool, "Ottoman": ottoman, "Stool": stool}

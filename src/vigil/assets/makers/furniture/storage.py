@@ -1,0 +1,252 @@
+"""Furniture that stores things: dressers, cabinets, drawers, shelves, TV stands."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.furniture_parts import (
+    BOARD_M,
+    HANDLES,
+    Fronts,
+    HandleKind,
+    add_case,
+    add_drawer,
+    add_leaf,
+    add_legs,
+    add_shelves,
+    handle_room,
+    lining,
+    shelf_heights,
+    wood,
+)
+from vigil.assets.kernel.palette import one_of
+from vigil.pose import Vec3
+
+_DRAWER_FLOOR_M = 0.026
+"""How far a drawer's floor is above the lower edge of its row."""
+_KNOBS: tuple[HandleKind, ...] = ("knob", "bar", "cup")
+
+
+def _fronts(rng: np.random.Generator, front: str) -> Fronts:
+    inner = one_of(rng, ("paint/#efeade", "paint/#f4f2ec", "paint/#e6e8ea"))
+    return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, _KNOBS), bool(rng.random() < 0.4))
+
+
+def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
+    """Adds legs or a base under a carcass whose front is at z = `front`; returns the height of its top.
+
+    It stays below `lowest`, where the first thing inside rests.
+    """
+    rise = max(min(0.12, 0.12 * builder.height, lowest - 0.03), 0.005)
+    back = -builder.depth / 2
+    depth, middle = front - back, (front + back) / 2
+    if rng.random() < 0.5 and rise > 0.04:
+        style = one_of(rng, ("tapered", "square", "splayed"))
+        add_legs(builder, material, (builder.width - 0.04, depth - 0.04), rise, 0.045, style, (0.0, middle))
+        return rise
+    rise = min(0.05, rise)
+    builder.block(material, (-builder.width / 2 + 0.01, builder.width / 2 - 0.01), (0, rise), (back, front - 0.03))
+    return rise
+
+
+def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a chest of drawers; things at levels below its top lie in the drawers."""
+    builder = Builder("Dresser", size)
+    finish = wood(rng)
+    fronts = _fronts(rng, wood(rng).material if rng.random() < 0.25 else finish.material)
+    width, height, depth = size
+    front = depth / 2 - handle_room(fronts.knob)
+    inner = [level for level in levels if level < 0.92 * height]
+    base = _plinth(builder, rng, finish.material, front, min(inner, default=1.0))
+    top = 0.03
+    low, high = (-width / 2 + 0.008, base, -depth / 2), (width / 2 - 0.008, height - top, front - 0.004)
+    add_case(builder, finish.material, low, high, BOARD_M)
+    builder.block(finish.material, (-width / 2, width / 2), (height - top, height), (-depth / 2, front), 0.006)
+    builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.05))
+    builder.solid((-width / 2, height - top, -depth / 2), (width / 2, height, front))
+    columns = 1 if width < 0.7 else 2 if width < 1.7 else 3
+    rows = int(np.clip(round((height - base) / 0.22), 2, 6))
+    low, high = (-width / 2 + 0.028, base + 0.024, -depth / 2 + 0.03), (width / 2 - 0.028, height - top - 0.006, front)
+    floors = shelf_heights([level - _DRAWER_FLOOR_M for level in inner], low[1], high[1], rows - 1)
+    _drawers(builder, fronts, low, high, (columns, [low[1], *floors, high[1]]))
+    return builder.build((finish.word,))
+
+
+def _drawers(
+    builder: Builder,
+    fronts: Fronts,
+    low: tuple[float, float, float],
+    high: tuple[float, float, float],
+    grid: tuple[int, list[float]],
+) -> None:
+    """Adds columns of drawers between heights; lower ones come out further, so that one sees into each."""
+    columns, heights = grid
+    wide, rows = (high[0] - low[0]) / columns, len(heights) - 1
+    for row, (bottom, top) in enumerate(pairwise(heights)):
+        share = 0.32 + 0.38 * (rows - 1 - row) / max(rows - 1, 1)
+        for column in range(columns):
+            x = low[0] + column * wide
+            corner, opposite = (x + 0.004, bottom + 0.004, low[2]), (x + wide - 0.004, top - 0.004, high[2])
+            travel = share * (high[2] - low[2])
+            add_drawer(builder, f"drawer{row * columns + column}", corner, opposite, fronts, travel)
+
+
+def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a single drawer in its case."""
+    builder = Builder("Drawer", size)
+    finish = wood(rng)
+    fronts = _fronts(rng, wood(rng).material if rng.random() < 0.3 else finish.material)
+    width, height, depth = size
+    front = depth / 2 - handle_room(fronts.knob)
+    add_case(builder, finish.material, (-width / 2, 0, -depth / 2), (width / 2, height, front - 0.004), 0.014)
+    builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.06))
+    low, high = (-width / 2 + 0.016, 0.016, -depth / 2 + 0.02), (width / 2 - 0.016, height - 0.016, front)
+    add_drawer(builder, "drawer0", low, high, fronts, 0.65 * depth)
+    return builder.build((finish.word,))
+
+
+def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a cabinet with one or two hinged doors and shelves behind them."""
+    builder = Builder("Cabinet", size)
+    finish = wood(rng)
+    fronts = _fronts(rng, finish.material)
+    width, height, depth = size
+    front = depth / 2 - handle_room(fronts.knob)
+    leaf = front - 0.02
+    add_case(builder, finish.material, (-width / 2, 0, -depth / 2), (width / 2, height, leaf - 0.002), BOARD_M)
+    skin = 0.001
+    low = (-width / 2 + BOARD_M + skin, BOARD_M + skin, -depth / 2 + BOARD_M + skin)
+    high = (width / 2 - BOARD_M - skin, height - BOARD_M - skin, leaf - 0.012)
+    builder.add(fronts.inner, lining(low, high))
+    count = max(1, round(height / 0.35) - 1)
+    add_shelves(builder, fronts.inner, low, high, shelf_heights(levels, low[1], high[1], count), needs_opening=True)
+    builder.surface("top", (0, height, (leaf - depth / 2) / 2), (width - 0.02, depth - 0.06))
+    if width > 0.55:
+        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.002, height - 0.004, front), fronts, hinge=-1)
+        add_leaf(builder, "leaf1", (0.002, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=1)
+        lip = PartStyle(fronts.inner, "leaf0", bears_open=True)  # nothing shows through the gap between the leaves
+        builder.block(lip, (-0.012, 0.01), (BOARD_M, height - BOARD_M), (leaf - 0.008, leaf))
+    else:
+        side = 1 if rng.random() < 0.5 else -1
+        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=side)
+    return builder.build((finish.word,))
+
+
+def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a low stand: open shelves in the middle, drawers or doors at its ends when it is wide."""
+    builder = Builder("TVStand", size)
+    finish = wood(rng)
+    fronts = _fronts(rng, finish.material)
+    width, height, depth = size
+    front = depth / 2 - handle_room(fronts.knob)
+    inner = [level for level in levels if level < 0.92 * height]
+    base = _plinth(builder, rng, finish.material, front, min(inner, default=1.0))
+    add_case(builder, finish.material, (-width / 2, base, -depth / 2), (width / 2, height, front - 0.002), 0.024)
+    builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.05))
+    low = (-width / 2 + 0.024, base + 0.024, -depth / 2 + 0.024)
+    high = (width / 2 - 0.024, height - 0.024, front - 0.006)
+    end = 0.0 if width < 0.95 or inner else 0.28 * (high[0] - low[0])
+    if end:
+        for x in (low[0] + end, high[0] - end):
+            builder.block(finish.material, (x - 0.009, x + 0.009), (low[1], high[1]), (low[2], high[2]))
+        for index, (x0, x1) in enumerate(((low[0], low[0] + end - 0.009), (high[0] - end + 0.009, high[0]))):
+            rows = 2 if high[1] - low[1] > 0.3 else 1
+            tall = (high[1] - low[1]) / rows
+            for row in range(rows):
+                y = low[1] + row * tall
+                add_drawer(builder, f"drawer{index * rows + row}", (x0 + 0.003, y + 0.003, low[2]),
+                           (x1 - 0.003, y + tall - 0.003, front), fronts, (0.6 - 0.25 * row) * depth)  # fmt: skip
+    middle_low, middle_high = (low[0] + end + 0.009, low[1], low[2]), (high[0] - end - 0.009, high[1], high[2])
+    count = 1 if height - base > 0.3 else 0
+    shelves = shelf_heights(inner, low[1], high[1], count)
+    add_shelves(builder, finish.material, middle_low, middle_high, shelves, is_inside=True)
+    return builder.build((finish.word,))
+
+
+def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a bookcase, a cube shelf or an open metal rack, with shelves at the levels."""
+    builder = Builder("ShelvingUnit", size)
+    width, height, depth = size
+    style = one_of(rng, ("case", "cubes", "rack", "ladder"))
+    heights = shelf_heights(levels, 0.05, height - 0.02, max(1, round(height / 0.38) - 1))
+    half_x, half_z = width / 2, depth / 2
+    if style in ("case", "cubes"):
+        finish = wood(rng)
+        add_case(builder, finish.material, (-half_x, 0, -half_z), (half_x, height, half_z), 0.024)
+        low, high = (-half_x + 0.024, 0.024, -half_z + 0.024), (half_x - 0.024, height - 0.024, half_z)
+        add_shelves(builder, finish.material, low, high, [y for y in heights if 0.08 < y < height - 0.08])
+        if style == "cubes" and width > 0.55:
+            count = round(width / 0.4)
+            for index in range(1, count):
+                x = -half_x + index * width / count
+                builder.block(
+                    finish.material, (x - 0.009, x + 0.009), (0.024, height - 0.024), (-half_z + 0.024, half_z - 0.006)
+                )
+        builder.surface("top", (0, height, 0), (width - 0.02, depth - 0.02))
+        return builder.build((finish.word,))
+    return _rack(builder, rng, heights, style)
+
+
+def _rack(builder: Builder, rng: np.random.Generator, heights: list[float], style: str) -> Asset:
+    """Returns shelves between four posts, without walls."""
+    width, height, depth = builder.width, builder.height, builder.depth
+    post = one_of(rng, ("metal/black", "metal/brushed", "metal/white")) if style == "rack" else wood(rng).material
+    board = wood(rng)
+    thick = 0.025 if style == "rack" else 0.04
+    half_x, half_z = width / 2, depth / 2
+    for sx in (-1, 1):
+        for sz in (-1, 1):
+            x, z = sx * (half_x - thick / 2), sz * (half_z - thick / 2)
+            builder.block(post, (x - thick / 2, x + thick / 2), (0, height), (z - thick / 2, z + thick / 2))
+            builder.solid((x - thick / 2, 0, z - thick / 2), (x + thick / 2, height, z + thick / 2))
+        for y in (0.08, height - 0.03):
+            builder.add(post, shapes.box((thick * 0.8, 0.02, depth - thick), (sx * (half_x - thick / 2), y, 0)))
+    shelves = sorted({0.12 if heights[0] > 0.3 else heights[0], *heights})
+    x, z = (-half_x + 0.004, half_x - 0.004), (-half_z + 0.004, half_z - 0.004)
+    for index, top in enumerate(shelves):
+        builder.block(board.material, x, (top - 0.022, top), z)
+        builder.solid((-half_x, top - 0.022, -half_z), (half_x, top, half_z))
+        above = shelves[index + 1] - 0.022 if index + 1 < len(shelves) else height - 0.04
+        builder.surface(f"shelf{index}", (0, top, 0), (width - 0.06, depth - 0.02), above - top)
+    builder.block(board.material, (-half_x, half_x), (height - 0.022, height), (-half_z, half_z))
+    builder.solid((-half_x, height - 0.022, -half_z), (half_x, height, half_z))
+    builder.surface("top", (0, height, 0), (width - 0.02, depth - 0.02))
+    return builder.build((board.word,))
+
+
+def shelf(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a wall shelf: a board on brackets; a taller one is a box shelf with boards at the levels."""
+    builder = Builder("Shelf", size)
+    finish = wood(rng)
+    width, height, depth = size
+    thick = min(0.025, 0.5 * height)
+    if height > 0.16:
+        add_case(builder, finish.material, (-width / 2, 0, -depth / 2), (width / 2, height, depth / 2), 0.02)
+        low, high = (-width / 2 + 0.02, 0.02, -depth / 2 + 0.02), (width / 2 - 0.02, height - 0.02, depth / 2)
+        add_shelves(builder, finish.material, low, high, shelf_heights(levels, 0.02, high[1], round(height / 0.35)))
+    else:
+        builder.block(
+            finish.material, (-width / 2, width / 2), (height - thick, height), (-depth / 2, depth / 2), 0.003
+        )
+        metal = one_of(rng, HANDLES).material
+        for x in (-0.35 * width, 0.35 * width):
+            builder.block(metal, (x - 0.01, x + 0.01), (0, height - thick), (-depth / 2, -depth / 2 + 0.01))
+            builder.block(
+                metal, (x - 0.01, x + 0.01), (height - thick - 0.008, height - thick), (-depth / 2, 0.35 * depth)
+            )
+    builder.surface("top", (0, height, 0), (width - 0.02, depth - 0.02))
+    return builder.build((finish.word,))
+
+
+MAKERS = {
+    "Cabinet": cabinet,
+    "Drawer": drawer,
+    "Dresser": dresser,
+    "Shelf": shelf,
+    "ShelvingUnit": shelving_unit,
+    "TVStand": tv_stand,
+}

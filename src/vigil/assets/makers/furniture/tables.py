@@ -1,0 +1,287 @@
+"""Tables: dining, coffee and side tables, desks, kitchen counters; tops and legs are separate solids."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.furniture_parts import (
+    HANDLES,
+    Finish,
+    Fronts,
+    HandleKind,
+    add_case,
+    add_drawer,
+    add_legs,
+    handle_room,
+    leg,
+    shelf_heights,
+    wood,
+)
+from vigil.assets.kernel.palette import one_of
+from vigil.pose import Vec3
+
+Floor = tuple[float, float]
+
+
+def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a table on four legs or trestles, or a round one on a foot."""
+    builder = Builder("DiningTable", size)
+    finish = wood(rng)
+    width, height, depth = size
+    lower = _below(levels, height)
+    if abs(width - depth) < 0.15 * width and rng.random() < 0.7 and not lower:
+        _pedestal(builder, finish, wood(rng) if rng.random() < 0.3 else finish)
+        return builder.build((finish.word, "round"))
+    thick = rng.uniform(0.028, 0.045)
+    legs = wood(rng) if rng.random() < 0.3 else finish
+    _top(builder, finish.material, thick, 0.06 if rng.random() < 0.4 else 0.0)
+    under = height - thick
+    if rng.random() < 0.25 and not lower:
+        _trestles(builder, legs.material, under)
+    else:
+        style = one_of(rng, ("square", "tapered", "turned", "splayed"))
+        inset = 0.02 if style == "square" else 0.08
+        add_legs(builder, legs.material, (width - inset, depth - inset), under, rng.uniform(0.055, 0.085), style)
+        _apron(builder, legs.material, under, (width - inset - 0.06, depth - inset - 0.06), 0.08)
+        _low_shelves(builder, legs.material, lower, under)
+    return builder.build((finish.word,))
+
+
+def _below(levels: Sequence[float], height: float) -> list[float]:
+    """Returns the levels that are clearly below a table's top, no two closer than 6 cm."""
+    found: list[float] = []
+    for level in levels:
+        if 0.025 < level < 0.9 * height and (not found or level > found[-1] + 0.06):
+            found.append(level)
+    return found
+
+
+def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: float) -> None:
+    """Adds shelves between a table's legs."""
+    for index, (top, above) in enumerate(pairwise([*tops, under])):
+        _low_shelf(builder, material, top, above, f"shelf{index or ''}")
+
+
+def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
+    """Adds a table's top with its solid and surface; its upper face is the box's top, or at `y`."""
+    top = builder.height if y is None else y
+    size, center = (builder.width, thick, builder.depth), (0.0, top - thick / 2, 0.0)
+    builder.add(material, shapes.slab(size, center, radius) if radius else shapes.box(size, center, 0.006))
+    builder.solid((builder.across[0], top - thick, builder.through[0]), (builder.across[1], top, builder.through[1]))
+    builder.surface("top", (0, top, 0), (builder.width - 0.03, builder.depth - 0.03))
+
+
+def _apron(builder: Builder, material: str, under: float, spread: Floor, tall: float) -> None:
+    """Adds the four boards below a top, around `spread` (x, z)."""
+    for side in (-1, 1):
+        x, z = side * spread[0] / 2, side * spread[1] / 2
+        builder.block(material, (-spread[0] / 2, spread[0] / 2), (under - tall, under), (z - 0.01, z + 0.01))
+        builder.block(material, (x - 0.01, x + 0.01), (under - tall, under), (-spread[1] / 2, spread[1] / 2))
+
+
+def _trestles(builder: Builder, material: str, under: float) -> None:
+    """Adds two end frames and the beam between them."""
+    half_x, half_z = 0.38 * builder.width, 0.4 * builder.depth
+    for side in (-1, 1):
+        x = side * half_x
+        builder.block(material, (x - 0.04, x + 0.04), (0, 0.06), (-half_z, half_z), 0.006)
+        builder.block(material, (x - 0.04, x + 0.04), (under - 0.05, under), (-half_z, half_z), 0.006)
+        builder.block(material, (x - 0.035, x + 0.035), (0.06, under - 0.05), (-0.09, 0.09), 0.006)
+        builder.solid((x - 0.04, 0, -half_z), (x + 0.04, under, half_z))
+    builder.block(material, (-half_x, half_x), (0.4 * under, 0.4 * under + 0.07), (-0.02, 0.02))
+    builder.solid((-half_x, 0.4 * under, -0.02), (half_x, 0.4 * under + 0.07, 0.02))
+
+
+def _pedestal(builder: Builder, finish: Finish, foot: Finish) -> None:
+    """Adds a round (or oval) top on one turned foot."""
+    width, height, depth = builder.width, builder.height, builder.depth
+    r, ratio = width / 2, (1.0, 1.0, depth / width)
+    rim = [(0, height - 0.035), (r - 0.012, height - 0.035), (r, height - 0.02), (r - 0.004, height), (0, height)]
+    builder.add(finish.material, shapes.scale(shapes.lathe(rim, segments=28), ratio))
+    post = [
+        (0, 0), (0.55 * r, 0), (0.55 * r, 0.025), (0.2 * r, 0.07), (0.09 * r + 0.02, 0.16),
+        (0.07 * r + 0.02, 0.4 * height), (0.09 * r + 0.025, 0.75 * height),
+        (0.3 * r, height - 0.035), (0, height - 0.035),
+    ]  # fmt: skip
+    builder.add(foot.material, shapes.scale(shapes.lathe(post, segments=20), ratio))
+    builder.column(0.52 * min(width, depth) / 2, 0, 0.05)
+    builder.column(0.09 * r + 0.03, 0.05, height - 0.035)
+    angles = np.arange(12) * np.pi / 6
+    builder.prism(np.c_[r * np.cos(angles), depth / 2 * np.sin(angles)], height - 0.035, height)
+    builder.surface("top", (0, height, 0), (1.42 * r, 0.71 * depth))
+
+
+def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a low table: wood or glass on four legs, perhaps with a shelf, or a round one, or a block."""
+    builder = Builder("CoffeeTable", size)
+    finish = wood(rng)
+    width, height, depth = size
+    lower = _below(levels, height)
+    if abs(width - depth) < 0.15 * width and rng.random() < 0.6 and not lower:
+        _pedestal(builder, finish, finish)
+        return builder.build((finish.word, "round"))
+    thick = min(0.035, 0.3 * height)
+    under = height - thick
+    if rng.random() < 0.25:
+        glass = PartStyle("glass", is_glass=True)
+        rim = 0.05
+        builder.block(
+            glass, (-width / 2 + rim, width / 2 - rim), (height - 0.012, height), (-depth / 2 + rim, depth / 2 - rim)
+        )
+        for side in (-1, 1):
+            x, z = side * (width - rim) / 2, side * (depth - rim) / 2
+            builder.block(finish.material, builder.across, (under, height), (z - rim / 2, z + rim / 2), 0.004)
+            builder.block(
+                finish.material, (x - rim / 2, x + rim / 2), (under, height), (-depth / 2 + rim, depth / 2 - rim)
+            )
+        builder.solid((-width / 2, under, -depth / 2), (width / 2, height, depth / 2))
+        builder.surface("top", (0, height, 0), (width - 0.03, depth - 0.03))
+    else:
+        _top(builder, finish.material, thick, 0.05 if rng.random() < 0.4 else 0.0)
+    style = one_of(rng, ("square", "tapered", "splayed"))
+    add_legs(builder, finish.material, (width - 0.06, depth - 0.06), under, 0.05, style)
+    if not lower and style == "square" and height > 0.3 and rng.random() < 0.7:
+        lower = [0.3 * height]
+    _low_shelves(builder, finish.material, lower, under)
+    return builder.build((finish.word,))
+
+
+def _low_shelf(builder: Builder, material: str, top: float, under: float, name: str) -> None:
+    """Adds a shelf between a table's legs."""
+    half_x, half_z = builder.width / 2 - 0.05, builder.depth / 2 - 0.05
+    builder.block(material, (-half_x, half_x), (top - 0.02, top), (-half_z, half_z), 0.003)
+    builder.solid((-half_x, top - 0.02, -half_z), (half_x, top, half_z))
+    builder.surface(name, (0, top, 0), (2 * half_x - 0.06, 2 * half_z - 0.02), under - top)
+
+
+def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a bedside or end table: with drawers, with a shelf, or round."""
+    builder = Builder("SideTable", size)
+    finish = wood(rng)
+    width, height, depth = size
+    style = rng.random()
+    lower = _below(levels, height)
+    if abs(width - depth) < 0.12 * width and style < 0.3 and not lower:
+        _pedestal(builder, finish, finish)
+        return builder.build((finish.word, "round"))
+    if lower or style < 0.5:
+        thick = 0.028
+        _top(builder, finish.material, thick)
+        add_legs(
+            builder,
+            finish.material,
+            (width - 0.02, depth - 0.02),
+            height - thick,
+            0.036,
+            one_of(rng, ("square", "tapered")),
+        )
+        _low_shelves(builder, finish.material, lower or [0.45 * height], height - thick)
+        return builder.build((finish.word,))
+    _nightstand(builder, rng, finish)
+    return builder.build((finish.word, "with drawers"))
+
+
+def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> None:
+    """Adds a small chest with one or two drawers on short legs."""
+    width, height, depth = builder.width, builder.height, builder.depth
+    fronts = _fronts(rng, finish.material)
+    front = depth / 2 - handle_room(fronts.knob)
+    foot = rng.uniform(0.1, 0.4) * height
+    middle = (0.0, (front - depth / 2) / 2)
+    add_legs(builder, finish.material, (width - 0.03, front + depth / 2 - 0.03), foot, 0.038, "tapered", middle)
+    low, high = (-width / 2 + 0.006, foot, -depth / 2), (width / 2 - 0.006, height - 0.02, front - 0.004)
+    add_case(builder, finish.material, low, high, 0.016)
+    builder.block(finish.material, builder.across, (height - 0.022, height), (-depth / 2, front), 0.004)
+    builder.surface("top", (0, height, middle[1]), (width - 0.02, depth - 0.05))
+    rows = 2 if height - foot > 0.34 else 1
+    tall = (height - 0.026 - foot - 0.02) / rows
+    for row in range(rows):
+        y = foot + 0.02 + row * tall
+        add_drawer(builder, f"drawer{row}", (-width / 2 + 0.024, y + 0.002, -depth / 2 + 0.03),
+                   (width / 2 - 0.024, y + tall - 0.004, front), fronts, (0.65 - 0.25 * row) * depth)  # fmt: skip
+
+
+def _fronts(rng: np.random.Generator, front: str) -> Fronts:
+    kinds: tuple[HandleKind, ...] = ("knob", "bar", "cup")
+    return Fronts(front, "paint/#f1eee4", one_of(rng, HANDLES).material, one_of(rng, kinds), bool(rng.random() < 0.3))
+
+
+def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a writing desk: plain, with a drawer pedestal at -x, tall ones with a hutch of shelves."""
+    builder = Builder("Desk", size)
+    finish = wood(rng)
+    width, height, depth = size
+    tops = [level for level in levels if 0.6 < level < 1.05]
+    top = (tops[0] if tops else 0.75) if height > 0.95 else height
+    lower = _below(levels, top)
+    front = depth / 2
+    has_drawers = rng.random() < 0.6 and top > 0.55 and width > 0.9 and not lower
+    fronts = _fronts(rng, finish.material)
+    if has_drawers:
+        front -= handle_room(fronts.knob)
+    thick = 0.03
+    z0 = -depth / 2
+    builder.block(finish.material, builder.across, (top - thick, top), (z0, front), 0.005)
+    builder.solid((-width / 2, top - thick, z0), (width / 2, top, front))
+    legs = one_of(rng, (finish.material, "metal/black", "metal/white"))
+    reach = 0.0
+    if has_drawers:
+        reach = min(0.42, 0.34 * width)
+        _drawer_block(builder, fronts, reach, (top - thick, front))
+    style = one_of(rng, ("square", "square", "tapered"))
+    for x in (-width / 2 + 0.03, width / 2 - 0.03)[int(has_drawers) :]:
+        for z in (z0 + 0.04, front - 0.04):
+            builder.add(legs, leg(style, (x, z), top - thick, 0.045))
+            builder.solid((x - 0.0225, 0, z - 0.0225), (x + 0.0225, top - thick, z + 0.0225))
+    builder.block(
+        legs, (-width / 2 + reach, width / 2 - 0.03), (top - thick - 0.12, top - thick), (z0 + 0.02, z0 + 0.036)
+    )
+    _low_shelves(builder, finish.material, lower, top - thick)
+    middle = (z0 + front) / 2
+    if top < height:
+        _hutch(builder, finish.material, top, levels)
+        builder.surface("desk", (0, top, middle + 0.13), (width - 0.04, front - z0 - 0.32))
+    else:
+        builder.surface("top", (0, top, middle), (width - 0.03, front - z0 - 0.03))
+    return builder.build((finish.word,))
+
+
+def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: Floor) -> None:
+    """Adds a chest of three drawers below a desk's top, `reach` wide at -x; `face` is (top, front z)."""
+    x0, z0, (top, front) = builder.across[0] + 0.01, builder.through[0] + 0.02, face
+    add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)
+    builder.block(fronts.front, (x0 + 0.02, x0 + reach - 0.02), (0, 0.04), (z0 + 0.02, front - 0.05))
+    tall = (top - 0.08) / 3
+    for row in range(3):
+        y = 0.06 + row * tall
+        low, high = (x0 + 0.02, y + 0.003, z0 + 0.03), (x0 + reach - 0.02, y + tall - 0.003, front)
+        add_drawer(builder, f"drawer{row}", low, high, fronts, (0.6, 0.45, 0.3)[row] * (front - z0))
+
+
+def _hutch(builder: Builder, material: str, desk_top: float, levels: Sequence[float]) -> None:
+    """Adds shelves above the rear of a desk."""
+    (x0, x1), z0, height = builder.across, builder.through[0], builder.height
+    z1 = z0 + min(0.28, 0.45 * builder.depth)
+    add_case(builder, material, (x0, desk_top, z0), (x1, height, z1), 0.02)
+    above = [level for level in levels if level > desk_top + 0.1]
+    count = max(1, round((height - desk_top) / 0.4) - 1)
+    shelves = shelf_heights(above, desk_top, height - 0.02, count)
+    floor = (0, desk_top + 0.02, (z0 + z1) / 2)
+    builder.surface("back", floor, (x1 - x0 - 0.06, z1 - z0 - 0.03), shelves[0] - 0.04 - desk_top)
+    for index, shelf in enumerate(shelves):
+        builder.block(material, (x0 + 0.02, x1 - 0.02), (shelf - 0.018, shelf), (z0 + 0.02, z1))
+        top = shelves[index + 1] - 0.018 if index + 1 < len(shelves) else height - 0.02
+        builder.surface(f"shelf{index}", (0, shelf, (z0 + z1) / 2), (x1 - x0 - 0.06, z1 - z0 - 0.03), top - shelf)
+    builder.surface("top", (0, height, (z0 + z1) / 2), (x1 - x0 - 0.02, z1 - z0 - 0.02))
+
+
+MAKERS = {
+    "CoffeeTable": coffee_table,
+    "Desk": desk,
+    "DiningTable": dining_table,
+    "SideTable": side_table,
+}

@@ -1,0 +1,1 @@
+"""Makers of things that one can carry, and of decoration."""

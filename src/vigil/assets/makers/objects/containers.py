@@ -1,0 +1,247 @@
+"""Things that hold things: boxes, hampers, garbage cans, safes and trolleys."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.furniture_parts import CLOTHS, Finish, add_case, lining, shelf_heights, wood
+from vigil.assets.kernel.palette import COLOURS, one_of
+from vigil.pose import Vec3
+
+_CARDS = (
+    ("brown", "#b98e5f"), ("brown", "#a97c4e"), ("light brown", "#cba878"), ("white", "#e4dfd4"), ("blue", "#5b7ea6"),
+    ("red", "#a8504a"),
+)  # fmt: skip
+
+
+def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a cardboard box whose four flaps fold out."""
+    builder = Builder("Box", size)
+    word, code = one_of(rng, _CARDS)
+    card = f"cardboard/{code}"
+    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
+    wall, top = 0.005, builder.height - 0.008
+    add_case(builder, card, (x0, 0, z0), (x1, top, z1), wall, missing="+y")
+    builder.surface("bottom", (0, wall, 0), (x1 - x0 - 0.04, z1 - z0 - 0.04), top - wall, needs_opening=True)
+    builder.add("print/label", shapes.panel(0.34 * size.x, 0.3 * height, (0.12 * size.x, 0.55 * height, z1 + 0.0004)))
+    for side, z in ((-1, z0), (1, z1)):
+        joint = builder.hinge(f"flap{'-+'[side > 0]}z", (1, 0, 0), (0, top, z), side * 125.0)
+        inner = z - side * 0.42 * (z1 - z0)
+        look = PartStyle(card, joint, bears_open=True)
+        low, high = (x0 + wall, top, min(z, inner)), (x1 - wall, top + 0.003, max(z, inner))
+        builder.add(look, shapes.span(low, high))
+        builder.solid(low, high, joint)
+    tape = PartStyle("plastic/#c9a368", "flap-x", bears_open=True)
+    for side, x in ((-1, x0), (1, x1)):
+        joint = builder.hinge(f"flap{'-+'[side > 0]}x", (0, 0, 1), (x, top + 0.004, 0), -side * 125.0)
+        builder.block(
+            PartStyle(card, joint, bears_open=True),
+            (min(x, 0.0), max(x, 0.0)),
+            (top + 0.004, height - 0.0005),
+            (z0, z1),
+        )
+        builder.solid((min(x, 0.0), top + 0.004, z0), (max(x, 0.0), height, z1), joint)
+    builder.block(tape, (-0.06 * size.x, -0.001), (height - 0.001, height), (z0, z1))
+    return builder.build((word, "cardboard"))
+
+
+def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a laundry basket of wicker, cloth or plastic with a lid hinged at its back."""
+    builder = Builder("LaundryHamper", size)
+    word, code = one_of(rng, CLOTHS)
+    baskets = (Finish("wicker", "wicker"), Finish("wicker/#8a6a45", "brown wicker"), Finish("plastic/#e6e4de", "white"))
+    kind = one_of(rng, (*baskets, Finish(f"fabric/{code}", word)))
+    width, height, depth = size
+    lid = height - 0.045
+    outline = shapes.rounded_rectangle(width, depth, 0.22 * min(width, depth))
+    builder.add(kind.material, _bin(outline, (0.006, lid), 0.86, 0.014))
+    z0, z1 = builder.through
+    inner = 0.8
+    builder.surface(
+        "bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, needs_opening=True
+    )
+    joint = builder.hinge("lid", (1, 0, 0), (0, lid, z0 + 0.01), -100.0)
+    look = PartStyle(kind.material, joint, bears_open=True)
+    builder.add(look, shapes.extrude(outline, lid, height - 0.012))
+    builder.add(look, shapes.extrude(0.9 * outline, height - 0.012, height - 0.004))
+    builder.add(
+        PartStyle("wood/beech", joint, bears_open=True),
+        shapes.box((0.12, 0.02, 0.02), (0, height - 0.006, z1 - 0.12 * depth), 0.004),
+    )
+    for side in (-1, 1):
+        grip = shapes.box((0.02, 0.03, 0.14), (side * (width / 2 - 0.012), 0.78 * height, 0), 0.006)
+        builder.add("wood/beech", grip)
+    builder.add("plastic/#2a2c2f", shapes.extrude(0.84 * outline, 0.0, 0.012))
+    builder.prism(shapes.rounded_rectangle(width, depth, 0.2 * min(width, depth), 1), 0, lid)
+    builder.prism(shapes.rounded_rectangle(width, depth, 0.2 * min(width, depth), 1), lid, height, joint)
+    return builder.build((kind.word,))
+
+
+def _bin(
+    outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True
+) -> shapes.Mesh:
+    """Returns a tapering vessel, or its rim, over an outline (n, 2): `foot` is how much smaller it is at its bottom."""
+    ring = np.concatenate([outline, outline[:1]])
+    reach = np.abs(outline).max(0)
+    inner = (reach - wall) / reach
+
+    def at(height: float, scale: float, thin: bool = False) -> np.ndarray:
+        flat = ring * scale * (inner if thin else 1.0)
+        return np.stack([flat[:, 0], np.full(len(flat), height), flat[:, 1]], 1)
+
+    low, high = y
+    bottom = low + wall if has_floor else low
+    parts = [
+        shapes.loft(np.stack([at(bottom, foot, True), at(high, 1.0, True)]), cap=False),
+        shapes.loft(np.stack([at(high, 1.0, True), at(high, 1.0)]), cap=False),
+        shapes.loft(np.stack([at(high, 1.0), at(low, foot)]), cap=False),
+        shapes.extrude(foot * outline * 0.99, low, low + wall)
+        if has_floor
+        else shapes.loft(np.stack([at(low, foot), at(low, foot, True)]), cap=False),
+    ]
+    return shapes.merge(parts)
+
+
+def _lining(outline: np.ndarray, height: float, foot: float) -> shapes.Mesh:
+    """Returns the inside of a bin, a little within its walls."""
+    ring = np.concatenate([outline, outline[:1]])
+    reach = np.abs(outline).max(0)
+    inner = (reach - 0.0135) / reach
+    low, high = (
+        np.insert(ring * inner * scale, 1, level, axis=1) for scale, level in ((foot, 0.013), (1.0, height - 0.01))
+    )
+    floor = shapes.extrude(outline * inner * foot * 0.99, 0.013, 0.015)
+    return shapes.merge([shapes.loft(np.stack([low, high]), cap=False), floor])
+
+
+def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns an open bin: round or rectangular, plastic, metal or wire, perhaps with a bag over its rim."""
+    builder = Builder("GarbageCan", size)
+    name = one_of(rng, ("black", "grey", "white", "green", "blue", "red"))
+    kind = one_of(
+        rng,
+        (
+            Finish(f"plastic/{COLOURS[name]}", name),
+            Finish("metal/brushed", "metal"),
+            Finish("wicker/#a9835a", "wicker"),
+        ),
+    )
+    width, height, depth = size
+    is_round = abs(width - depth) < 0.15 * width and rng.random() < 0.7
+    radius = 0.5 * min(width, depth) if is_round else 0.15 * min(width, depth)
+    outline = shapes.rounded_rectangle(width, depth, radius, 6)
+    foot = rng.uniform(0.74, 0.9)
+    builder.add(kind.material, _bin(outline, (0.0, height - 0.004), foot, 0.012))
+    if rng.random() < 0.45:
+        bag = "plastic/#2b2d30" if kind.word in ("white", "metal") else "plastic/#e4e4e2"
+        builder.add(bag, _bin(1.0 * outline, (height - 0.09, height), 0.985, 0.016, has_floor=False))
+        inside = "plastic/#1b1c1e" if bag.endswith("d30") else "plastic/#8b8c8a"
+    else:
+        inside = "plastic/#1b1c1e"
+        builder.add(kind.material, _bin(outline, (height - 0.03, height), 0.99, 0.014, has_floor=False))
+    builder.add(inside, _lining(outline, height, foot))
+    builder.surface("bottom", (0, 0.016, 0), (0.62 * foot * width, 0.62 * foot * depth), is_inside=True)
+    corners = shapes.rounded_rectangle(width, depth, radius, 2)
+    builder.prism(corners, 0, height)
+    return builder.build((kind.word,))
+
+
+def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a steel safe: a thick door with a dial or keypad and a wheel handle."""
+    builder = Builder("Safe", size)
+    word, code = one_of(rng, (("grey", "#63676c"), ("black", "#2d3033"), ("green", "#3f5448"), ("white", "#d9d9d5")))
+    steel = f"metal/{code}"
+    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
+    door, wall = 0.05, 0.035
+    face = z1 - 0.045
+    body = face - door
+    add_case(builder, steel, (x0, 0.015, z0), (x1, height, body), wall)
+    for x in (x0 + 0.04, x1 - 0.04):
+        for z in (z0 + 0.04, body - 0.02):
+            builder.add("rubber", shapes.cylinder(0.02, 0.016, (x, 0.008, z), segments=8))
+    low, high = (x0 + wall + 0.001, 0.016 + wall, z0 + wall + 0.001), (x1 - wall - 0.001, height - wall - 0.001, body)
+    builder.add("fabric/#4a3f3a", lining(low, high))
+    room = (high[0] - low[0] - 0.02, high[2] - low[2] - 0.02)
+    builder.surface("floor", (0, low[1] + 0.001, (low[2] + high[2]) / 2), room, high[1] - low[1], needs_opening=True)
+    builder.surface("top", (0, height, (z0 + body) / 2), (x1 - x0 - 0.03, body - z0 - 0.03))
+    joint = builder.hinge("door", (0, 1, 0), (x1, 0, face), 100.0)
+    look, metal = PartStyle(steel, joint, bears_open=True), PartStyle("chrome", joint, bears_open=True)
+    builder.block(look, (x0, x1), (0.015, height), (body, face), 0.008)
+    builder.block(look, (x0 + 0.045, x1 - 0.045), (0.06, height - 0.045), (face - 0.001, face + 0.006), 0.003)
+    x, y = x0 + 0.35 * size.x, 0.55 * height
+    spokes = [
+        shapes.rotate(shapes.box((0.11, 0.012, 0.012), (x, y, face + 0.03), 0.003), "z", angle, (x, y, 0))
+        for angle in (0, 60, 120)
+    ]
+    hub = shapes.cylinder(0.022, 0.045, (x, y, face + 0.0225), "z", 12)
+    builder.add(metal, hub, *spokes)
+    if rng.random() < 0.5:
+        builder.add(metal, shapes.cylinder(0.045, 0.03, (0.18 * size.x, y, face + 0.015), "z", 20))
+        builder.add(
+            PartStyle("plastic/#f2f2f0", joint, bears_open=True),
+            shapes.box((0.006, 0.025, 0.004), (0.18 * size.x, y + 0.028, face + 0.031)),
+        )
+    else:
+        pad = shapes.box((0.1, 0.13, 0.014), (0.2 * size.x, y, face + 0.007), 0.003)
+        builder.add(PartStyle("plastic/#1d1f22", joint, bears_open=True), pad)
+        keys = [
+            shapes.box((0.018, 0.018, 0.006), (0.2 * size.x + i * 0.027, y - 0.045 + j * 0.027, face + 0.016))
+            for i in (-1, 0, 1)
+            for j in range(4)
+        ]
+        builder.add(PartStyle("plastic/#b9bcc0", joint, bears_open=True), *keys)
+    builder.solid((x0, 0, body), (x1, height, face), joint)
+    return builder.build((word,))
+
+
+def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Returns a trolley: trays between four posts on castors, with a push bar."""
+    builder = Builder("Cart", size)
+    finish = wood(rng)
+    post = one_of(rng, ("chrome", "metal/black", "metal/brass", "metal/white"))
+    width, height, depth = size
+    half_x, half_z, wheel = width / 2, depth / 2, 0.07
+    for sx in (-1, 1):
+        for sz in (-1, 1):
+            x, z = sx * (half_x - 0.03), sz * (half_z - 0.02)
+            builder.add(
+                post, shapes.cylinder(0.012, height - wheel - 0.02, (x, (height + wheel - 0.02) / 2, z), segments=10)
+            )
+            builder.add("plastic/#1f2023", shapes.cylinder(wheel / 2, 0.022, (x, wheel / 2, z), "x", 14))
+            builder.solid((x - 0.02, 0, z - 0.02), (x + 0.02, height, z + 0.02))
+    for sx in (-1, 1):
+        bar = shapes.cylinder(0.012, depth - 0.02, (sx * (half_x - 0.03), height - 0.014, 0), "z", 10)
+        builder.add(post, bar)
+    builder.add(post, shapes.cylinder(0.014, depth, (half_x - 0.014, height - 0.014, 0), "z", 10))
+    builder.add(post, shapes.cylinder(0.014, depth, (-half_x + 0.014, height - 0.014, 0), "z", 10))
+    trays = shelf_heights(
+        [level for level in levels if level < 0.92 * height], 0.1, height - 0.05, 1 if height < 1.0 else 2
+    )
+    tiers = sorted({0.14, *trays, height - 0.08}) if not levels else sorted(trays)
+    for index, top in enumerate(tiers):
+        builder.block(
+            finish.material,
+            (-half_x + 0.03, half_x - 0.03),
+            (top - 0.02, top),
+            (-half_z + 0.012, half_z - 0.012),
+            0.003,
+        )
+        for sz in (-1, 1):
+            rail = shapes.box((width - 0.08, 0.012, 0.008), (0, top + 0.035, sz * (half_z - 0.02)))
+            builder.add(post, rail)
+        above = tiers[index + 1] - 0.02 if index + 1 < len(tiers) else top + 10.0
+        builder.solid((-half_x + 0.03, top - 0.02, -half_z), (half_x - 0.03, top, half_z))
+        builder.surface(f"tray{index}", (0, top, 0), (width - 0.12, depth - 0.07), above - top)
+    return builder.build((finish.word,))
+
+
+MAKERS = {
+    "Box": box,
+    "Cart": cart,
+    "GarbageCan": garbage_can,
+    "LaundryHamper": laundry_hamper,
+    "Safe": safe,
+}

@@ -1,0 +1,316 @@
+"""Cookware and cutlery: pots, pans, the kettle, and what one cooks and eats with."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.arrange import Maker, along_longest, bend, lengthwise, strip, turning
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.palette import colour, one_of
+from vigil.assets.makers.objects.crockery import hollow
+from vigil.pose import Vec3
+
+STEEL = "metal/brushed"
+GRIPS = ("plastic/#1f2022", "wood/walnut", "plastic/#1f2022", "plastic/#b4262b")
+
+CUTLERY = (
+    ("silver", STEEL, STEEL),
+    ("silver", "chrome", "chrome"),
+    ("golden", "metal/gold", "metal/gold"),
+    ("dark-handled", STEEL, "plastic/#1f2022"),
+    ("wooden-handled", STEEL, "wood/walnut"),
+    ("red-handled", STEEL, "plastic/#b4262b"),
+    ("blue-handled", STEEL, "plastic/#2f5ba0"),
+)
+"""Word, metal of the head and material of the handle of cutlery."""
+
+
+def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a pot, with two ears or, in a long box, one long handle."""
+    builder = Builder("Pot", size)
+    width, height, length = size
+    name, tint = colour(rng, "red", "blue", "dark grey", "green", "orange", "cream")
+    metal = rng.random() < 0.5
+    body = "chrome" if metal else f"ceramic/{tint}"
+    inside = "metal/brushed" if metal else "ceramic/#d9d5cc"
+    grip = one_of(rng, GRIPS) if metal else f"ceramic/{tint}"
+    long_handle = length > 1.35 * width
+    across = min(width, (0.66 if long_handle else 0.84) * length)
+    middle = -length / 2 + across / 2 if long_handle else 0.0
+    _vessel(builder, (body, inside), (width, across), (0.94, 0.06), middle)
+    thick = 0.045 * height + 0.004
+    edge = middle + 0.49 * across
+    if long_handle:
+        bar = shapes.rounded_box((0.11 * width, 0.09 * height, length / 2 - edge - 0.02 * length), radius=0.02 * width)
+        builder.add(grip, shapes.translate(bar, (0, 0.82 * height, (length / 2 + edge) / 2 + 0.01 * length)))
+        builder.add(STEEL, shapes.box((0.06 * width, 0.05 * height, 0.06 * length), (0, 0.82 * height, edge)))
+    else:
+        for side in (1, -1):
+            angles = np.linspace(-np.pi / 2, np.pi / 2, 7)
+            reach = length / 2 - thick - 0.47 * across
+            loop = np.c_[
+                0.2 * width * np.sin(angles), np.full(7, 0.78 * height), 0.47 * across + reach * np.cos(angles)
+            ]
+            builder.add(grip, shapes.tube(loop * [1, 1, side], thick, 6))
+    return builder.build(["steel" if metal else name])
+
+
+def pan(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a frying pan with one long handle."""
+    builder = Builder("Pan", size)
+    width, height, length = size
+    kind = one_of(rng, ("black", "black", "steel", "coloured"))
+    _, tint = colour(rng, "red", "green", "blue", "orange")
+    body = {"black": "metal/black", "steel": "chrome"}.get(kind, f"ceramic/{tint}")
+    inside = "metal/brushed" if kind == "steel" else "metal/black"
+    across = float(np.clip(width, 0.5 * length, 0.84 * length))
+    middle = -length / 2 + across / 2
+    rim = min(0.85 * height, max(0.035, 0.6 * height))
+    _vessel(builder, (body, inside), (width, across), (0.8, 0.1), middle, rim)
+    start, end = middle + 0.47 * across, length / 2
+    sides = ((start, 0.035), (start + 0.2 * (end - start), 0.03), (end - 0.15 * (end - start), 0.05), (end, 0.035))
+    grip = strip([(z, share * width) for z, share in sides], 0.16 * height, 0.8 * rim)
+    rise = height - 0.08 * height - 0.8 * rim
+    span = max(end - start, 1e-3)
+    builder.add(one_of(rng, GRIPS), bend(grip, lambda z: rise * np.clip((z - start) / span, 0, 1)))
+    return builder.build([kind])
+
+
+def _vessel(
+    builder: Builder,
+    looks: tuple[str, str],
+    plan: tuple[float, float],
+    shape: tuple[float, float],
+    middle: float,
+    height: float | None = None,
+) -> None:
+    """Adds a round open vessel: `looks` outside and inside, `plan` x and z, `shape` foot radius and floor as shares."""
+    height = height or builder.height
+    (width, across), (foot, share) = plan, shape
+    floor = share * height
+    outer = [(0.0, 0.0), (foot * 0.96, 0.0), (foot, 0.04 * height), (0.98, 0.95 * height), (1.0, height)]
+    inner = [(1.0, height), (0.95, 0.97 * height), (foot - 0.05, floor), (0.0, floor)]
+    for material, profile in zip(looks, (outer, inner), strict=True):
+        builder.add(material, shapes.translate(turning(profile, width, across), (0, 0, middle)))
+    builder.surface("inside", (0, floor, middle), (0.66 * foot * width, 0.66 * foot * across), is_inside=True)
+    hollow(builder, width, across, floor, z=middle)
+
+
+def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a kettle with a spout (+x), a handle and a hinged lid."""
+    builder = Builder("Kettle", size)
+    width, height, depth = size
+    electric = bool(rng.random() < 0.5)
+    name, tint = colour(rng, "red", "white", "black", "teal", "cream", "light blue")
+    body = one_of(rng, ("chrome", f"ceramic/{tint}"))
+    across = min(depth, 0.72 * width)
+    middle = 0.06 * width if electric else -0.1 * width
+    top = 0.86 * height if electric else 0.62 * height
+    neck = 0.72 if electric else 0.5
+    bulge = [(0.0, 0.0), (0.92, 0.0), (1.0, 0.08 * height), (0.96, 0.5 * top), (neck + 0.1, 0.9 * top), (neck, top)]
+    builder.add(body, shapes.translate(turning(bulge, across, depth), (middle, 0, 0)))
+    builder.add(
+        "plastic/#1a1b1d",
+        shapes.translate(turning([(neck, 0.97 * top), (0.0, 0.97 * top)], across, depth), (middle, 0, 0)),
+    )
+    hinge_x = middle - neck * across / 2
+    lid = builder.hinge("lid", (0, 0, 1), (hinge_x, top, 0), 80)
+    knob = 0.09 * height
+    cover = [
+        (0.0, 0.99 * top),
+        (neck, top),
+        (0.6 * neck, top + 0.35 * knob),
+        (0.14, top + 0.45 * knob),
+        (0.16, top + knob),
+        (0.0, top + knob),
+    ]
+    builder.add(
+        PartStyle(body, joint=lid, bears_open=True), shapes.translate(turning(cover, across, depth), (middle, 0, 0))
+    )
+    builder.solid(
+        (hinge_x, 0.99 * top, -neck * depth / 2), (middle + neck * across / 2, top + knob, neck * depth / 2), lid
+    )
+    tip = width / 2 - 0.03 * width
+    spout = [(middle + 0.42 * across, 0.35 * top, 0), (0.7 * tip + 0.3 * middle, 0.55 * top, 0), (tip, 0.93 * top, 0)]
+    builder.add(body, shapes.tube(spout, [0.11 * across, 0.08 * across, 0.05 * across]))
+    grip = f"plastic/{one_of(rng, ('#1f2022', '#3a2a20'))}"
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 8) if electric else np.linspace(0, np.pi, 10)
+    thick = 0.035 * height
+    if electric:
+        start, back = middle - 0.42 * across, -width / 2 + thick
+        loop = np.c_[
+            start + (back - start) * np.cos(angles), 0.48 * height + 0.36 * height * np.sin(angles), 0 * angles
+        ]
+    else:
+        rise = height - thick - 0.8 * top
+        loop = np.c_[middle + 0.46 * across * np.cos(angles), 0.8 * top + rise * np.sin(angles), 0 * angles]
+    builder.add(grip, shapes.tube(loop, thick))
+    return builder.build([name if body.startswith("ceramic") else "steel", "electric" if electric else "whistling"])
+
+
+def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a fork with four tines."""
+    builder = Builder("Fork", size)
+    half, height, length = size.x / 2, size.y, size.z
+    name, metal, grip = one_of(rng, CUTLERY)
+    thick = 0.18 * height
+    start = 0.22 * length
+    neck = [(-0.12 * length, 0.24), (0.05 * length, 0.24), (0.14 * length, 0.9), (start, 1.0)]
+    pieces = [strip([(z, share * half) for z, share in neck], thick)]
+    for x in (-0.82, -0.27, 0.27, 0.82):
+        tine = strip([(start - 0.004, 0.18 * half), (0.4 * length, 0.16 * half), (length / 2, 0.06 * half)], thick)
+        pieces.append(shapes.translate(tine, (x * half, 0, 0)))
+    curve = _curve(length, height)
+    builder.add(metal, *(bend(piece, curve) for piece in pieces))
+    builder.add(grip, bend(_handle(half, length, thick, is_bare=grip == metal), curve))
+    return builder.build([name])
+
+
+def spoon(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a spoon."""
+    builder = Builder("Spoon", size)
+    half, height, length = size.x / 2, size.y, size.z
+    name, metal, grip = one_of(rng, CUTLERY)
+    thick = 0.14 * height
+    neck = [(-0.12 * length, 0.2 * half), (0.1 * length, 0.16 * half), (0.175 * length, 0.26 * half)]
+    dish = _dish((0.33 * length, 0.17 * length), half, 0.35 * height)
+    curve = _curve(length, height)
+    builder.add(metal, bend(strip(neck, thick), curve), shapes.translate(dish, (0, 0.3 * height, 0)))
+    builder.add(grip, bend(_handle(0.75 * half, length, thick, is_bare=grip == metal), curve))
+    return builder.build([name])
+
+
+def _handle(half: float, length: float, thick: float, *, is_bare: bool) -> shapes.Mesh:
+    """Returns the rear part of cutlery's handle; what is not bare metal is thicker."""
+    outline = [(-length / 2, 0.35), (-0.47 * length, 0.55), (-0.3 * length, 0.42), (-0.115 * length, 0.28)]
+    return strip([(z, share * half) for z, share in outline], thick if is_bare else 2.2 * thick)
+
+
+def knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a kitchen knife: blade to the front, in the plane that the box is broader in."""
+    builder = Builder("Knife", size)
+    broad, slim, length = max(size.x, size.y), min(size.x, size.y), size.z
+    half = broad / 2
+    split = float(rng.choice([-0.12, -0.06])) * length
+    if rng.random() < 0.3:
+        edge = [
+            (split, 0.45 * half),
+            (0.44 * length, 0.45 * half),
+            (length / 2, -0.4 * half),
+            (0.4 * length, -half),
+            (split, -half),
+        ]
+    else:
+        edge = [
+            (split, 0.6 * half),
+            (0.2 * length, 0.55 * half),
+            (0.4 * length, 0.1 * half),
+            (length / 2, -0.9 * half),
+            (split, -half),
+        ]
+    blade = shapes.extrude([(x, z) for z, x in edge], -0.12 * slim, 0.12 * slim)
+    grip = [
+        (-length / 2, -0.5),
+        (-length / 2, 0.7),
+        (-0.4 * length, 1.0),
+        (split, 0.7),
+        (split, -0.3),
+        (-0.3 * length, -0.2),
+    ]
+    handle = shapes.extrude([(x * half, z) for z, x in grip], -slim / 2, slim / 2)
+    bolster = shapes.box((1.3 * half, 0.8 * slim, 0.02 * length), (-0.1 * half, 0, split))
+    upright = size.y > size.x
+    pieces = [shapes.rotate(piece, "z", -90) if upright else piece for piece in (blade, handle, bolster)]
+    builder.add(STEEL, pieces[0], pieces[2])
+    builder.add(one_of(rng, GRIPS), pieces[1])
+    return builder.build(["kitchen"])
+
+
+def butter_knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a table knife with a round tip."""
+    builder = Builder("ButterKnife", size)
+    broad, slim, length = max(size.x, size.y), min(size.x, size.y), size.z
+    half = broad / 2
+    blade = [(0.0, 0.55), (0.08 * length, 0.9), (0.36 * length, 1.0), (0.46 * length, 0.75), (length / 2, 0.2)]
+    grip = [(-length / 2, 0.5), (-0.42 * length, 0.85), (-0.2 * length, 0.7), (0.0, 0.5)]
+    pieces = [strip([(z, s * half) for z, s in blade], 0.25 * slim), strip([(z, s * half) for z, s in grip], slim)]
+    if size.y > size.x:
+        pieces = [shapes.rotate(piece, "z", -90) for piece in pieces]
+    name, metal, grip = one_of(rng, CUTLERY)
+    builder.add(metal, pieces[0])
+    builder.add(grip, pieces[1])
+    return builder.build([name])
+
+
+def ladle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a soup ladle: a deep round dish and a long handle."""
+    builder = Builder("Ladle", size)
+    width, height, length = size
+    across = min(width, 0.4 * length)
+    middle = length / 2 - across / 2
+    dish = shapes.lathe(
+        [(0.0, 0.0), (0.6, 0.1), (0.92, 0.45), (1.0, 0.8), (0.93, 0.8), (0.84, 0.45), (0.5, 0.16), (0.0, 0.08)],
+        segments=16,
+    )
+    dish = shapes.scale(dish, (width / 2, 0.8 * height, across / 2))
+    look = one_of(rng, (STEEL, "chrome", "plastic/#1f2022", "wood/oak"))
+    builder.add(look, shapes.translate(dish, (0, 0, middle)))
+    thick = 0.055 * width
+    start = middle - 0.47 * across
+    path = [(0, 0.6 * height, start), (0, height - thick, start - 0.18 * length), (0, height - thick, -length / 2)]
+    builder.add(look, shapes.scale(shapes.tube(path, thick, 6), (1.6, 1.0, 1.0)))
+    return builder.build([{"w": "wooden", "p": "black"}.get(look[0], "steel")])
+
+
+def spatula(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a slotted turner or a flat spatula."""
+    builder = Builder("Spatula", size)
+    width, height, length = size
+    half = width / 2
+    name, tint = colour(rng, "black", "red", "teal", "orange")
+    material = one_of(rng, (STEEL, f"plastic/{tint}"))
+    start = 0.2 * length
+    thick = 0.1 * height
+    blade = [
+        strip([(start, 0.5 * half), (start + 0.05 * length, 0.96 * half), (start + 0.09 * length, half)], thick),
+        strip([(0.47 * length, half), (length / 2, half)], thick),
+    ]
+    for x in (-0.86, -0.29, 0.29, 0.86):
+        bar = strip([(start + 0.085 * length, 0.16 * half), (0.475 * length, 0.16 * half)], thick)
+        blade.append(shapes.translate(bar, (min(max(x, -0.84), 0.84) * half, 0, 0)))
+    builder.add(material, *blade)
+    rise = height - thick
+    path = [(0, 0, start + 0.01 * length), (0, 0.8 * rise, 0.1 * length), (0, rise, 0.0)]
+    builder.add(STEEL, shapes.tube(path, 0.08 * half, 6))
+    grip = shapes.rounded_box(
+        (0.36 * width, 0.5 * height, 0.46 * length), (0, 0.75 * height, -0.27 * length), 0.1 * height
+    )
+    builder.add(f"plastic/{tint}", grip)
+    return builder.build([name if material.startswith("plastic") else "steel"])
+
+
+def _dish(along: tuple[float, float], half: float, sink: float) -> shapes.Mesh:
+    """Returns a shallow oval dish: `along` is its middle and half length on z."""
+    middle, reach = along
+    dish = shapes.lathe([(0.0, -1.0), (0.6, -0.72), (1.0, 0.0), (0.94, 0.04), (0.55, -0.6), (0.0, -0.85)], segments=14)
+    return shapes.translate(shapes.scale(dish, (half, sink, reach)), (0, 0, middle))
+
+
+def _curve(length: float, height: float):
+    """Returns the lift of cutlery: low in the neck, rising to both ends."""
+    return lambda z: 0.75 * height * (1 - np.cos(2.4 * (z / length + 0.1))) / (1 - np.cos(2.4 * 0.6))
+
+
+MAKERS: dict[str, Maker] = {
+    "ButterKnife": along_longest(butter_knife),
+    "Fork": along_longest(fork),
+    "Kettle": kettle,
+    "Knife": along_longest(knife),
+    "Ladle": along_longest(ladle),
+    "Pan": lengthwise(pan),
+    "Pot": lengthwise(pot),
+    "Spatula": along_longest(spatula),
+    "Spoon": along_longest(spoon),
+}

@@ -1,0 +1,272 @@
+"""Small things that people carry, read and write with."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.arrange import Maker, along_longest, lengthwise
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.materials import material
+from vigil.assets.kernel.palette import colour, one_of, word_for
+from vigil.pose import Vec3
+
+DARK = "plastic/#1f2022"
+COVERS = 24
+
+
+def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a book that lies on its back, its spine at -x; its cover opens by 165 degrees."""
+    builder = Builder("Book", size)
+    width, height, length = size
+    cover = f"cover/{rng.integers(COVERS)}"
+    name, tint = _ground(cover)
+    board = min(0.12 * height, 0.004)
+    cloth = f"leather/{tint}"
+    builder.add(cloth, shapes.span((-width / 2, 0, -length / 2), (width / 2, board, length / 2)))
+    builder.add(cloth, shapes.span((-width / 2, 0, -length / 2), (-width / 2 + board, height - board, length / 2)))
+    pages = ((-width / 2 + board, board, -0.485 * length), (0.485 * width, height - 1.4 * board, 0.485 * length))
+    builder.add("paper/#efe9d8", shapes.span(*pages))
+    text = shapes.panel(0.9 * width, 0.93 * length, (0, height - 1.3 * board, 0), "+y")
+    builder.add("print/text", text)
+    hinge = builder.hinge("cover", (0, 0, 1), (-width / 2 + board, height - board, 0), 165)
+    lid = PartStyle(cloth, joint=hinge, bears_open=True)
+    builder.add(lid, shapes.span((-width / 2, height - board, -length / 2), (width / 2, 0.999 * height, length / 2)))
+    inside = PartStyle("print/text", joint=hinge, bears_open=True)
+    builder.add(inside, shapes.panel(0.94 * width, 0.96 * length, (0, height - 1.05 * board, 0), "-y"))
+    front = PartStyle(cover, joint=hinge, bears_open=True)
+    builder.add(front, shapes.panel(0.92 * width, 0.99 * length, (0.03 * width, height, 0), "+y"))
+    builder.solid((-width / 2, 0, -length / 2), (width / 2, height - board, length / 2))
+    builder.solid((-width / 2, height - board, -length / 2), (width / 2, height, length / 2), hinge)
+    return builder.build([name] if name else [])
+
+
+def _ground(cover: str) -> tuple[str | None, str]:
+    """Returns the colour at a cover's corner: its word, where one fits clearly, and "#rrggbb"."""
+    picture = material(cover).texture
+    red, green, blue = (128, 128, 128) if picture is None else (int(part) for part in picture[2, 2])
+    return word_for(red, green, blue), f"#{red:02x}{green:02x}{blue:02x}"
+
+
+def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a newspaper: folded and lying flat, or rolled up in a box with a thick section."""
+    builder = Builder("Newspaper", size)
+    width, height, length = size
+    paper = f"paper/{one_of(rng, ('#dcd7c9', '#e6e3da', '#ead3bd'))}"
+    if height > 0.24 * width:
+        roll = shapes.cylinder(0.5, length, axis="z", segments=16)
+        builder.add(paper, shapes.translate(shapes.scale(roll, (width, height, 1)), (0, height / 2, 0)))
+        angles = np.linspace(0, 2.2 * np.pi, 14)
+        radii = np.linspace(0.42, 0.12, 14)
+        spiral = np.c_[radii * np.cos(angles) * width, height / 2 + radii * np.sin(angles) * height, 0 * angles]
+        for z in (-0.502 * length, 0.502 * length):
+            builder.add("plastic/#6b675e", shapes.tube(spiral + np.array([0, 0, z]), 0.02 * height, 4))
+        band = shapes.cylinder(0.51, 0.07 * length, axis="z", segments=16)
+        rubber = f"rubber/{colour(rng, 'red', 'blue', 'green')[1]}"
+        builder.add(rubber, shapes.translate(shapes.scale(band, (width, height, 1)), (0, height / 2, 0)))
+        front = shapes.panel(0.5 * width, 0.8 * length, (0, 1.003 * height, 0), "+y")
+        builder.add("print/news", front)
+        return builder.build(["rolled"])
+    layers = int(rng.integers(2, 5))
+    for k in range(layers):
+        shrink = 1 - 0.03 * k
+        low, high = k * height / layers, (k + 0.92) * height / layers
+        offset = rng.uniform(-0.01, 0.01, 2) * [width, length]
+        sheet = shapes.box((shrink * width, high - low, shrink * length), (0, (low + high) / 2, 0))
+        builder.add(paper, shapes.translate(sheet, (offset[0] * k, 0, offset[1] * k)))
+    front = shapes.panel(0.92 * width, 0.92 * length, (0, height, 0), "+y")
+    builder.add("print/news", front)
+    return builder.build(["folded"])
+
+
+def pen(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a pen with a tip to +z, a cap or a button, and a clip."""
+    builder = Builder("Pen", size)
+    width, height, length = size
+    name, tint = colour(rng, "blue", "black", "red", "green", "purple")
+    barrel = one_of(rng, (f"plastic/{tint}", "plastic/#ecebe6", "metal/brushed"))
+    thick = 0.86 * height
+    pieces = (
+        (f"plastic/{tint}", -0.5, -0.1, 1.0, 1.0),
+        (barrel, -0.1, 0.4, 0.92, 0.92),
+        ("metal/brushed", 0.4, 0.48, 0.9, 0.25),
+        (f"plastic/{tint}", 0.48, 0.5, 0.2, 0.08),
+    )
+    for look, start, end, first, last in pieces:
+        rod = shapes.tube([(0, 0, start * length), (0, 0, end * length)], [first / 2, last / 2], 10)
+        builder.add(look, shapes.translate(shapes.scale(rod, (width, thick, 1)), (0, thick / 2, 0)))
+    clip = shapes.box((0.2 * width, 0.12 * height, 0.26 * length), (0, height - 0.06 * height, -0.34 * length))
+    builder.add("metal/brushed", clip)
+    return builder.build([name] if barrel == f"plastic/{tint}" else [])
+
+
+def pencil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a six-sided pencil with a sharpened tip to +z and an eraser."""
+    builder = Builder("Pencil", size)
+    width, height, length = size
+    name, tint = colour(rng, "yellow", "yellow", "green", "red", "blue", "orange")
+    pieces = (
+        ("plastic/#d98ea3", -0.5, -0.46, 0.9, 0.9),
+        ("metal/brass", -0.46, -0.41, 1.0, 1.0),
+        (f"plastic/{tint}", -0.41, 0.38, 1.0, 1.0),
+        ("wood/pale", 0.38, 0.47, 1.0, 0.3),
+        ("plastic/#2b2b2e", 0.47, 0.5, 0.3, 0.05),
+    )
+    for look, start, end, first, last in pieces:
+        rod = shapes.tube([(0, 0, start * length), (0, 0, end * length)], [first / 2, last / 2], 6)
+        builder.add(look, shapes.translate(shapes.scale(rod, (width, height, 1)), (0, height / 2, 0)))
+    return builder.build([name])
+
+
+def credit_card(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a bank card, face up, with its chip, number and a coloured corner."""
+    builder = Builder("CreditCard", size)
+    width, height, depth = size
+    name, tint = colour(rng, "blue", "red", "green", "black", "teal", "yellow", "grey", "purple")
+    builder.add(f"plastic/{tint}", shapes.slab((width, 0.9 * height, depth), (0, 0.45 * height, 0), 0.08 * depth))
+    level = 0.92 * height + 1e-4
+    bits = (
+        ("metal/gold", (0.15, 0.2), (-0.28, -0.05)),
+        ("plastic/#ecebe6", (0.72, 0.07), (-0.05, 0.2)),
+        ("plastic/#ecebe6", (0.3, 0.05), (-0.26, 0.36)),
+        ("plastic/#ecebe6", (0.34, 0.09), (-0.24, -0.33)),
+    )
+    for look, (w, d), (x, z) in bits:
+        builder.add(look, shapes.panel(w * width, d * depth, (x * width, level, z * depth), "+y"))
+    for x, tone in ((0.28, "#d3242c"), (0.36, "#e2a13b")):
+        spot = shapes.cylinder(0.13 * depth, 0.1 * height, (x * width, 0.95 * height, 0.3 * depth), segments=12)
+        builder.add(f"plastic/{tone}", spot)
+    return builder.build([name])
+
+
+def key_chain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns keys on a ring, with a coloured fob."""
+    builder = Builder("KeyChain", size)
+    length, height, width = size.z, size.y, size.x
+    name, tint = colour(rng, "red", "blue", "black", "green", "yellow", "orange")
+    radius = 0.14 * length
+    ring_z = -0.08 * length
+    angles = np.linspace(0, 2 * np.pi, 17)
+    ring = np.c_[radius * np.sin(angles), np.full(17, 0.5 * height), ring_z + radius * np.cos(angles)]
+    builder.add("chrome", shapes.tube(ring, 0.14 * height, 5))
+    for look, angle, lift in (("metal/brass", -24, 0.2), ("metal/brushed", 0, 0.45), ("metal/brushed", 26, 0.7)):
+        reach = 0.5 * length - ring_z - 0.7 * radius
+        key = _key(reach, 0.28 * width, 0.22 * height)
+        key = shapes.rotate(shapes.translate(key, (0, lift * height, 0.7 * radius)), "y", angle)
+        builder.add(look, shapes.translate(key, (0, 0, ring_z)))
+    fob_length = 0.5 * length + ring_z - radius * 0.8
+    fob = shapes.slab(
+        (0.5 * width, 0.9 * height, fob_length), (0, 0.45 * height, -0.5 * length + fob_length / 2), 0.2 * width
+    )
+    builder.add(f"leather/{tint}", fob)
+    return builder.build([f"{name} fob"])
+
+
+def _key(length: float, width: float, thick: float) -> shapes.Mesh:
+    """Returns a key along z from 0 to `length`: bow, blade and teeth."""
+    bow = width / 2
+    outline = [
+        (-bow, 0.1 * length),
+        (-0.6 * bow, 0.0),
+        (0.6 * bow, 0.0),
+        (bow, 0.1 * length),
+        (bow, 0.24 * length),
+        (0.35 * bow, 0.36 * length),
+        (0.35 * bow, 0.55 * length),
+        (0.7 * bow, 0.6 * length),
+        (0.35 * bow, 0.66 * length),
+        (0.7 * bow, 0.76 * length),
+        (0.35 * bow, 0.84 * length),
+        (0.6 * bow, 0.9 * length),
+        (0.0, length),
+        (-0.35 * bow, 0.94 * length),
+        (-0.35 * bow, 0.36 * length),
+        (-bow, 0.24 * length),
+    ]
+    return shapes.extrude(outline, -thick / 2, thick / 2)
+
+
+def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a wrist watch, closed and lying on its strap, the dial on top."""
+    builder = Builder("Watch", size)
+    width, height, depth = size
+    name, tint = one_of(rng, (("black", "#1f2022"), ("brown", "#6b4628"), ("silver", ""), ("red", "#8d2a2e")))
+    metal = one_of(rng, ("metal/gold", "chrome", "metal/brushed"))
+    strap = f"leather/{tint}" if tint else "metal/brushed"
+    angles = np.linspace(0, 2 * np.pi, 21)
+    across = 0.27 * depth
+    loop = np.c_[0.5 * width * np.cos(angles), 0.46 * height + 0.46 * height * np.sin(angles)]
+    inner = np.c_[0.44 * width * np.cos(angles), 0.46 * height + 0.36 * height * np.sin(angles)]
+    for a, b in ((loop, inner),):
+        rings = [np.c_[line, np.full(21, z)] for line, z in ((a, -across), (a, across), (b, across), (b, -across))]
+        skin = [np.stack([rings[k], rings[(k + 1) % 4]]) for k in range(4)]
+        builder.add(strap, *(_outward(shapes.loft(pair, cap=False), inside=k == 2) for k, pair in enumerate(skin)))
+    dial = shapes.cylinder(0.5, 0.2 * height, segments=18)
+    face = min(0.6 * width, depth)
+    builder.add(metal, shapes.translate(shapes.scale(dial, (face, 1, depth)), (0, 0.88 * height, 0)))
+    plate = one_of(rng, ("paper/#f4f1e6", "plastic/#22304f", DARK))
+    glass = shapes.disc(0.43, segments=18)
+    builder.add(plate, shapes.translate(shapes.scale(glass, (face, 1, depth)), (0, 0.985 * height, 0)))
+    ink = DARK if plate.startswith("paper") else "plastic/#ecebe6"
+    for angle, reach in ((20, 0.3), (130, 0.22)):
+        hand = shapes.panel(0.05 * face, reach * depth, (0, 0.995 * height, -0.4 * reach * depth), "+y")
+        builder.add(ink, shapes.rotate(hand, "y", angle))
+    for k in range(12):
+        angle = k * np.pi / 6
+        spot = (0.37 * face * np.cos(angle), 0.992 * height, 0.37 * depth * np.sin(angle))
+        builder.add(ink, shapes.panel(0.035 * face, 0.035 * depth, spot, "+y"))
+    crown = shapes.cylinder(0.05 * height, 0.04 * width, (face / 2 + 0.01 * width, 0.88 * height, 0), "x", 8)
+    builder.add(metal, crown)
+    return builder.build([name])
+
+
+def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
+    """Returns a band about the axis z that faces away from it, or towards it with `inside`."""
+    middle = part.vertices.mean(0)
+    away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
+    flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
+    if flat:
+        wrong = (part.vertices[:, 2].mean() > 0) != (part.normals[:, 2].mean() > 0)
+    else:
+        wrong = (away < 0) != inside
+    if not wrong:
+        return part
+    return shapes.Mesh(part.vertices, part.faces[:, ::-1], -part.normals, part.uvs)
+
+
+def tissue_box(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+    """Returns a box of tissues with one standing out of the slot."""
+    builder = Builder("TissueBox", size)
+    width, height, depth = size
+    name, tint = colour(rng, "light blue", "pink", "green", "teal", "purple", "orange", "white")
+    top = 0.66 * height
+    kind = one_of(rng, ("paper", "dots", "stripes"))
+    builder.add(f"{kind}/{tint}", shapes.span((-width / 2, 0, -depth / 2), (width / 2, top, depth / 2), 0.003))
+    slot = shapes.scale(shapes.disc(0.5, segments=18), (0.62 * width, 1, 0.42 * depth))
+    builder.add("plastic/#55585c", shapes.translate(slot, (0, top + 3e-4, 0)))
+    angles = np.linspace(0, 2 * np.pi, 13)
+    rings = []
+    for level, spread in ((0.0, 0.7), (0.45, 0.55), (0.8, 0.95), (1.0, 0.5)):
+        wave = 1 + 0.28 * np.sin(3 * angles + 3 * level)
+        rings.append(
+            np.c_[
+                0.2 * width * spread * wave * np.cos(angles) + 0.06 * width * level,
+                top + (height - top) * (level - 0.1 * level * np.cos(2 * angles)),
+                0.13 * depth * spread * wave * np.sin(angles),
+            ]
+        )
+    builder.add("paper/#fbfaf7", shapes.loft(np.array(rings)))
+    return builder.build([name])
+
+
+MAKERS: dict[str, Maker] = {
+    "Book": book,
+    "CreditCard": credit_card,
+    "KeyChain": lengthwise(key_chain),
+    "Newspaper": lengthwise(newspaper),
+    "Pen": along_longest(pen),
+    "Pencil": along_longest(pencil),
+    "TissueBox": tissue_box,
+    "Watch": watch,
+}

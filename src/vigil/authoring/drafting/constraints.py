@@ -1,0 +1,233 @@
+"""Proposals of constraints to resolve (CR): something in the way, a blocked swing, an interlock, a full hand.
+
+Open leaves are proposed by `vigil.authoring.drafting.leaves`. That a constraint binds is proved by
+`vigil.authoring.review.rules` (`constraint_stands`), not by construction.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.language.referring import referents
+from vigil.authoring.language.wording import CONSTRAINTS, Act, opened, order, say
+from vigil.authoring.solving.free_space import is_cut_off
+from vigil.authoring.solving.macro_actions import box_distances
+from vigil.episode import LOOKING_DOWN_DEG, Episode
+from vigil.goals import Constraint
+from vigil.pose import Box, Pose, Vec3, rotate_floor
+from vigil.scene.geometry import box_of
+from vigil.scene.outlines import BODY_RADIUS_M, footprint
+from vigil.scene.things import Thing
+from vigil.world import ObjectSetup, Placement, Setup
+
+OBSTACLES = (
+    *("Box", "BasketBall", "WateringCan", "Boots", "TeddyBear", "Footstool", "Vase", "Statue", "Kettle", "Pot"),
+    *("Plunger", "TissueBox", "Dumbbell", "TableTopDecor"),
+)
+"""What may stand on the floor in somebody's way."""
+MOVED_M = 0.5
+OBSTACLE_PX = 800
+LEAST_OBSTACLE_M = 0.17
+ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
+TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
+START_AWAY_M = (0.9, 4.0)
+NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class PartialTask:
+    """What is to be asked, before a start pose and words are found for it."""
+
+    template: str
+    setup: Setup
+    target: Thing
+    act: Act
+    constraint: Constraint
+    words: str = ""
+    """Key of `CONSTRAINTS`; the template's own name by default."""
+
+
+def interlocked(context: HouseContext) -> Drafts:
+    """Yields drafts with machines that start only while closed and open only while off."""
+    machines = context.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
+    for thing in machines:
+        is_open = Setup(objects={thing.id: ObjectSetup(openness=1.0, is_toggled=False)})
+        is_on = Setup(objects={thing.id: ObjectSetup(openness=0.0, is_toggled=True)})
+        closed = Constraint(kind="object_closed", object_id=thing.id, latched=False)
+        stopped = Constraint(kind="object_off", object_id=thing.id, latched=False)
+        yield from draft_of(context, PartialTask("interlock", is_open, thing, "turn_on", closed, "close_first"))
+        yield from draft_of(context, PartialTask("interlock", is_on, thing, "open", stopped, "stop_first"))
+
+
+def full_handed(context: HouseContext) -> Drafts:
+    """Yields drafts that start with something in the hand, and ask to pick up something else."""
+    holdable = context.things(lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < 0.45)
+    for target in context.things(lambda thing: thing.is_pickupable and is_target(thing))[:TRIED_TARGETS]:
+        for held in [thing for thing in holdable if thing.id != target.id and thing.parent != target.id][:2]:
+            constraint = Constraint(kind="object_released", object_id=held.id, latched=False)
+            yield from draft_of(context, PartialTask("hand", Setup(held=held.id), target, "pick", constraint))
+
+
+def swing_blocked(context: HouseContext) -> Drafts:
+    """Yields drafts in which something stands where a door must swing."""
+    doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and thing.parent is None)
+    for target in [door for door in doors if not door.is_pickupable]:
+        setup = setup_for(target, "open")
+        for obstacle in _obstacles(context, target):
+            for spot in _spots_before(target, obstacle):
+                if _fits(context, obstacle, spot, setup):
+                    blocked = _with(setup, obstacle, spot)
+                    yield from draft_of(context, PartialTask("swing", blocked, target, "open", _moved(obstacle)))
+                    break
+
+
+def in_the_way(context: HouseContext) -> Drafts:
+    """Yields drafts in which a thing to be picked up stands in the only way to the target, seen past it."""
+    for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
+        act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
+        setup = setup_for(target, act)
+        for start, spots in _ways(context, target, setup):
+            found = _barrier(context, target, setup, start, spots)
+            if found is not None:
+                obstacle, blocked = found
+                yield from draft_of(context, PartialTask("obstacle", blocked, target, act, _moved(obstacle)), start)
+                break
+
+
+def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
+    """Yields start poses that see a target far off, with places (n, 2) on the way to it."""
+    if not context.can_begin(setup):
+        return
+    see = is_seen(CLEAR_PX)
+    starts = [
+        place for place in context.starts(context.away_from(target, 2.2, 6.0), 40) if context.sights(place, target) >= 6
+    ]
+    for place in starts[:TRIED_STARTS]:
+        context.begin(setup)
+        start = context.facing(place, target, LOOKING_DOWN_DEG, 25.0)
+        if not see(context.seen_from(start, target.id)):
+            continue
+        walks = context.oracle.plan().walks_from((place.x, place.z))
+        cells = walks.plan.cells
+        lengths = np.where(box_distances(box_of(target), cells) < NEAR_TARGET_M, walks.lengths, np.inf)
+        goal = int(lengths.argmin()) if len(lengths) else 0
+        corners = walks.corners_to(goal) if len(lengths) and np.isfinite(lengths[goal]) else None
+        if corners:
+            line = shapely.LineString([(place.x, place.z), *corners])
+            along = np.arange(BEFORE_START_M, line.length, SPOT_STEP_M)
+            yield start, shapely.get_coordinates(shapely.line_interpolate_point(line, along))
+
+
+def _barrier(
+    context: HouseContext, target: Thing, setup: Setup, start: Pose, spots: np.ndarray
+) -> tuple[Thing, Setup] | None:
+    """Returns an obstacle and the setup in which it stands on one of the spots and cuts the target off."""
+    context.begin(setup)
+    free, bare = context.oracle.plan().tight, context.oracle.bare_floor()
+    place = start.position.x, start.position.z
+    for obstacle in _obstacles(context, target)[:TRIED_OBSTACLES]:
+        for x, z in spots:
+            spot = standing(obstacle, float(x), float(z), 0.0)
+            shape = placed_footprint(obstacle, spot)
+            left = free.difference(shape.buffer(BODY_RADIUS_M))
+            if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
+                blocked = _with(setup, obstacle, spot)
+                can_stand = context.can_begin(blocked)
+                is_met = can_stand and context.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
+                if is_met and context.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
+                    return obstacle, blocked
+    return None
+
+
+def acts_for(target: Thing) -> list[Act]:
+    """Returns what can be asked to be done with a thing."""
+    return [act for act in ACTS if allows(target, act)]
+
+
+def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
+    """Returns what may be put in the way, in a random order."""
+    return context.things(
+        lambda thing: (
+            thing.category in OBSTACLES
+            and thing.is_pickupable
+            and target.id not in (thing.id, thing.parent)
+            and target.parent != thing.id
+        )
+    )
+
+
+def _spots_before(target: Thing, obstacle: Thing) -> Iterator[Placement]:
+    """Yields places on the floor in front of a target."""
+    deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
+    for gap in (0.04, 0.12, 0.25):
+        for share in (0.0, 0.3, -0.3):
+            x, z = rotate_floor(share * target.asset.size.x, deep + gap, target.rotation.y)
+            yield standing(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
+
+
+def standing(thing: Thing, x: float, z: float, yaw: float) -> Placement:
+    """Returns the placement of a thing on the floor at x, z."""
+    position = Vec3(round(x, 3), round(thing.asset.size.y / 2, 4), round(z, 3))
+    return Placement(position=position, rotation=Vec3(0.0, yaw, 0.0))
+
+
+def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
+    """Returns the floor shape of a placed thing's box."""
+    return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
+
+
+def _fits(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
+    fits = context.can_begin(setup) and context.oracle.bare_floor().covers(placed_footprint(obstacle, spot))
+    context.begin(Setup())
+    return fits
+
+
+def _with(setup: Setup, obstacle: Thing, spot: Placement) -> Setup:
+    return Setup(objects={**setup.objects, obstacle.id: ObjectSetup(placement=spot)})
+
+
+def _moved(obstacle: Thing) -> Constraint:
+    return Constraint(kind="object_moved", object_id=obstacle.id, latched=True, distance_m=MOVED_M)
+
+
+def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Iterator[Episode]:
+    """Yields one draft, or none where no start or no words are found."""
+    target, constraint = sketch.target, sketch.constraint
+    if not context.can_begin(sketch.setup):
+        return
+    also = constraint.object_id if sketch.template == "swing" else None
+    start = start or context.start_seeing(target, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+    phrase, other = context.phrase(target.id), context.phrase(constraint.object_id)
+    context.begin(Setup())
+    if start is None or phrase is None or other is None:
+        return
+    if sketch.template == "hand" and not referents(other.placeless, [context.items[target.id]]):
+        other = other.placeless
+    words = sketch.words or sketch.template
+    slots = order(sketch.act, target.category, str(phrase), context.rng) | {
+        "target": str(phrase),
+        "obstacle": str(other),
+    }
+    if words == "leaf":
+        slots |= opened(context.thing(constraint.object_id).category, str(other)).slots("blocker")
+    elif sketch.act in ("open", "close"):
+        slots |= opened(target.category, str(phrase)).slots()
+    bindings = {"target": target.id}
+    if constraint.object_id != target.id:
+        bindings["obstacle"] = constraint.object_id
+    yield context.draft(
+        "CR",
+        TaskSpec(
+            start=start,
+            setup=sketch.setup,
+            instruction=say(CONSTRAINTS[words], context.rng, **slots),
+            goal=goal_for(target, sketch.act).model_copy(update={"constraint": constraint}),
+            bindings=bindings,
+            template=sketch.template,
+        ),
+    )

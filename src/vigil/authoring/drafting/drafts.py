@@ -1,0 +1,222 @@
+"""Drafts: a file of proposed episodes that hold, and of those that do not, each with the rule that it breaks.
+
+    {"line": "header", ...}      who proposes, and with which settings
+    {"line": "draft", ...}       a valid episode with its solution and the facts that packs are balanced over
+    {"line": "rejected", ...}    what was proposed in vain, and why
+    {"line": "done", ...}        a family in a house is finished, with counts
+
+Houses lie beside the file, in the folder `<stem>.houses`. The file is only appended to, by one process at a time;
+what follows the last `done` line was interrupted and is cut off when the file is continued.
+"""
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from vigil.actions import Action
+from vigil.episode import Episode, Family
+from vigil.errors import HouseError, SettingError
+from vigil.house import House, canonical_json
+from vigil.jsonl import AppendFile, parse, read_lines
+from vigil.jsonl import Line as JsonLine
+
+DRAFTS_SCHEMA = 1
+DIGITS = 6
+"""Of a draft's own hash in its id."""
+
+
+class _Line(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Header(_Line):
+    """Who proposes, and with which settings; two parts of one file agree on it."""
+
+    line: Literal["header"] = "header"
+    schema_version: int = DRAFTS_SCHEMA
+    author: str
+    seed: int
+    simulator: str
+    per_house: int
+    tried: int
+
+
+class DraftFacts(_Line):
+    """What a pack is balanced over, besides what the episode itself says."""
+
+    category: str
+    """Of the target."""
+    rooms: int
+    area_m2: float
+    distance_m: float
+    """From the start to the target's box, in the floor plane."""
+    is_seen_by_turning: bool
+    """Whether the target can be seen from the start position, looking anywhere."""
+    label: Literal["on", "off", "open", "closed"] | None = None
+    """State verification only."""
+
+
+class Draft(_Line):
+    """A valid episode that nobody has reviewed yet."""
+
+    line: Literal["draft"] = "draft"
+    kind: str
+    """Of the grammar's table."""
+    episode: Episode
+    actions: tuple[Action, ...]
+    facts: DraftFacts
+
+
+class Rejection(_Line):
+    """Something proposed that no pack may hold."""
+
+    line: Literal["rejected"] = "rejected"
+    family: Family
+    kind: str
+    house: str
+    rule: str
+    message: str
+    instruction: str = ""
+
+
+class Done(_Line):
+    """A family in a house is finished."""
+
+    line: Literal["done"] = "done"
+    family: Family
+    house: str
+    kept: int
+    rejected: dict[str, int]
+    """Rule -> how many proposals broke it."""
+    seconds: float
+
+
+Line = Draft | Rejection | Done
+_LINE: TypeAdapter[Header | Line] = TypeAdapter(Annotated[Header | Line, Field(discriminator="line")])
+
+
+@dataclass(frozen=True, slots=True)
+class Proposed:
+    """All that a drafts file says."""
+
+    header: Header
+    drafts: tuple[Draft, ...]
+    rejections: tuple[Rejection, ...]
+    done: tuple[Done, ...]
+
+    @property
+    def reasons(self) -> dict[str, dict[str, int]]:
+        """Family -> rule -> proposals that broke it."""
+        found: dict[str, Counter[str]] = {}
+        for rejection in self.rejections:
+            found.setdefault(rejection.family, Counter())[rejection.rule] += 1
+        return {family: dict(sorted(rules.items())) for family, rules in sorted(found.items())}
+
+
+class DraftsFile:
+    """A drafts file with its folder of houses."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.houses = path.with_name(f"{path.stem}.houses")
+
+    @contextmanager
+    def writing(self, header: Header) -> Iterator["DraftsWriter"]:
+        """Begins or continues the file, which nobody else can write to meanwhile.
+
+        Raises SettingError when it was begun with other settings, RecordError when it cannot be written.
+        """
+        if not self.path.parent.is_dir():
+            raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Make it first.")
+        with AppendFile(self.path) as file:
+            done = self._continue(file, header)
+            self.houses.mkdir(exist_ok=True)
+            yield DraftsWriter(file, self.houses, frozenset((each.house, each.family) for each in done))
+
+    def read(self) -> Proposed:
+        """Returns what the file says. Raises SettingError naming the line that is wrong."""
+        if not self.path.is_file():
+            raise SettingError(f"Drafts file {str(self.path)!r} does not exist. `vigil pack propose` writes one.")
+        return self._proposed(_finished(read_lines(self.path)))
+
+    def house(self, name: str) -> House:
+        """Returns a house that lies beside the file. Raises HouseError."""
+        path = self.houses / f"{name}.json"
+        if not path.is_file():
+            raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
+        return House.load(path)
+
+    def _continue(self, file: AppendFile, header: Header) -> tuple[Done, ...]:
+        """Returns what is done in the file, which then ends with it."""
+        first = _bytes_of(header)
+        if first.startswith(b"".join(line.data for line in file.lines.whole) + file.lines.torn):
+            file.cut(0)  # nothing, or what a kill left of the first line
+            file.append(first)
+            return ()
+        finished = _finished(file.lines.whole)
+        found = self._proposed(finished)
+        if found.header != header:
+            raise SettingError(
+                f"Drafts file {str(self.path)!r} was begun with other settings ({_differences(found.header, header)}). "
+                "Use the same ones, or another file."
+            )
+        file.cut(finished[-1].end)
+        return found.done
+
+    def _proposed(self, lines: Sequence[JsonLine]) -> Proposed:
+        rows = [
+            parse(line, _LINE, str(self.path), "Restore the file, or propose anew.", SettingError) for line in lines
+        ]
+        if not rows or not isinstance(rows[0], Header):
+            raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose anew.")
+        return Proposed(
+            rows[0],
+            tuple(row for row in rows if isinstance(row, Draft)),
+            tuple(row for row in rows if isinstance(row, Rejection)),
+            tuple(row for row in rows if isinstance(row, Done)),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class DraftsWriter:
+    """A drafts file that is open for writing."""
+
+    file: AppendFile
+    houses: Path
+    done: frozenset[tuple[str, Family]]
+    """Which families were done in which houses when the file was opened."""
+
+    def add(self, house: House | None, lines: Iterable[Line]) -> None:
+        """Appends what was proposed in a house; None where there is no house. Raises RecordError."""
+        if house is not None:
+            house.save(self.houses / f"{house.name}.json")
+        self.file.append(*map(_bytes_of, lines))
+
+
+def draft_id(episode: Episode, category: str) -> str:
+    """Returns an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id."""
+    dumped = episode.model_dump(mode="json", exclude={"id", "provenance"})
+    digest = hashlib.sha256(canonical_json(dumped)).hexdigest()
+    seed = episode.provenance.seed or 0
+    return f"procthor_{category.lower()}_seed{seed:03d}_{episode.family.lower()}_{digest[:DIGITS]}"
+
+
+def _bytes_of(line: Header | Line) -> bytes:
+    return canonical_json(line.model_dump(mode="json")) + b"\n"
+
+
+def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:
+    """Returns the lines of finished work: all up to the last `done`, and the header."""
+    last = max((index for index, line in enumerate(lines) if b'"line":"done"' in line.data), default=0)
+    return lines[: last + 1]
+
+
+def _differences(old: Header, new: Header) -> str:
+    before, now = old.model_dump(), new.model_dump()
+    return ", ".join(f"{key} {before[key]!r}, now {now[key]!r}" for key in before if before[key] != now[key])

@@ -1,0 +1,241 @@
+"""Generation of drafts: propose episodes of some families in many houses, validate each, and keep the valid ones.
+
+One unit of work is a house with the families that are still to be done in it; units run in worker processes and are
+written down in the order of the houses, so that the file depends on its settings alone (but for the seconds).
+"""
+
+import time
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import islice
+from multiprocessing import get_context
+
+import numpy as np
+import shapely
+
+from vigil.actions import Action, Report
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
+from vigil.authoring.drafting.sources import Source
+from vigil.authoring.review.validate import Validator
+from vigil.authoring.solving.oracle import PrivilegedSimulator
+from vigil.episode import Episode, Family
+from vigil.errors import EpisodeError, HouseError, SettingError
+from vigil.house import House
+from vigil.sim import make_simulator
+from vigil.world import Setup
+
+PER_HOUSE, TRIED = 3, 20
+HOUSE_RULE = "house_holds_episodes"
+Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Episode | Rejection]]]]
+"""Yields kinds, each with its drafts and with what could not even be drafted."""
+
+
+@dataclass(frozen=True, slots=True)
+class GenerationSettings:
+    """How drafts are generated."""
+
+    families: tuple[Family, ...]
+    seed: int = 0
+    per_house: int = PER_HOUSE
+    """Drafts kept of each family in each house, shared out evenly (rounded up) among its kinds."""
+    tried: int = TRIED
+    """Drafts validated of each family in each house, shared out likewise."""
+    backend: str = "mujoco"
+    assets: AssetDatabase | None = None
+
+    def header(self, simulator: str, author: str) -> Header:
+        """Returns the first line of the drafts file."""
+        return Header(author=author, seed=self.seed, simulator=simulator, per_house=self.per_house, tried=self.tried)
+
+    def kept_of_kind(self, family: Family) -> int:
+        """Returns how many drafts of each of a family's kinds are kept in a house."""
+        return -(-self.per_house // len(GRAMMAR[family]))
+
+    def tried_of_kind(self, family: Family) -> int:
+        """Returns how many drafts of each of a family's kinds are validated in a house."""
+        return -(-self.tried // len(GRAMMAR[family]))
+
+    def simulator(self) -> PrivilegedSimulator:
+        """Returns a simulator of its own."""
+        return make_simulator(self.backend, assets=self.assets or AssetDatabase.default())
+
+
+@dataclass(frozen=True, slots=True)
+class GenerationProgress:
+    """How far the generation of drafts has come."""
+
+    houses: int
+    of: int
+    kept: int
+    rejected: int
+    seconds: float
+
+
+Unit = tuple[Source, tuple[Family, ...]]
+Found = tuple[House | None, list[Line]]
+
+
+def generate_drafts(
+    file: DraftsFile,
+    sources: Iterable[Source],
+    settings: GenerationSettings,
+    *,
+    workers: int = 1,
+    proposer: tuple[str, Proposer] | None = None,
+    on_progress: Callable[[GenerationProgress], None] = lambda report: None,
+) -> None:
+    """Proposes in all houses that are not done yet, and appends the drafts and rejections to `file`.
+
+    `proposer` is an author's name with its function, which then works in this process alone; the grammar by default.
+    Raises SettingError, or RecordError when the file cannot be written.
+    """
+    wanted = list(sources)
+    author = proposer[0] if proposer else AUTHOR
+    with file.writing(settings.header(settings.backend, author)) as writer:
+        units: list[Unit] = []
+        for source in wanted:
+            missing = tuple(family for family in settings.families if (source.name, family) not in writer.done)
+            units += [(source, missing)] if missing else []
+        begun, kept, rejected = time.monotonic(), 0, 0
+        for number, (house, lines) in enumerate(_worked(units, settings, workers, proposer), start=1):
+            writer.add(house, lines)
+            kept += sum(isinstance(line, Draft) for line in lines)
+            rejected += sum(isinstance(line, Rejection) for line in lines)
+            on_progress(GenerationProgress(number, len(units), kept, rejected, time.monotonic() - begun))
+
+
+def _worked(
+    units: Sequence[Unit], settings: GenerationSettings, workers: int, proposer: tuple[str, Proposer] | None
+) -> Iterator[Found]:
+    if proposer is not None or workers == 1:
+        generator = DraftGenerator(settings, proposer[1] if proposer else grammar_proposer(settings))
+        for unit in units:
+            yield generator.work(*unit)
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin_worker, initargs=(settings,)) as pool:
+        futures: list[Future[Found]] = [pool.submit(_work, *unit) for unit in units]
+        try:
+            for future in futures:
+                yield future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+_generators: list["DraftGenerator"] = []
+"""The bench of this worker process."""
+
+
+def _begin_worker(settings: GenerationSettings) -> None:
+    _generators.append(DraftGenerator(settings, grammar_proposer(settings)))
+
+
+def _work(source: Source, families: tuple[Family, ...]) -> Found:
+    return _generators[0].work(source, families)
+
+
+def grammar_proposer(settings: GenerationSettings) -> Proposer:
+    """Returns the built-in grammar as a proposer."""
+
+    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
+        for kind, drafts in GRAMMAR[family].items():
+            key = f"{family} {kind} {context.house.name}"
+            context.rng = np.random.default_rng([settings.seed, zlib.crc32(key.encode())])
+            yield kind, drafts(context)
+
+    return proposals
+
+
+class DraftGenerator:
+    """A simulator with what is needed to draft and to validate in it."""
+
+    def __init__(self, settings: GenerationSettings, proposer: Proposer) -> None:
+        self._settings = settings
+        self._proposer = proposer
+        self._simulator = settings.simulator()
+        self._validator = Validator(self._simulator)
+
+    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+        """Returns a house and what came of proposing some families in it."""
+        begun = time.monotonic()
+        try:
+            house = source.house()
+            context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
+        except (HouseError, EpisodeError, SettingError) as error:
+            return None, list(_without_house(source.name, families, str(error), time.monotonic() - begun))
+        lines: list[Line] = []
+        for family in families:
+            begun = time.monotonic()
+            found = list(self._family(context, family))
+            lines += found
+            rules = Counter(line.rule for line in found if isinstance(line, Rejection))
+            kept = sum(isinstance(line, Draft) for line in found)
+            seconds = round(time.monotonic() - begun, 2)
+            lines.append(
+                Done(family=family, house=house.name, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds)
+            )
+        return house, lines
+
+    def _family(self, context: HouseContext, family: Family) -> Iterator[Draft | Rejection]:
+        most, tried = self._settings.kept_of_kind(family), self._settings.tried_of_kind(family)
+        seen: set[str] = set()
+        for kind, proposals in self._proposer(context, family):
+            kept = 0
+            context.begin(Setup())
+            for proposal in islice(proposals, tried):
+                line = proposal if isinstance(proposal, Rejection) else self._examine(context, kind, proposal)
+                context.begin(Setup())
+                if isinstance(line, Draft):
+                    if line.episode.id in seen:
+                        continue
+                    seen.add(line.episode.id)
+                    kept += 1
+                yield line
+                if kept >= most:
+                    break
+
+    def _examine(self, context: HouseContext, kind: str, episode: Episode) -> Draft | Rejection:
+        """Returns a draft under its own id when it holds, else why it does not."""
+        verdict = self._validator.validate(episode, context.house)
+        rule, message = next(((found.rule, found.message) for found in verdict.findings), ("", ""))
+        if rule:
+            return Rejection(
+                family=episode.family,
+                kind=kind,
+                house=context.house.name,
+                rule=rule,
+                message=message,
+                instruction=episode.instruction,
+            )
+        facts = facts_of(context, episode, verdict.actions)
+        provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(verdict.actions)})
+        named = episode.model_copy(update={"id": draft_id(episode, facts.category), "provenance": provenance})
+        return Draft(kind=kind, episode=named, actions=verdict.actions, facts=facts)
+
+
+def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...]) -> DraftFacts:
+    """Returns what a pack is balanced over."""
+    context.simulator.reset(episode.start, episode.setup)
+    target = context.thing(episode.goal.object_id)
+    rooms = context.simulator.scene().rooms
+    last = actions[-1]
+    label = last.status if episode.family == "SV" and isinstance(last, Report) else None
+    return DraftFacts(
+        category=target.category,
+        rooms=len(rooms),
+        area_m2=round(sum(shapely.Polygon(room.polygon).area for room in rooms), 1),
+        distance_m=round(context.oracle.state_of(target.id).box_distance_m, 2),
+        is_seen_by_turning=context.sights(episode.start.position, target) > 0,
+        label=label if label in ("on", "off", "open", "closed") else None,
+    )
+
+
+def _without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[Line]:
+    for family in families:
+        yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)
+        yield Done(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))

@@ -1,0 +1,214 @@
+"""The context of a house in which episodes are proposed: its inventory, seeded start poses and referring
+expressions."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from vigil.authoring.language.referring import Item, Phrase, items_of, phrase_for, without_repeats
+from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.solving.macro_actions import box_distances
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
+from vigil.errors import EpisodeError
+from vigil.goals import Goal
+from vigil.house import House
+from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
+from vigil.scene.geometry import box_of
+from vigil.scene.things import Thing
+from vigil.world import ObjectSetup, ObjectState, Setup
+
+AUTHOR = "grammar"
+TRIED_STARTS = 80
+SEEN_POINTS = 6
+SEEN_SHARE = 0.6
+"""Of what the best place sees of a thing, this much must be seen from a start."""
+SPREADS_DEG = (42.0, 25.0, 12.0)
+MARGIN_PX = 20
+HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
+
+Clear = Callable[[ObjectState], bool]
+Mask = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, slots=True)
+class TaskSpec:
+    """What an episode asks for, and from where."""
+
+    start: Pose
+    instruction: str
+    goal: Goal
+    bindings: dict[str, str]
+    setup: Setup = field(default_factory=Setup)
+    template: str = ""
+    difficulty: Size | None = None
+
+
+class HouseContext:
+    """One house, loaded, with the means to draft episodes in it."""
+
+    def __init__(self, simulator: PrivilegedSimulator, house: House, rng: np.random.Generator) -> None:
+        """Loads the house."""
+        self.simulator = simulator
+        self.house = house
+        self.rng = rng
+        self.only: frozenset[str] | None = None
+        """Ids of the things that may be chosen; None for all."""
+        simulator.load(house)
+        self._homes = _homes(simulator, house)
+        self.begin(Setup())
+        self.oracle = Oracle(simulator)
+
+    def begin(self, setup: Setup) -> None:
+        """Starts the house anew with a setup; closed doors between rooms are opened."""
+        complete = self.with_open_doors(setup)
+        for home in self._homes[:-1]:
+            try:
+                self.simulator.reset(home, complete)
+            except EpisodeError:  # an opened leaf stands there: try the next place
+                continue
+            return
+        self.simulator.reset(self._homes[-1], complete)
+
+    def can_begin(self, setup: Setup) -> bool:
+        """Starts the house anew with a setup, or without one where it cannot be. Returns whether it could.
+
+        It cannot where a leaf would reach through a wall, or a thing cannot be put.
+        """
+        try:
+            self.begin(setup)
+        except EpisodeError:
+            self.begin(Setup())
+            return False
+        return True
+
+    def with_open_doors(self, setup: Setup) -> Setup:
+        """Returns a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
+        doors = [door for door in self.house.document.doors if door.openable and (door.openness or 0.0) < 0.5]
+        opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
+        return setup.model_copy(update={"objects": {**opened, **setup.objects}})
+
+    @property
+    def items(self) -> dict[str, Item]:
+        """What one can say of the things as they are now."""
+        return items_of(self.oracle.scene)
+
+    def thing(self, thing_id: str) -> Thing:
+        """Returns a thing as it is now."""
+        return self.oracle.scene.things[thing_id]
+
+    def phrase(self, thing_id: str) -> Phrase | None:
+        """Returns what to call a thing as things are now; None when nothing fits it alone."""
+        items = self.items
+        return phrase_for(items[thing_id], items.values())
+
+    def shuffled(self, things: list[Thing]) -> list[Thing]:
+        """Returns things in a random order."""
+        return [things[index] for index in self.rng.permutation(len(things))]
+
+    def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
+        """Returns the wanted things that a phrase can name, in a random order."""
+        wanted = [thing for thing in self.oracle.scene.things.values() if thing.is_present and is_wanted(thing)]
+        if self.only is not None:
+            wanted = [thing for thing in wanted if thing.id in self.only]
+        items = self.items
+        return [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
+
+    def starts(self, is_wanted: Mask, tried: int = TRIED_STARTS) -> Iterator[Vec3]:
+        """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
+        walks = self.oracle.walks()
+        yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried)
+
+    def places_in(self, region: BaseGeometry, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
+        """Yields places in a part of the free floor in a random order, reachable or not."""
+        cells = self.oracle.plan().cells
+        yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
+
+    def _drawn(self, cells: np.ndarray, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
+        cells = cells[is_wanted(cells)] if len(cells) else cells
+        for index in self.rng.permutation(len(cells))[:tried]:
+            x, z = (round(float(value), 3) for value in cells[index])
+            yield Vec3(x, 0.0, z)
+
+    def facing(self, place: Vec3, thing: Thing, horizon: float, spread_deg: float, aside_deg: float = 0.0) -> Pose:
+        """Returns a pose that looks `aside_deg` to the right of a thing, off by at most `spread_deg`."""
+        yaw = yaw_towards(place, thing.position) + aside_deg + float(self.rng.uniform(-spread_deg, spread_deg))
+        return Pose(position=place, rotation=float(round(wrap_deg(yaw)) % 360), horizon=horizon)
+
+    def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
+        """Returns a thing's state as seen from a pose."""
+        with self.oracle.standing_at(pose):
+            return self.oracle.state_of(thing_id)
+
+    def sights(self, place: Vec3, thing: Thing) -> int:
+        """Returns how many sampled points of a thing are seen from a place, looking anywhere."""
+        eye = Pose(position=place, rotation=0.0).eye
+        return int(self.oracle.sees(eye, surface_points(thing, 128), thing.id, through_glass=True).sum())
+
+    def start_seeing(
+        self, thing: Thing, away: tuple[float, float], horizon: float, is_clear: Clear, also: str | None = None
+    ) -> Pose | None:
+        """Returns a start pose at a distance from a thing that sees it clearly (and another thing `also`).
+
+        None when none is found.
+        """
+        places = list(self.starts(self.away_from(thing, *away)))
+        sights = [self.sights(place, thing) for place in places]
+        enough = max(SEEN_POINTS, SEEN_SHARE * max(sights, default=0))
+        for place in [place for place, seen in zip(places, sights, strict=True) if seen >= enough]:
+            for spread_deg in SPREADS_DEG:
+                pose = self.facing(place, thing, horizon, spread_deg)
+                if self.sees_clearly(pose, [thing.id, *([also] if also else [])], is_clear):
+                    return pose
+        return None
+
+    def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: Clear) -> bool:
+        """Whether all of the things are clear from a pose."""
+        return all(is_clear(self.seen_from(pose, thing_id)) for thing_id in thing_ids)
+
+    def away_from(self, thing: Thing, least_m: float, most_m: float) -> Mask:
+        """Returns the mask of places between two distances from a thing's box."""
+        box = box_of(thing)
+
+        def mask(places: np.ndarray) -> np.ndarray:
+            distances = box_distances(box, places)
+            return (distances >= least_m) & (distances <= most_m)
+
+        return mask
+
+    def draft(self, family: Family, ask: TaskSpec) -> Episode:
+        """Returns an episode in this house that nobody has validated yet."""
+        spec = FAMILIES[family]
+        generator = self.house.document.metadata.get("generator")
+        seed = generator.get("seed") if isinstance(generator, dict) else None
+        return Episode(
+            id="draft",
+            family=family,
+            house=HouseRef(name=self.house.name, sha256=self.house.sha256),
+            start=ask.start,
+            setup=self.with_open_doors(ask.setup),
+            instruction=without_repeats(ask.instruction, [item.name for item in self.items.values()]),
+            goal=ask.goal,
+            bindings=ask.bindings,
+            max_steps=spec.max_steps,
+            max_invalid=spec.max_invalid,
+            difficulty=ask.difficulty,
+            provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed if isinstance(seed, int) else None),
+        )
+
+
+def _homes(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
+    """Returns where to stand while drafting: the house's own start, then free places all over it."""
+    homes = [house.start] if house.start is not None else []
+    for room in simulator.scene().rooms:
+        low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
+        for share_x, share_z in HOME_SHARES:
+            x, z = float(low[0] + share_x * (high[0] - low[0])), float(low[1] + share_z * (high[1] - low[1]))
+            homes.append(Pose(position=Vec3(x, 0.0, z), rotation=0.0))
+    free = [home for home in homes if simulator.can_stand(home.position)]
+    if not free:
+        raise EpisodeError(f"House {house.name!r}: no free place to stand was found; it cannot hold an episode.")
+    return free

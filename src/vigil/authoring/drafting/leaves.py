@@ -1,0 +1,141 @@
+"""Proposals of open leaves in the way (CR `leaf`): a door, lid or drawer bars the only way until it is closed.
+
+Few leaves do so in a house as it stands, so furniture that nobody can carry off may be put beside them.
+"""
+
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from vigil.authoring.drafting.constraints import PartialTask, acts_for, draft_of, placed_footprint, standing
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target, setup_for
+from vigil.authoring.solving.free_space import is_cut_off
+from vigil.episode import LOOKING_DOWN_DEG
+from vigil.goals import Constraint
+from vigil.pose import Pose
+from vigil.scene.geometry import box_of
+from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes
+from vigil.scene.things import Thing
+from vigil.world import ObjectSetup, Setup
+
+LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Dresser", "Safe", "Stove")
+LIGHT = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
+HEAVY = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
+"""What may stand beside an open leaf, and is not for carrying; heavy things stay in their room."""
+LEAST_ROOM_M2 = 0.2
+GAP_M = 2 * BODY_RADIUS_M
+"""A body does not pass through less."""
+AROUND_M, STEP_M = 1.0, 0.12
+TRIED_PLACES, TRIED_FURNITURE, STAGINGS = 40, 4, 2
+TRIED_TARGETS, TRIED_STARTS, LEAST_SIGHTS = 10, 24, 6
+AWAY_M = (1.6, 6.0)
+LEAF_PX = 8000
+"""Of what stands in the way; it is near, and a person must see which thing is meant."""
+
+
+def leaf_in_the_way(context: HouseContext) -> Drafts:
+    """Yields drafts in which an open leaf bars the only way to the target, which is seen past it."""
+    for leaf in context.things(lambda thing: thing.is_openable and thing.category in LEAVES):
+        for setup in islice(_stagings(context, leaf), STAGINGS):
+            for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
+                act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
+                asked = Setup(objects={**setup_for(target, act).objects, **setup.objects})
+                start = _behind(context, target, leaf, asked) if target.id not in setup.objects else None
+                if start is not None:
+                    constraint = Constraint(kind="object_closed", object_id=leaf.id, latched=True)
+                    yield from draft_of(context, PartialTask("leaf", asked, target, act, constraint), start)
+                    break
+
+
+def _stagings(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
+    """Yields setups in which a leaf, open, splits the free floor that it does not split when closed."""
+    opened = {leaf.id: ObjectSetup(openness=1.0)}
+    if not context.can_begin(Setup(objects=opened)):
+        return
+    shut = _LeafFloor(context, leaf, 0.0)
+    open_ = _LeafFloor(context, leaf, 1.0)
+    if _is_split(open_.free, shut.free):
+        yield Setup(objects=opened)
+    swung = open_.shape.difference(shut.shape)
+    if swung.is_empty:
+        return
+    furniture = context.things(lambda thing: _may_stand_by(context, leaf, thing) and _is_alone(context, thing))
+    for thing in furniture[:TRIED_FURNITURE]:
+        for x, z, yaw in _places(context, swung):
+            spot = standing(thing, x, z, yaw)
+            shape = placed_footprint(thing, spot)
+            is_tight = shape.distance(swung) < GAP_M and shape.distance(shut.bare.boundary) < GAP_M
+            if not is_tight or not open_.bare.covers(shape):
+                continue
+            grown = shape.buffer(BODY_RADIUS_M)
+            if _is_split(open_.free.difference(grown), shut.free.difference(grown)):
+                yield Setup(objects={**opened, thing.id: ObjectSetup(placement=spot)})
+                break
+
+
+class _LeafFloor:
+    """The floor of a house with a leaf open or closed: where a body can be, where nothing stands, the leaf's shape."""
+
+    def __init__(self, context: HouseContext, leaf: Thing, openness: float) -> None:
+        context.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
+        self.free = context.oracle.plan().tight
+        self.bare = context.oracle.bare_floor()
+        self.shape = shapely.unary_union(thing_shapes(context.thing(leaf.id)))
+
+
+def _may_stand_by(context: HouseContext, leaf: Thing, thing: Thing) -> bool:
+    is_at_home = context.oracle.room_at(thing.position) == context.oracle.room_at(leaf.position)
+    return thing.category in LIGHT or (thing.category in HEAVY and is_at_home)
+
+
+def _is_alone(context: HouseContext, thing: Thing) -> bool:
+    """Whether a thing stands on the floor, cannot be carried, and carries nothing."""
+    others = context.oracle.scene.things.values()
+    return thing.parent is None and not thing.is_pickupable and all(other.parent != thing.id for other in others)
+
+
+def _places(context: HouseContext, swung: BaseGeometry) -> list[tuple[float, float, float]]:
+    """Returns places x, z and a heading around an open leaf, in a random order."""
+    left, low, right, high = swung.buffer(AROUND_M).bounds
+    x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
+    found = [(float(a), float(b), yaw) for a, b in zip(x.ravel(), z.ravel(), strict=True) for yaw in (0.0, 90.0)]
+    return [found[index] for index in context.rng.permutation(len(found))[: TRIED_PLACES * 10]]
+
+
+def _is_split(open_: BaseGeometry, shut: BaseGeometry) -> bool:
+    """Whether two parts of a floor worth standing in are one part of another floor."""
+    inside = [part.representative_point() for part in _rooms(open_)]
+    if len(inside) < 2:
+        return False
+    homes = [next((n for n, part in enumerate(shapely.get_parts(shut)) if part.covers(each)), -1) for each in inside]
+    known = [home for home in homes if home >= 0]
+    return len(set(known)) < len(known)
+
+
+def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
+    return [part for part in shapely.get_parts(free) if part.area >= LEAST_ROOM_M2]
+
+
+def _behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
+    """Returns a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
+    context.begin(setup.model_copy(update={"objects": {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}}))
+    shut = context.oracle.plan().tight
+    if not context.can_begin(setup):
+        return None
+    for part in _rooms(context.oracle.plan().tight):
+        inside = part.representative_point()
+        place = inside.x, inside.y
+        is_cut = is_cut_off(part, place, box_of(target)) and shut.covers(inside)
+        if not is_cut or is_cut_off(shut, place, box_of(target)):
+            continue
+        for spot in context.places_in(part, context.away_from(target, *AWAY_M), TRIED_STARTS):
+            if context.sights(spot, target) >= LEAST_SIGHTS:
+                start = context.facing(spot, target, LOOKING_DOWN_DEG, 25.0)
+                is_met = context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
+                if is_met and context.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
+                    return start
+    return None

@@ -1,0 +1,186 @@
+"""Proposals by a language model: from what is in a house and what a family asks for to tasks in a schema.
+
+The model chooses the kind, the things and the words; the start pose and the setup are found as for the grammar, and the
+same rules decide. What does not parse or cannot be set up is a rejection like any other, with its reason.
+"""
+
+import json
+from collections.abc import Callable, Iterator
+from itertools import islice
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from vigil.authoring.drafting.drafts import Rejection
+from vigil.authoring.drafting.generation import Proposer
+from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import allows, is_target, size_of
+from vigil.authoring.language.referring import phrase_for
+from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
+from vigil.errors import first_fault
+from vigil.scene.things import Thing
+
+Complete = Callable[[str], str]
+"""Answers a text. Raises ModelAPIError."""
+
+TRIED = 6
+"""Drafts looked through for one with the things that the model chose."""
+MAX_SAID = 300
+RULES = ("reply_parses", "draft_fits_schema", "kind_known", "things_known", "can_be_set_up")
+"""Why an idea does not even become a draft; after that the rules of `vigil.authoring.review.validate` apply."""
+
+
+class Idea(BaseModel):
+    """One task as the model drafts it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kind: str
+    things: dict[str, str] = Field(min_length=1)
+    """Role -> id."""
+    instruction: str = Field(min_length=1, max_length=MAX_INSTRUCTION_CHARS)
+
+
+ASKS: dict[Family, str] = {
+    "PG": "Ask to point at one thing in view, within reach. Kinds are the size of the target. Role: target.",
+    "DA": "Ask to walk up to one thing in view. Say the standard: 'to within about one and a half metres of ...'. "
+    "Role: target.",
+    "VS": "Ask to look for one thing that is out of view at the start. Kinds: walk (another room or place), turn "
+    "(turning on the spot shows it). Role: target.",
+    "SV": "Ask in which state one thing in view is; name both possible answers, never the answer. Kinds are the true "
+    "answer: on, off, open, closed. Role: target.",
+    "AI": "Ask to do one thing with a target in view but out of reach. Kinds: open, close, turn_on, turn_off, pick. "
+    "Role: target.",
+    "SI": "Ask to find a target that is out of view and do one thing with it. Kinds: open, close, turn_on, turn_off, "
+    "pick, each also with _afar (not visible by turning). Role: target.",
+    "SM": "Ask for a sequence. Kinds: reveal_pick (open container, take target), put_into (take target, put into "
+    "receptacle, opened first where it is closed), rearrange (take target from source to receptacle), open_pick_place "
+    "(open container, take target, put at receptacle). Roles: target and those that the kind names.",
+    "CR": "Ask for something that is prevented until an obstacle is dealt with; say both, the obstacle first. Kinds: "
+    "obstacle (something stands in the way; pick it up), leaf (an open door bars the way; close it), swing (something "
+    "keeps the target from opening; pick it up), interlock (a machine must be closed before it starts, or stopped "
+    "before it opens; target alone), hand (put down what is in the hand, the obstacle, then pick up the target). "
+    "Roles: target, obstacle.",
+}
+
+_TEXT = """You author tasks for an embodied agent that sees one picture at a time in a house.
+Family {family} ({name}). {ask}
+Known kinds: {kinds}.
+Call each thing exactly by its `name` from the inventory (it singles the thing out); mention no other thing, no id, no
+coordinate, no hidden state. Vary the sentences; write as a person would speak.
+
+Inventory (JSON lines):
+{inventory}
+
+Answer with one JSON object and nothing else, with {count} tasks that differ:
+{{"drafts": [{{"kind": "...", "things": {{"target": "<id>"}}, "instruction": "..."}}]}}
+"""
+
+
+def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
+    """Returns a proposer that asks a model for `count` tasks of a family in a house; `author` is its name."""
+
+    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
+        reply = complete(question(context, family, count))
+        for idea in ideas(reply, context, family):
+            if isinstance(idea, Rejection):
+                yield idea.kind, iter((idea,))
+            else:
+                yield idea.kind, iter((draft_of(idea, context, family, author),))
+
+    return proposals
+
+
+def question(context: HouseContext, family: Family, count: int) -> str:
+    """Returns what the model is asked."""
+    return _TEXT.format(
+        family=family,
+        name=FAMILIES[family].name,
+        ask=ASKS[family],
+        kinds=", ".join(GRAMMAR[family]),
+        inventory="\n".join(json.dumps(row, ensure_ascii=False) for row in inventory(context)),
+        count=count,
+    )
+
+
+def inventory(context: HouseContext) -> list[dict[str, Any]]:
+    """Returns what a model is told of the things that can be named, sorted by id."""
+    items = context.items
+    rows: list[dict[str, Any]] = []
+    for thing in sorted(context.oracle.scene.things.values(), key=lambda thing: thing.id):
+        if thing.id not in items or not is_target(thing):
+            continue
+        phrase = phrase_for(items[thing.id], items.values())
+        if phrase is not None:
+            row = {"id": thing.id, "name": str(phrase), "size": size_of(thing), "can": _acts(thing)}
+            row |= {"room": items[thing.id].room, "at": thing.parent}
+            rows.append(row)
+    return rows
+
+
+def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | Rejection]:
+    """Yields the ideas in a model's reply; a rejection for each that is none."""
+    try:
+        found = json.loads(_without_fence(reply))
+        rows = found["drafts"]
+        if not isinstance(rows, list):
+            raise TypeError("`drafts` is no list")
+    except (ValueError, KeyError, TypeError) as error:
+        yield _rejected(context, family, "", "reply_parses", f"{error}: {reply[:MAX_SAID]}")
+        return
+    for row in rows:
+        try:
+            idea = Idea.model_validate(row)
+        except ValidationError as error:
+            wrong = first_fault(error, "the draft")
+            yield _rejected(context, family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_SAID]}")
+            continue
+        yield _known(idea, context, family)
+
+
+def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> Episode | Rejection:
+    """Returns a draft with the things, and in the words, of an idea; a rejection where no start is found for it."""
+    context.only = frozenset(idea.things.values())
+    try:
+        drafts = list(islice(GRAMMAR[family][idea.kind](context), TRIED))
+    finally:
+        context.only = None
+    for draft in drafts:
+        if all(draft.bindings.get(role) == thing_id for role, thing_id in idea.things.items()):
+            provenance = draft.provenance.model_copy(update={"author": author})
+            return draft.model_copy(update={"instruction": idea.instruction, "provenance": provenance})
+    message = f"no start or setup was found for {dict(sorted(idea.things.items()))}"
+    return _rejected(context, family, idea.kind, "can_be_set_up", message, idea.instruction)
+
+
+def _known(idea: Idea, context: HouseContext, family: Family) -> Idea | Rejection:
+    if idea.kind not in GRAMMAR[family]:
+        known = ", ".join(GRAMMAR[family])
+        message = f"{idea.kind!r} is none of {known}"
+        return _rejected(context, family, idea.kind, "kind_known", message, idea.instruction)
+    absent = [thing_id for thing_id in idea.things.values() if thing_id not in context.oracle.scene.things]
+    if absent:
+        return _rejected(context, family, idea.kind, "things_known", f"{absent[0]!r} is not there", idea.instruction)
+    return idea
+
+
+def _rejected(
+    context: HouseContext, family: Family, kind: str, rule: str, message: str, instruction: str = ""
+) -> Rejection:
+    return Rejection(
+        family=family, kind=kind, house=context.house.name, rule=rule, message=message, instruction=instruction
+    )
+
+
+def _acts(thing: Thing) -> list[str]:
+    return [act for act in ("open", "close", "turn_on", "turn_off", "pick") if allows(thing, act)]
+
+
+def _without_fence(reply: str) -> str:
+    """Returns the text inside one code fence, or the text itself."""
+    text = reply.strip()
+    if text.startswith("```") and text.endswith("```"):
+        text = text[3:-3]
+        text = text.removeprefix("json")
+    return text

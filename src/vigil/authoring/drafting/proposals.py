@@ -1,0 +1,279 @@
+"""The built-in grammar of proposals: from a house's inventory to episode drafts with natural, varied instructions.
+
+Drafts fulfil most rules by construction; `vigil.authoring.review.validate` decides. Of the families with several
+objects, `sequences` proposes SM and `constraints` CR.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Literal
+
+from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec
+from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Act, order, question, say
+from vigil.authoring.review.rules import WIDE_OPEN, place_blind_to
+from vigil.episode import LOOKING_DOWN_DEG, Episode, Size
+from vigil.goals import (
+    NEAR_M,
+    AgentNearTarget,
+    Goal,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    TargetGrounded,
+    is_observable,
+    is_state_observable,
+)
+from vigil.pose import EYE_HEIGHT_M, Pose
+from vigil.scene.supports import surface_named
+from vigil.scene.things import Thing
+from vigil.world import ObjectSetup, ObjectState, Setup
+
+CLEAR_PX = 400
+"""Pixels of the object to act on in a start that a person finds clear; the rules ask for less."""
+CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 180}
+STATE_PX = 350
+LEVEL_DEG = 0.0
+UNNAMED = frozenset(
+    {
+        *("Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"),
+        *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
+    }
+)
+"""Categories that make poor targets: parts of the building, too many, too plain, or hidden by what they hold."""
+UNCLEAR_WHEN_OPEN = frozenset(
+    {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
+)
+"""What nobody would simply call open or closed."""
+SV_TOGGLES = frozenset(
+    {
+        *("Television", "FloorLamp", "DeskLamp", "Faucet", "Desktop", "Candle", "StoveBurner", "ShowerHead"),
+        *("Microwave", "CoffeeMachine", "Laptop"),
+    }
+)
+"""What shows from across a room whether it is on."""
+LARGE_M, SMALL_M = 0.7, 0.22
+
+Label = Literal["on", "off", "open", "closed"]
+LABELS: dict[Label, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
+    "on": ("is_toggled", ObjectSetup(is_toggled=True)),
+    "off": ("is_toggled", ObjectSetup(is_toggled=False)),
+    "open": ("is_open", ObjectSetup(openness=1.0)),
+    "closed": ("is_open", ObjectSetup(openness=0.0)),
+}
+"""Label -> the state asked for, and how to set it."""
+
+Drafts = Iterator[Episode]
+
+
+def is_target(thing: Thing) -> bool:
+    """Whether a thing may be asked for."""
+    return thing.category not in UNNAMED and not thing.is_structure
+
+
+def is_seen(least_px: int) -> Callable[[ObjectState], bool]:
+    """Returns the test that an object is clearly in the frame, by at least so many pixels and a margin."""
+    return lambda state: state.visible and state.visible_px >= least_px + MARGIN_PX and is_observable(state)
+
+
+def size_of(thing: Thing) -> Size:
+    """Returns how large a thing is by its longest side."""
+    longest = max(thing.asset.size)
+    return "large" if longest >= LARGE_M else "small" if longest <= SMALL_M else "medium"
+
+
+def pointing(context: HouseContext, size: Size) -> Drafts:
+    """Yields PG drafts with targets of a size."""
+    for thing in context.things(lambda thing: is_target(thing) and size_of(thing) == size):
+        start = context.start_seeing(thing, (0.3, 1.35), LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
+        if start is not None:
+            yield context.draft(
+                "PG",
+                TaskSpec(
+                    start=start,
+                    instruction=say(POINT, context.rng, target=str(context.phrase(thing.id))),
+                    goal=TargetGrounded(object_id=thing.id),
+                    bindings={"target": thing.id},
+                    difficulty=size,
+                ),
+            )
+
+
+def approaching(context: HouseContext) -> Drafts:
+    """Yields DA drafts."""
+    for thing in context.things(lambda thing: is_target(thing) and 0.15 < max(thing.asset.size) < 1.9):
+        if place_blind_to(context.oracle, thing, NEAR_M) is not None:
+            continue
+        start = context.start_seeing(thing, (2.2, 6.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
+        if start is not None:
+            yield context.draft(
+                "DA",
+                TaskSpec(
+                    start=start,
+                    instruction=say(APPROACH, context.rng, target=str(context.phrase(thing.id))),
+                    goal=AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M),
+                    bindings={"target": thing.id},
+                ),
+            )
+
+
+def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
+    """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
+    for thing in context.things(lambda thing: max(thing.asset.size) > 0.1 and _may_be_sought(context, thing)):
+        start = _start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
+        if start is not None:
+            yield context.draft(
+                "VS",
+                TaskSpec(
+                    start=start,
+                    instruction=say(SEARCH, context.rng, target=str(context.phrase(thing.id))),
+                    goal=ObjectInState(object_id=thing.id, state="is_visible"),
+                    bindings={"target": thing.id},
+                    template="turn" if by_turning else "walk",
+                ),
+            )
+
+
+def _may_be_sought(context: HouseContext, thing: Thing) -> bool:
+    """Whether a thing may be looked for: what lies in something closed is not found by looking."""
+    parent = context.oracle.scene.things.get(thing.parent or "")
+    surface = surface_named(parent, thing.surface) if parent is not None else None
+    is_shut_away = surface is not None and surface.needs_opening and parent is not None and parent.openness < WIDE_OPEN
+    return is_target(thing) and not is_shut_away
+
+
+def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
+    """Returns a start pose that does not see a thing; None when none is found."""
+    for place in context.starts(context.away_from(thing, 1.8, 12.0)):
+        can_turn = context.sights(place, thing) > 0
+        if by_turning is not None and can_turn != by_turning:
+            continue
+        if by_turning and not context.sees_clearly(
+            context.facing(place, thing, horizon, 0.0), [thing.id], is_seen(CLEAR_PX)
+        ):
+            continue
+        for _ in range(3):
+            spread_deg = 60.0 if can_turn else 180.0
+            pose = context.facing(place, thing, horizon, spread_deg, aside_deg=180.0)
+            if context.seen_from(pose, thing.id).visible_px == 0:
+                return pose
+    return None
+
+
+def verifying(context: HouseContext, label: Label) -> Drafts:
+    """Yields SV drafts whose state at the start is `label`."""
+    state, change = LABELS[label]
+    for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
+        setup = Setup(objects={thing.id: _folded_out(thing, change) if state == "is_toggled" else change})
+        if not context.can_begin(setup):
+            continue
+        start = context.start_seeing(
+            thing,
+            (0.5, 3.5),
+            LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - 0.3 else LOOKING_DOWN_DEG / 2,
+            lambda seen: (
+                seen.state_px(state) >= STATE_PX + 2 * MARGIN_PX and seen.visible and is_state_observable(seen, state)
+            ),
+        )
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
+        if start is not None:
+            yield context.draft(
+                "SV",
+                TaskSpec(
+                    start=start,
+                    setup=setup,
+                    instruction=question(state, thing.category, str(phrase), context.rng),
+                    goal=ReportStatus(object_id=thing.id, state=state),
+                    bindings={"target": thing.id},
+                    template=label,
+                ),
+            )
+
+
+def _has_state(thing: Thing, state: str) -> bool:
+    if state == "is_toggled":
+        return thing.is_toggleable and thing.category in SV_TOGGLES
+    return thing.is_openable and thing.category not in UNCLEAR_WHEN_OPEN
+
+
+def acting(context: HouseContext, act: Act) -> Drafts:
+    """Yields AI drafts: the target is in view but out of reach."""
+    for thing in context.things(lambda thing: is_target(thing) and allows(thing, act)):
+        setup = setup_for(thing, act)
+        if not context.can_begin(setup):
+            continue
+        start = context.start_seeing(thing, (1.8, 5.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
+        if start is not None:
+            yield context.draft(
+                "AI",
+                TaskSpec(
+                    start=start,
+                    setup=setup,
+                    instruction=_ordered(context, ORDERS, act, thing, str(phrase)),
+                    goal=goal_for(thing, act),
+                    bindings={"target": thing.id},
+                    template=act,
+                ),
+            )
+
+
+def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
+    """Yields SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
+    for thing in context.things(lambda thing: allows(thing, act) and _may_be_sought(context, thing)):
+        setup = setup_for(thing, act)
+        if not context.can_begin(setup):
+            continue
+        start = _start_without(context, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2)
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
+        if start is not None:
+            yield context.draft(
+                "SI",
+                TaskSpec(
+                    start=start,
+                    setup=setup,
+                    instruction=_ordered(context, SEARCH_ORDERS, act, thing, str(phrase)),
+                    goal=goal_for(thing, act),
+                    bindings={"target": thing.id},
+                    template=act,
+                ),
+            )
+
+
+def _ordered(context: HouseContext, sentences: tuple[str, ...], act: Act, thing: Thing, phrase: str) -> str:
+    return say(sentences, context.rng, target=phrase, **order(act, thing.category, phrase, context.rng))
+
+
+def allows(thing: Thing, act: Act) -> bool:
+    """Whether an act makes sense with a thing."""
+    if act == "pick":
+        return thing.is_pickupable
+    if act in ("open", "close"):
+        return thing.is_openable and thing.category not in UNCLEAR_WHEN_OPEN
+    return thing.is_toggleable
+
+
+def setup_for(thing: Thing, act: Act) -> Setup:
+    """Returns the setup in which an act is still to be done."""
+    changes: dict[Act, ObjectSetup] = {
+        "open": ObjectSetup(openness=0.0),
+        "close": ObjectSetup(openness=1.0),
+        "turn_on": _folded_out(thing, ObjectSetup(is_toggled=False, openness=0.0 if thing.is_openable else None)),
+        "turn_off": _folded_out(thing, ObjectSetup(is_toggled=True)),
+    }
+    change = changes.get(act)
+    return Setup(objects={thing.id: change}) if change else Setup()
+
+
+def _folded_out(thing: Thing, change: ObjectSetup) -> ObjectSetup:
+    """Returns a change of whether a thing is on, with a laptop open: a closed one shows nothing."""
+    return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
+
+
+def goal_for(thing: Thing, act: Act) -> Goal:
+    """Returns what an act is to bring about."""
+    if act == "pick":
+        return ObjectHeld(object_id=thing.id)
+    state = "is_open" if act in ("open", "close") else "is_toggled"
+    return ObjectInState(object_id=thing.id, state=state, value=act in ("open", "turn_on"))

@@ -1,0 +1,197 @@
+"""Proposals of sequences (SM): open something and take out what is inside, put things elsewhere or into others."""
+
+from collections.abc import Iterator
+from functools import partial
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target
+from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.wording import opened, say, sequence
+from vigil.episode import LOOKING_DOWN_DEG, Episode
+from vigil.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
+from vigil.scene.supports import is_level, surface_frame, surface_named
+from vigil.scene.things import Thing
+from vigil.world import ObjectSetup, Placement, Setup
+
+START_AWAY_M = (0.7, 4.0)
+
+BELONGS_IN = {
+    "Fridge": ("Apple", "Tomato", "Lettuce", "Egg", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Plate"),
+    "Microwave": ("Mug", "Bowl", "Plate", "Potato", "Cup"),
+    "Cabinet": ("Plate", "Bowl", "Cup", "Mug", "Pot", "SoapBottle", "SprayBottle", "Cloth", "Bottle"),
+    "Safe": ("Watch", "KeyChain", "CreditCard", "CellPhone", "CD"),
+    "Box": ("Book", "TeddyBear", "CD", "RemoteControl", "TissueBox", "KeyChain", "AlarmClock", "Statue", "Vase"),
+    "LaundryHamper": ("Towel", "HandTowel", "Cloth"),
+    "WashingMachine": ("Towel", "HandTowel", "Cloth"),
+    "ClothesDryer": ("Towel", "HandTowel", "Cloth"),
+    "Dresser": ("Watch", "KeyChain", "AlarmClock", "Book", "CellPhone", "CD", "RemoteControl", "Candle"),
+    "Drawer": ("Pen", "Pencil", "Fork", "Spoon", "Knife", "KeyChain", "Watch"),
+}
+"""Container -> what a person would look for in it."""
+IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
+TRIED_CONTENTS = 3
+TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
+SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
+SOFT = frozenset(
+    (
+        "Pillow",
+        "TeddyBear",
+        "Towel",
+        "HandTowel",
+        "Cloth",
+        "Book",
+        "Newspaper",
+        "Laptop",
+        "RemoteControl",
+        "TennisRacket",
+    )
+)
+"""What one may leave on a seat as well as on a table."""
+FOOD = ("Apple", "Tomato", "Potato", "Egg", "Bread", "Lettuce")
+WARE = ("Plate", "Bowl", "Cup", "Mug", "Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "Pot", "Pan")
+PUT_INTO = {
+    "Sink": (*WARE, "DishSponge", "Apple", "Tomato", "Potato", "Lettuce"),
+    "GarbageCan": (*FOOD, "Newspaper", "AluminumFoil", "PaperTowelRoll", "ToiletPaper", "TissueBox", "Bottle"),
+    "Bowl": ("Apple", "Egg", "Potato", "Tomato", "Spoon"),
+    "Bathtub": ("Towel", "SoapBottle", "SoapBar", "Cloth", "SprayBottle"),
+}
+"""What stands open -> what one puts into it."""
+
+
+def revealing(context: HouseContext) -> Drafts:
+    """Yields `reveal_pick` drafts: open a container and take out what is inside."""
+    for container, inside, setup in _filled(context):
+        yield from _draft(context, "reveal_pick", setup, container, {"container": container, "target": inside})
+
+
+def emptying(context: HouseContext) -> Drafts:
+    """Yields `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
+    for container, inside, setup in _filled(context):
+        for receptacle in _receptacles(context, inside, {container.id, inside.id, inside.parent}):
+            roles = {"container": container, "target": inside, "receptacle": receptacle}
+            yield from _draft(context, "open_pick_place", setup, container, roles)
+
+
+def putting_in(context: HouseContext) -> Drafts:
+    """Yields `put_into` drafts: take something and put it into a container, opened where it must be."""
+    for container in context.things(lambda thing: thing.category in BELONGS_IN or thing.category in PUT_INTO):
+        setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
+        for target in context.things(partial(_may_go_in, container)):
+            first = container if container.is_openable else target
+            yield from _draft(context, "put_into", setup, first, {"target": target, "receptacle": container})
+
+
+def rearranging(context: HouseContext) -> Drafts:
+    """Yields `rearrange` drafts: take something from one receptacle and put it on another."""
+    for target in context.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None):
+        source = context.thing(target.parent or "")
+        if source.category not in (*TABLES, *SEATS):
+            continue
+        for receptacle in _receptacles(context, target, {source.id, target.id}):
+            roles = {"target": target, "source": source, "receptacle": receptacle}
+            yield from _draft(context, "rearrange", Setup(), target, roles)
+
+
+def _draft(
+    context: HouseContext, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]
+) -> Iterator[Episode]:
+    """Yields one draft, or none where no start or no words are found."""
+    if not context.can_begin(setup):
+        return
+    phrases = {role: context.phrase(thing.id) for role, thing in roles.items()}
+    named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
+    is_sayable = len(named) == len(phrases) and not _is_wordy(named)
+    start = context.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
+    context.begin(Setup())
+    if start is None:
+        return
+    receptacle = roles.get("receptacle")
+    leaf = receptacle if template == "put_into" and receptacle and receptacle.is_openable else roles.get("container")
+    inside = receptacle is not None and (template == "put_into" or receptacle.category in PUT_INTO)
+    sentences = sequence("put_into_closed" if leaf is not None and leaf is receptacle else template, inside=inside)
+    words = {role: str(phrase) for role, phrase in named.items()}
+    if leaf is not None:
+        role = next(role for role, thing in roles.items() if thing is leaf)
+        words |= opened(leaf.category, words[role]).slots()
+    words |= {"into": "into", "in_": "in"} if inside else {"into": "on", "in_": "on"}
+    yield context.draft(
+        "SM",
+        TaskSpec(
+            start=start,
+            setup=setup,
+            instruction=say(sentences, context.rng, **words),
+            goal=_goal(roles["target"], receptacle, leaf, inside=inside),
+            bindings={role: thing.id for role, thing in roles.items()},
+            template=template,
+        ),
+    )
+
+
+def _is_wordy(phrases: dict[str, Phrase]) -> bool:
+    """Whether a sentence with all of the phrases would be heavy: things placed by others, or one room said twice."""
+    rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
+    is_placed = any(phrase.support is not None for phrase in phrases.values())
+    return is_placed or phrases["target"].room is not None or len(set(rooms)) < len(rooms)
+
+
+def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside: bool) -> Goal:
+    first = (ObjectInState(object_id=leaf.id, state="is_open"),) if leaf is not None else ()
+    if receptacle is None:
+        return ObjectHeld(object_id=target.id, chain=first)
+    held = ObjectHeld(object_id=target.id)
+    return ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, inside=inside, chain=(*first, held))
+
+
+def _filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
+    """Yields closed containers with something to take in them: what lies there, else what is put there."""
+    for container in context.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
+        shut = {container.id: ObjectSetup(openness=0.0)}
+        belongs = partial(_belongs_in, container, context.items[container.id].room)
+        for thing in context.things(belongs)[:TRIED_CONTENTS]:
+            if _lies_in(container, thing):
+                yield container, thing, Setup(objects=shut)
+            elif (placement := _place_inside(thing, container)) is not None:
+                yield container, thing, Setup(objects={**shut, thing.id: ObjectSetup(placement=placement)})
+
+
+def _lies_in(container: Thing, thing: Thing) -> bool:
+    surface = surface_named(container, thing.surface) if thing.parent == container.id else None
+    return surface is not None and surface.needs_opening and thing.is_pickupable
+
+
+def _belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
+    is_in_bathroom = container.category == "Cabinet" and room == "bathroom"
+    return thing.category in (IN_BATHROOM_CABINETS if is_in_bathroom else BELONGS_IN[container.category])
+
+
+def _place_inside(thing: Thing, container: Thing) -> Placement | None:
+    """Returns a place for a thing on one of the container's inner surfaces, away from what lies there; None without."""
+    size = thing.asset.size
+    for surface in container.asset.surfaces:
+        frame = surface_frame(container, surface, 0.0)
+        fits = size.x <= surface.size_x and size.z <= surface.size_z and size.y <= surface.clearance
+        if surface.needs_opening and fits and is_level(frame):
+            point = frame.shift
+            position = thing.position._replace(x=float(point[0]), y=float(point[1]) + size.y / 2, z=float(point[2]))
+            rotation = container.rotation._replace(x=0.0, z=0.0)
+            return Placement(position=position, rotation=rotation, parent=container.id)
+    return None
+
+
+def _may_go_in(container: Thing, thing: Thing) -> bool:
+    suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
+    takes = CATALOG[container.category].takes(CATALOG[thing.category])
+    return suits and takes and thing.is_pickupable and is_target(thing) and thing.parent != container.id
+
+
+def _receptacles(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
+    """Returns things that a target can be put on, a few of them, in a random order."""
+    kind = CATALOG[target.category]
+
+    def is_wanted(thing: Thing) -> bool:
+        suits = thing.category in TABLES or (target.category in SOFT and thing.category in SEATS)
+        suits = suits or target.category in PUT_INTO.get(thing.category, ())
+        return thing.is_receptacle and thing.id not in without and suits
+
+    return [thing for thing in context.things(is_wanted) if CATALOG[thing.category].takes(kind)][:3]

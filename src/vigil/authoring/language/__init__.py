@@ -1,0 +1,1 @@
+"""Language: referring expressions and the sentences of instructions."""

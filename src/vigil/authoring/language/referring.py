@@ -1,0 +1,271 @@
+"""Referring expressions: what to call a thing so that a person knows which one is meant, and reading them back.
+
+A phrase is the thing's name, with a colour, a support or a room only when several things share the name. What it
+fits is decided as a careful listener would: "the bottle" fits a wine bottle too, a cup may pass for a mug.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from shapely import Point, Polygon
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.palette import COLOURS
+from vigil.pose import rotate_floor
+from vigil.scene.supports import surface_named
+from vigil.scene.things import Scene, Thing
+
+ROOM_NAMES = {"Kitchen": "kitchen", "LivingRoom": "living room", "Bedroom": "bedroom", "Bathroom": "bathroom"}
+
+LOOK_ALIKES = (
+    ("cup", "mug"),
+    ("vase", "vase with branches", "house plant"),
+    ("statue", "table ornament"),
+    ("ottoman", "footstool", "stool"),
+    ("desk", "dining table", "coffee table", "side table"),
+    ("dresser", "TV stand", "cabinet"),
+    ("towel", "hand towel"),
+    ("salt shaker", "pepper shaker"),
+    ("pen", "pencil"),
+    ("knife", "butter knife"),
+    ("toilet brush", "plunger"),
+    ("box", "tissue box", "safe"),
+    ("wall shelf", "shelving unit"),
+    ("clothes dryer", "washing machine"),
+    ("open doorway", "door"),
+    ("pot", "kettle"),
+    ("faucet", "shower head"),
+    ("rug", "dog bed"),
+    ("lettuce", "house plant"),
+    ("remote control", "cell phone"),
+)
+"""Names that a person may take one for the other; each name is compared with those of its own groups."""
+
+COLOUR_GROUPS = (
+    ("white", "cream", "beige"),
+    ("grey", "dark grey"),
+    ("dark grey", "black", "navy"),
+    ("brown", "beige", "orange"),
+    ("red", "orange", "pink"),
+    ("yellow", "orange", "cream"),
+    ("green", "light green", "teal"),
+    ("blue", "light blue", "teal", "navy"),
+    ("purple", "pink", "navy"),
+)
+
+LAMPS = frozenset({"DeskLamp", "FloorLamp", "Candle"})
+"""Their light tints them."""
+UNCERTAIN_COLOURS = frozenset({"WineBottle", "Safe"})
+"""Too dark to name their colour."""
+SIDE_M = 0.3
+"""From the middle of a door to either side of it."""
+
+_ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|in|inside) the "
+
+
+BETWEEN = " between "
+Rooms = list[tuple[str, str | None, Polygon]]
+"""Id, name and floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """What one can say of a thing: its name, colour, where it rests and in which room."""
+
+    id: str
+    category: str
+    name: str
+    colours: tuple[str, ...] = ()
+    room_id: str | None = None
+    room: str | None = None
+    support_id: str | None = None
+    support: str | None = None
+    is_inside: bool = False
+    """It lies inside its support, not on top of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phrase:
+    """A referring expression taken apart."""
+
+    name: str
+    colour: str | None = None
+    support: str | None = None
+    room: str | None = None
+    is_inside: bool = False
+
+    @property
+    def placeless(self) -> "Phrase":
+        """The phrase without where the thing is."""
+        return Phrase(self.name, colour=self.colour)
+
+    def __str__(self) -> str:
+        text = f"the {self.colour} {self.name}" if self.colour else f"the {self.name}"
+        if self.support:
+            text += f" {'in' if self.is_inside else 'on'} the {self.support}"
+        return f"{text} in the {self.room}" if self.room else text
+
+
+def resolved(phrases: Sequence[Phrase], items: Iterable[Item], held: Item | None = None) -> list[list[Item]]:
+    """Returns what each phrase of a text could mean, after what has been said before it.
+
+    A thing that has been singled out may be named again without saying where it is, and so may what is in the hand.
+    """
+    everything = list(items)
+    found: list[list[Item]] = []
+    named: dict[str, dict[str, Item]] = {}
+    for phrase in phrases:
+        meant = referents(phrase, everything)
+        known = {name: item for name, item in named.get(phrase.name, {}).items() if fits(phrase, item)}
+        if not known and held is not None and held in meant:
+            known = {held.id: held}
+        is_repeat = phrase == phrase.placeless and len(meant) > 1 and len(known) == 1
+        found.append(list(known.values()) if is_repeat else meant)
+        if len(found[-1]) == 1:
+            named.setdefault(phrase.name, {})[found[-1][0].id] = found[-1][0]
+    return found
+
+
+def items_of(scene: Scene) -> dict[str, Item]:
+    """Returns what one can say of every thing that is present, by id, in the scene's order."""
+    rooms = [(room.id, ROOM_NAMES.get(room.room_type), Polygon(room.polygon)) for room in scene.rooms]
+    return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
+
+
+def _item(scene: Scene, thing: Thing, rooms: Rooms) -> Item:
+    room_id, room = _room_at(thing.position.x, thing.position.z, rooms)
+    parent = scene.things.get(thing.parent or "")
+    surface = surface_named(parent, thing.surface) if parent else None
+    return Item(
+        id=thing.id,
+        category=thing.category,
+        name=_name(thing, rooms),
+        colours=_colours(thing),
+        room_id=room_id,
+        room=room,
+        support_id=parent.id if parent else None,
+        support=CATALOG[parent.category].spoken if parent else None,
+        is_inside=surface is not None and surface.is_inside,
+    )
+
+
+def _room_at(x: float, z: float, rooms: Rooms) -> tuple[str | None, str | None]:
+    place = Point(x, z)
+    return next(((id_, name) for id_, name, floor in rooms if floor.covers(place)), (None, None))
+
+
+def _name(thing: Thing, rooms: Rooms) -> str:
+    """Returns what a thing is called; a door by the rooms that it joins."""
+    name = CATALOG[thing.category].spoken
+    if not thing.is_structure or thing.category == "Window":
+        return name
+    shift_x, shift_z = rotate_floor(0.0, SIDE_M, thing.rotation.y)
+    sides = [
+        _room_at(thing.position.x + sign * shift_x, thing.position.z + sign * shift_z, rooms) for sign in (1.0, -1.0)
+    ]
+    (one_id, one), (other_id, other) = sides
+    if one is None or other is None or one_id == other_id:
+        return name
+    first, second = sorted((one, other))
+    return f"{name}{BETWEEN}the {first} and the {second}" if first != second else f"{name}{BETWEEN}two {first}s"
+
+
+def _colours(thing: Thing) -> tuple[str, ...]:
+    if thing.category in UNCERTAIN_COLOURS or (thing.category in LAMPS and thing.is_toggled):
+        return ()
+    return tuple(sorted(tag for tag in thing.asset.tags if tag in COLOURS))
+
+
+def fits(phrase: Phrase, item: Item) -> bool:
+    """Whether a listener could take `item` for what `phrase` means."""
+    return (
+        _names_fit(phrase.name, item.name)
+        and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
+        and (phrase.support is None or (item.support is not None and _names_fit(phrase.support, item.support)))
+        and (phrase.room is None or phrase.room == item.room)
+    )
+
+
+def referents(phrase: Phrase, items: Iterable[Item]) -> list[Item]:
+    """Returns the items that a phrase could mean."""
+    return [item for item in items if fits(phrase, item)]
+
+
+def phrase_for(item: Item, items: Iterable[Item]) -> Phrase | None:
+    """Returns the shortest phrase that fits `item` alone; None when there is none."""
+    others = [other for other in items if other.id != item.id]
+    colour = item.colours[0] if len(item.colours) == 1 else None
+    candidates = [
+        Phrase(item.name),
+        Phrase(item.name, colour=colour),
+        Phrase(item.name, support=item.support, is_inside=item.is_inside),
+        Phrase(item.name, room=item.room),
+        Phrase(item.name, colour=colour, support=item.support, is_inside=item.is_inside),
+        Phrase(item.name, colour=colour, room=item.room),
+    ]
+    return next(
+        (phrase for phrase in candidates if not referents(phrase, others) and _is_plain(phrase, item, others)), None
+    )
+
+
+def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
+    """Returns the phrases "the <colour> <name> (on|in the <support>) (in the <room>)" in a text, in order.
+
+    A name that only says where another thing is, or a part of it ("the door of the fridge"), is no mention of its own.
+    """
+    return [_phrase(found) for found in _pattern(names).finditer(text)]
+
+
+def without_repeats(text: str, names: Iterable[str]) -> str:
+    """Returns a text that says where a thing is only once: "the safe in the bedroom" is then "the safe"."""
+    pattern = _pattern(names)
+    said = {_phrase(found) for found in pattern.finditer(text)}
+    seen: set[Phrase] = set()
+
+    def short(found: re.Match[str]) -> str:
+        phrase = _phrase(found)
+        is_clear = all(other == phrase or other.name != phrase.name for other in said)
+        if phrase not in seen or not is_clear:
+            seen.add(phrase)
+            return found[0]
+        return found[0][0] + str(phrase.placeless)[1:]
+
+    return pattern.sub(short, text)
+
+
+def _phrase(found: re.Match[str]) -> Phrase:
+    return Phrase(found["name"], colour=found["colour"], support=found["support"], room=found["room"])
+
+
+def _pattern(names: Iterable[str]) -> re.Pattern[str]:
+    every = {name for full in names for name in (full, full.partition(BETWEEN)[0])}
+    known = "|".join(re.escape(name) for name in sorted(every, key=lambda name: (-len(name), name)))
+    colours = "|".join(sorted(COLOURS, key=lambda name: (-len(name), name)))
+    rooms = "|".join(sorted(ROOM_NAMES.values()))
+    return re.compile(
+        rf"\b[Tt]he (?:(?P<colour>{colours}) )?(?P<name>{known})\b(?! of the )"
+        rf"(?:{_ON}(?P<support>{known})\b)?(?:{_ON}(?P<room>{rooms})\b)?"
+    )
+
+
+def _is_plain(phrase: Phrase, item: Item, others: list[Item]) -> bool:
+    """Whether the support that a phrase leans on is itself clear."""
+    if phrase.support is None or item.support_id is None:
+        return phrase.support is None
+    supports = [other for other in others if _names_fit(phrase.support, other.name)]
+    return {other.id for other in supports} == {item.support_id}
+
+
+def _names_fit(said: str, name: str) -> bool:
+    said_kind, _, said_where = said.partition(BETWEEN)
+    kind, _, where = name.partition(BETWEEN)
+    if said_where and said_where != where:
+        return False
+    if said_kind == kind or kind.endswith(f" {said_kind}"):
+        return True
+    return any(said_kind in group and kind in group for group in LOOK_ALIKES)
+
+
+def _look_alike(said: str, colour: str) -> bool:
+    return said == colour or any(said in group and colour in group for group in COLOUR_GROUPS)

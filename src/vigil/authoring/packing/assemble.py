@@ -1,0 +1,271 @@
+"""Assembly: from drafts and reviews to the episodes of a pack, evenly over its strata, the same each time.
+
+Manual first: of each kind, what a reviewer approved enters before what nobody has reviewed; what one rejected never
+enters. For a new version of a pack, what is kept of the old one enters before all else.
+"""
+
+import hashlib
+import zlib
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import vigil
+from vigil.authoring.drafting.drafts import Draft, DraftsFile
+from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.packing.strata import count_strata, stratum_of, text_guess
+from vigil.authoring.review.reviews import Review, apply_reviews, decisions
+from vigil.authoring.review.validate import Finding
+from vigil.episode import FAMILIES, Episode, Family, Solution
+from vigil.errors import EpisodeError
+from vigil.freezing import check_free, freeze
+from vigil.house import House, canonical_json
+from vigil.housegen.document import generators_of
+from vigil.pack import Pack
+
+HOUSE_USES = 3
+PER_FAMILY = 125
+"""Episodes of one family in one house, at most."""
+FOUND_BY_TURNING = 0.4
+"""Share of searches (VS, SI) that turning and looking may show the target of, at most."""
+FACTS = "facts.jsonl"
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A draft as its reviewers want it."""
+
+    draft: Draft
+    episode: Episode
+    reviewer_kinds: tuple[str, ...] = ()
+    is_kept: bool = False
+    """It comes from an earlier version of the pack."""
+
+    @property
+    def stratum(self) -> str:
+        """The kind of episode within its family."""
+        return stratum_of(self.episode, self.draft.facts)
+
+    @property
+    def is_approved(self) -> bool:
+        """Whether a reviewer approved it, and none rejected it."""
+        return self.episode.provenance.reviewed == "approved"
+
+    @property
+    def solution(self) -> Solution:
+        """Its recorded solution."""
+        return Solution(episode_id=self.episode.id, actions=self.draft.actions)
+
+
+@dataclass(frozen=True, slots=True)
+class PackRequest:
+    """Which pack to assemble."""
+
+    name: str
+    per_family: int = PER_FAMILY
+    seed: int = 0
+    """Breaks ties."""
+    house_uses: int = HOUSE_USES
+    version: str = "1"
+    description: str = ""
+    aliases: tuple[str, ...] = ()
+    families: tuple[Family, ...] = tuple(FAMILIES)
+
+
+Check = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
+"""Replays candidates. Returns episode id -> findings, for those that do not hold."""
+
+
+def candidates(
+    files: Iterable[DraftsFile], reviews: Sequence[Review], kept: DraftsFile | None = None
+) -> list[Candidate]:
+    """Returns all drafts that no reviewer rejects, each id once; `kept` is the one of `files` to keep from.
+
+    Raises EpisodeError on an id with two contents.
+    """
+    by_id: dict[str, list[Review]] = defaultdict(list)
+    for review in reviews:
+        by_id[review.episode_id].append(review)
+    found: dict[str, Draft] = {}
+    for file in files:
+        for draft in file.read().drafts:
+            if found.setdefault(draft.episode.id, draft).episode != draft.episode:
+                raise EpisodeError(f"Two drafts have the id {draft.episode.id!r} and differ; leave one file out.")
+    old = {draft.episode.id for draft in kept.read().drafts} if kept else set()
+    wanted = [_candidate(draft, by_id[name], is_kept=name in old) for name, draft in sorted(found.items())]
+    return [candidate for candidate in wanted if candidate.episode.provenance.reviewed != "rejected"]
+
+
+def _candidate(draft: Draft, reviews: Sequence[Review], *, is_kept: bool) -> Candidate:
+    judged = {name for name, decision in decisions(draft.episode, reviews).items() if decision.judgement}
+    kinds = {review.reviewer_kind for review in reviews if review.reviewer in judged}
+    return Candidate(draft, apply_reviews(draft.episode, reviews), tuple(sorted(kinds)), is_kept)
+
+
+@dataclass(slots=True)
+class _SelectionCounts:
+    """What has been chosen, over all families."""
+
+    chosen: list[Candidate] = field(default_factory=list)
+    categories: Counter[str] = field(default_factory=Counter)
+    houses: Counter[str] = field(default_factory=Counter)
+    rooms: Counter[int] = field(default_factory=Counter)
+    of_family: Counter[tuple[str, ...]] = field(default_factory=Counter)
+
+    def add(self, candidate: Candidate) -> None:
+        episode, facts = candidate.episode, candidate.draft.facts
+        self.chosen.append(candidate)
+        self.categories[facts.category] += 1
+        self.houses[episode.house.name] += 1
+        self.rooms[facts.rooms] += 1
+        keys = [("stratum", candidate.stratum), ("category", facts.category), ("house", episode.house.name)]
+        keys += [("turn", str(facts.is_seen_by_turning)), ("label", facts.category, facts.label or "")]
+        keys += [("thing", episode.house.name, episode.goal.object_id)]
+        self.of_family.update((episode.family, *key) for key in keys)
+
+    def takes(self, candidate: Candidate, pack_request: PackRequest) -> bool:
+        """Whether the pack's limits allow a candidate."""
+        episode, family = candidate.episode, candidate.episode.family
+        if self.of_family[family, "house", episode.house.name] >= pack_request.house_uses:
+            return False
+        turned = self.of_family[family, "turn", "True"]
+        is_search = family in ("VS", "SI") and candidate.draft.facts.is_seen_by_turning
+        return not is_search or turned < int(FOUND_BY_TURNING * pack_request.per_family)
+
+    def cost(self, candidate: Candidate, seed: int) -> tuple:
+        """Returns what to choose by: the least first."""
+        episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
+        opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
+        lead = self.of_family[family, "label", facts.category, facts.label or ""]
+        turned, walked = (self.of_family[family, "turn", told] for told in ("True", "False"))
+        is_ahead = family in ("VS", "SI") and turned >= FOUND_BY_TURNING * (turned + walked + 1)
+        return (
+            is_ahead and facts.is_seen_by_turning,
+            self.of_family[family, "stratum", candidate.stratum],
+            candidate.stratum,
+            lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
+            not candidate.is_kept,
+            not candidate.is_approved,
+            self.of_family[family, "thing", episode.house.name, episode.goal.object_id],
+            self.of_family[family, "category", facts.category],
+            self.of_family[family, "house", episode.house.name],
+            self.categories[facts.category],
+            self.houses[episode.house.name],
+            self.rooms[facts.rooms],
+            zlib.crc32(f"{seed} {episode.id}".encode()),
+            episode.id,
+        )
+
+
+def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candidate]:
+    """Returns exactly so many candidates of each family, sorted by id. Raises EpisodeError when there are too few."""
+    tally = _SelectionCounts()
+    short: list[str] = []
+    for family in pack_request.families:
+        left = [candidate for candidate in pool if candidate.episode.family == family]
+        offered = len(left)
+        for number in range(pack_request.per_family):
+            left = [candidate for candidate in left if tally.takes(candidate, pack_request)]
+            if not left:
+                short.append(f"{family} {number} (of {offered} drafts)")
+                break
+            best = min(left, key=lambda candidate: tally.cost(candidate, pack_request.seed))
+            tally.add(best)
+            left.remove(best)
+    if short:
+        raise EpisodeError(
+            f"Pack {pack_request.name!r} asks for {pack_request.per_family} episodes of each family; within its limits "
+            f"the drafts hold "
+            f"only {', '.join(short)}. Propose in more houses (more seeds, a larger --count), or ask for fewer."
+        )
+    return sorted(tally.chosen, key=lambda candidate: candidate.episode.id)
+
+
+def select_holding(
+    pool: Sequence[Candidate], pack_request: PackRequest, check: Check
+) -> tuple[list[Candidate], dict[str, list[Finding]]]:
+    """Returns a selection in which every solution holds, and what was left out because it does not."""
+    left, bad = list(pool), dict[str, list[Finding]]()
+    held: set[str] = set()
+    while True:
+        chosen = select(left, pack_request)
+        fresh = [candidate for candidate in chosen if candidate.episode.id not in held]
+        found = check(fresh) if fresh else {}
+        if not found:
+            return chosen, bad
+        bad |= found
+        held |= {candidate.episode.id for candidate in fresh} - found.keys()
+        left = [candidate for candidate in left if candidate.episode.id not in bad]
+
+
+def assemble(
+    out: Path,
+    files: Sequence[DraftsFile],
+    reviews: Sequence[Review],
+    pack_request: PackRequest,
+    check: Check,
+    *,
+    kept: DraftsFile | None = None,
+) -> tuple[Pack, dict[str, list[Finding]]]:
+    """Freezes a pack into `out`. Returns it with what was left out because its solution does not hold.
+
+    Of `kept`, one of `files`, episodes enter first.
+
+    Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
+    """
+    check_free(out, pack_request.name)
+    chosen, bad = select_holding(candidates(files, reviews, kept), pack_request, check)
+    houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
+    meta = _meta(chosen, files, pack_request) | {"house_generator": generators_of(houses)}
+    facts = [{"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json")} for c in chosen]
+    pack = freeze(
+        out,
+        [candidate.episode for candidate in chosen],
+        [candidate.solution for candidate in chosen],
+        houses,
+        name=pack_request.name,
+        version=pack_request.version,
+        description=pack_request.description,
+        meta=meta,
+        extra={FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)},
+    )
+    write_card(pack)
+    return pack, bad
+
+
+def review_counts(chosen: Sequence[Candidate]) -> dict[str, int]:
+    """Returns how many episodes were judged by a person, by a model alone, and by nobody."""
+    kinds = ["person" if "person" in c.reviewer_kinds else "model" if c.reviewer_kinds else "none" for c in chosen]
+    return {kind: kinds.count(kind) for kind in ("person", "model", "none")}
+
+
+def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request: PackRequest) -> dict[str, Any]:
+    members = [(candidate.episode, candidate.draft.facts) for candidate in chosen]
+    read = [file.read() for file in files]
+    headers = [proposed.header for proposed in read]
+    offered = sorted({draft.episode.id for proposed in read for draft in proposed.drafts})
+    return {
+        "aliases": list(pack_request.aliases),
+        "authors": sorted({header.author for header in headers}),
+        "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
+        "reviews": review_counts(chosen),
+        "seed": pack_request.seed,
+        "simulator": sorted({header.simulator for header in headers}),
+        "solution_steps": {
+            family: {"mean": round(sum(steps) / len(steps), 2), "max": max(steps)}
+            for family in pack_request.families
+            if (steps := [len(c.draft.actions) for c in chosen if c.episode.family == family])
+        },
+        "strata": count_strata(members),
+        "text_guess_sv": text_guess(members),
+        "vigil": vigil.__version__,
+    }
+
+
+def _house(files: Sequence[DraftsFile], name: str) -> House:
+    for file in files:
+        if (file.houses / f"{name}.json").is_file():
+            return file.house(name)
+    return files[0].house(name)

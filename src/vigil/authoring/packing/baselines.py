@@ -1,0 +1,156 @@
+"""Baselines of a pack: what agents without skill or sight reach, and what a pack promises of them.
+
+Kept beside the pack in `baselines.json`, which is no part of its hash: it is measured on the frozen pack.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
+from vigil.episode import FAMILIES
+from vigil.errors import PackMismatch, first_fault
+from vigil.pack import Pack
+
+BASELINES = "baselines.json"
+BLIND = ("noop", "random", "sweep", "forward", "centre", "always_success")
+AGENTS = (*BLIND, "never_report", "premature", "solver")
+"""In the order of the table; those after the blind ones see hidden state."""
+MOST_W_OF_A_BLIND_AGENT = 0.40
+RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
+
+
+class AgentScore(BaseModel):
+    """One agent's rates over some episodes, as fractions, with the 95 % Wilson intervals of W and B."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    episodes: int
+    rates: dict[str, float]
+    intervals: dict[str, tuple[float, float]]
+    mean_steps: float
+
+
+class Baselines(BaseModel):
+    """What was measured on one pack."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    schema_version: Literal[1] = 1
+    pack: str
+    pack_sha256: str
+    vigil: str
+    agents: dict[str, dict[str, AgentScore]]
+    """Agent -> `all` or a family -> rates."""
+    guesses: dict[str, tuple[int, int]]
+    """Way of guessing a queried state without a look -> how often it is right, of how many."""
+
+
+def measured(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
+    """Returns the baselines of a pack, given each agent's summary (`vigil.summary.summarise`)."""
+    agents = {
+        name: {"all": _score(summary["overall"])}
+        | {family: _score(rates) for family, rates in summary["families"].items()}
+        for name, summary in summaries.items()
+    }
+    guesses = {name: (guess.hits, guess.n) for name, guess in guesses_of(pack).items() if guess.n}
+    return Baselines(pack=pack.name, pack_sha256=pack.sha256, vigil=version, agents=agents, guesses=guesses)
+
+
+def guesses_of(pack: Pack) -> dict[str, GuessScore]:
+    """Returns how often a queried state is guessed right without a look, by the way of guessing."""
+    return {
+        "the more common label": majority_guess(pack.episodes, pack.solutions),
+        "the words of the question": words_guess(pack.episodes, pack.solutions),
+    }
+
+
+def broken_promises(found: Baselines) -> list[str]:
+    """Returns in what the baselines break what every pack promises; empty when all is kept."""
+    broken: list[str] = []
+    for agent, scores in found.agents.items():
+        for family, score in scores.items():
+            limit = _limit(agent, family)
+            if limit is not None and score.rates["W"] > limit:
+                broken.append(f"{agent}: W is {score.rates['W']:.1%} in {family}, at most {limit:.0%} is promised")
+        if agent in ("noop", "never_report") and scores["all"].rates["B"] > 0:
+            broken.append(f"{agent}: B is {scores['all'].rates['B']:.1%}, and it never reports")
+        if agent == "solver" and min(scores["all"].rates[rate] for rate in ("W", "W_strict", "B")) < 1:
+            broken.append("solver: W, W_strict and B are promised to be 100 %")
+    for name, (hits, n) in found.guesses.items():
+        if not GuessScore(hits, n).is_chance:
+            broken.append(f"{name}: tells {hits} of {n} states, more than chance would")
+    return broken
+
+
+def _limit(agent: str, family: str) -> float | None:
+    """Returns how much of a family an agent may complete at most; None without a promise."""
+    if agent not in BLIND or family in ("SV", "all"):
+        return None
+    return 0.0 if agent == "noop" else MOST_W_OF_A_BLIND_AGENT
+
+
+def read_baselines(pack: Pack) -> Baselines | None:
+    """Returns what was measured on this very pack; None when nothing was. Raises PackMismatch for a broken file."""
+    path = pack.folder / BASELINES
+    if not path.is_file():
+        return None
+    try:
+        found = Baselines.model_validate_json(path.read_bytes())
+    except ValidationError as error:
+        raise PackMismatch(f"{str(path)!r}: {first_fault(error)}. Measure anew.") from None
+    return found if found.pack_sha256 == pack.sha256 else None
+
+
+def baselines_table(found: Baselines) -> list[str]:
+    """Returns the lines of a Markdown table: W and B of each agent, overall and by family, in per cent."""
+    families = [family for family in FAMILIES if any(family in scores for scores in found.agents.values())]
+    heads = ["agent", "W [95 %]", "B [95 %]", "FR", "NR", "IL", *(f"{family} W/B" for family in families)]
+    lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
+    for agent, scores in found.agents.items():
+        whole = scores["all"]
+        cells = [f"{agent}{'' if agent in BLIND else ' (privileged)'}"]
+        cells += [_with_interval(whole, rate) for rate in ("W", "B")]
+        cells += [_percent(whole.rates[rate]) for rate in ("FR", "NR", "IL")]
+        cells += [
+            f"{_percent(scores[family].rates['W'])} / {_percent(scores[family].rates['B'])}" if family in scores else ""
+            for family in families
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def guess_lines(found: Baselines) -> list[str]:
+    """Returns a line for each way of guessing a queried state without a look."""
+    lines: list[str] = []
+    for name, (hits, n) in found.guesses.items():
+        low, high = GuessScore(hits, n).interval
+        lines.append(
+            f"- By {name}, a guess of the queried state is right in {100 * hits / n:.1f} % "
+            f"[{100 * low:.0f}, {100 * high:.0f}] of {n}; chance is 50 %."
+        )
+    return lines
+
+
+def _score(rates: Mapping[str, Any]) -> AgentScore:
+    return AgentScore(
+        episodes=rates["episodes"],
+        rates={rate: round(rates[rate] or 0.0, 6) for rate in RATES},
+        intervals={rate: _rounded(rates["intervals"][rate]) for rate in ("W", "B")},
+        mean_steps=round(rates["mean_steps"] or 0.0, 4),
+    )
+
+
+def _rounded(interval: Sequence[float]) -> tuple[float, float]:
+    low, high = interval
+    return round(low, 6), round(high, 6)
+
+
+def _with_interval(score: AgentScore, rate: str) -> str:
+    low, high = score.intervals[rate]
+    return f"{_percent(score.rates[rate])} [{100 * low:.0f}, {100 * high:.0f}]"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f}"

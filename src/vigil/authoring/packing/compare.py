@@ -1,0 +1,45 @@
+"""Comparison of two packs: which episodes came, went or changed, and in what."""
+
+from dataclasses import dataclass
+
+from vigil.episode import Episode
+from vigil.pack import Pack
+
+
+@dataclass(frozen=True, slots=True)
+class PackDifference:
+    """How pack B differs from pack A."""
+
+    only_a: tuple[str, ...]
+    only_b: tuple[str, ...]
+    changed: dict[str, tuple[str, ...]]
+    """Episode id -> fields that differ; `solution` for its recorded actions."""
+    same: int
+
+    @property
+    def is_none(self) -> bool:
+        """Whether both packs hold the same episodes and solutions."""
+        return not (self.only_a or self.only_b or self.changed)
+
+
+def compare(a: Pack, b: Pack) -> PackDifference:
+    """Returns how `b` differs from `a`, episode by episode."""
+    mine, theirs = {e.id: e for e in a.episodes}, {e.id: e for e in b.episodes}
+    both = sorted(mine.keys() & theirs.keys())
+    fields = {name: (*_fields(mine[name], theirs[name]), *_solution(a, b, name)) for name in both}
+    changed = {name: found for name, found in fields.items() if found}
+    return PackDifference(
+        only_a=tuple(sorted(mine.keys() - theirs.keys())),
+        only_b=tuple(sorted(theirs.keys() - mine.keys())),
+        changed=changed,
+        same=len(both) - len(changed),
+    )
+
+
+def _fields(a: Episode, b: Episode) -> list[str]:
+    before, after = a.model_dump(), b.model_dump()
+    return [name for name in before if before[name] != after[name]]
+
+
+def _solution(a: Pack, b: Pack, name: str) -> list[str]:
+    return ["solution"] if a.solutions.get(name) != b.solutions.get(name) else []

@@ -1,0 +1,157 @@
+"""The card of a pack: a README that says what it holds, and that HF `datasets` reads its files by.
+
+The card is no part of the pack's hash: it is written anew when baselines have been measured on the frozen pack.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vigil.actions import SKILLS
+from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
+from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
+from vigil.episode import FAMILIES
+from vigil.pack import Pack
+
+CARD = "README.md"
+TABLES = ("episodes", "solutions", "facts")
+"""Files of one row a line (`<table>.jsonl`) that a pack may have; the first one is what HF `datasets` loads unasked."""
+
+_HEAD = """---
+license: apache-2.0
+language: en
+pretty_name: {name}
+tags: [embodied, egocentric, vision-language, evaluation]
+configs:
+{configs}
+---
+# {name}
+
+{description}
+
+Frozen episodes for VIGIL, which scores apart whether an embodied agent brought the world to the goal (W) and whether it
+closed the episode with a report that is true (B). The agent sees one egocentric RGB frame a step, and `instruction`;
+everything else here is hidden from it.
+"""
+
+_FIELDS = """## Files
+| file | one line is |
+|---|---|
+| `episodes.jsonl` | an episode: `id`, `family`, `house` (name, SHA-256), `start` pose, `setup` (what is changed \
+before it starts), `instruction`, `goal`, `bindings` (role to object), \
+`max_steps`, `max_invalid`, `difficulty`, `provenance` |
+| `solutions.jsonl` | the actions that solve an episode: W = W_strict = B = 1 when replayed |
+| `facts.jsonl` | what the pack is balanced over: category, rooms, area, distance, label |
+| `houses/<name>.json` | a house in ProcTHOR's format |
+| `manifest.json` | counts, strata, how it was made, and the SHA-256 of each file above |
+
+Lengths are in metres, angles in degrees; poses are in AI2-THOR's frame (y up, left-handed).
+
+`datasets.load_dataset("path/to/this/folder", "episodes")` reads a table. It may add nulls for what a goal, a setup or
+an action does not have, and round floats inside of them to ten decimal places; `vigil.pack.Pack.load` gives the file's
+own values, and checks its hashes.
+"""
+
+_LIMITS = """## Known limits
+- Solutions hold for the version of VIGIL and the simulator named in the manifest; `vigil pack verify` replays them all.
+- Instructions are in English; those of the grammar have few sentence forms for each family.
+- Ids name the target and are therefore never shown to an agent.
+"""
+
+
+def write_card(pack: Pack) -> Path:
+    """Writes the card into the pack's folder and returns its path."""
+    path = pack.folder / CARD
+    path.write_text(card_of(pack), encoding="utf-8")
+    return path
+
+
+def card_of(pack: Pack) -> str:
+    """Returns the text of a pack's README."""
+    manifest = pack.manifest
+    description = manifest.description or f"{manifest.episodes} episodes of eight families."
+    head = _HEAD.format(name=manifest.name, description=description, configs=_configs(pack))
+    parts = [head, _distribution(pack), _skills(pack)]
+    if "strata" in manifest.meta:
+        parts += [_strata(manifest.meta), _making(manifest.meta)]
+    return "\n".join(part for part in [*parts, _measured(pack), _fields(pack), _LIMITS] if part)
+
+
+def _configs(pack: Pack) -> str:
+    """Returns the tables of a pack as HF `datasets` wants them named."""
+    lines: list[str] = []
+    for table in TABLES:
+        if f"{table}.jsonl" in pack.manifest.files:
+            lines += [f"- config_name: {table}", f"  data_files: {table}.jsonl"]
+            lines += ["  default: true"] if table == TABLES[0] else []
+    return "\n".join(lines)
+
+
+def _fields(pack: Pack) -> str:
+    """Returns what each file holds; rows of tables that this pack has not are left out."""
+    absent = [f"| `{table}.jsonl` |" for table in TABLES if f"{table}.jsonl" not in pack.manifest.files]
+    return "".join(line for line in _FIELDS.splitlines(keepends=True) if not line.startswith(tuple(absent)))
+
+
+def _distribution(pack: Pack) -> str:
+    rows = ["## Episodes", "| family | name | episodes | steps | invalid | solution: mean | max |"]
+    rows.append("|---|---|---|---|---|---|---|")
+    for family, steps in steps_of(pack).items():
+        spec, count = FAMILIES[family], pack.manifest.families[family]
+        cells = (family, spec.name, count, spec.max_steps, spec.max_invalid, steps["mean"], steps["max"])
+        rows.append(f"| {' | '.join(str(cell) for cell in cells)} |")
+    return "\n".join(rows) + "\n"
+
+
+def _skills(pack: Pack) -> str:
+    rows = ["Share of the episodes whose solution uses a skill (%):", ""]
+    rows += [f"| family | {' | '.join(SKILLS)} |", f"|{'---|' * (len(SKILLS) + 1)}"]
+    for family, shares in skill_shares(pack).items():
+        rows.append(f"| {family} | {' | '.join(f'{100 * shares.get(skill, 0.0):.0f}' for skill in SKILLS)} |")
+    return "\n".join(rows) + "\n"
+
+
+def _measured(pack: Pack) -> str:
+    found = read_baselines(pack)
+    if found is None:
+        return ""
+    intro = (
+        "Rates in per cent. The blind agents look at nothing; the privileged ones see hidden state and show what the "
+        "scoring makes of agents that never report, or report too early."
+    )
+    return "\n".join(["## Baselines", intro, "", *baselines_table(found), "", *guess_lines(found), ""])
+
+
+def _strata(meta: Mapping[str, Any]) -> str:
+    strata = meta["strata"]
+    rows = ["## Strata", "| of | counts |", "|---|---|"]
+    rows += [f"| {family} | {_counts(found)} |" for family, found in strata["families"].items()]
+    rows += [f"| {name.replace('_', ' ')} | {_counts(strata[name])} |" for name in ("rooms", "house_sizes")]
+    rows.append(f"| categories | {_counts(strata['categories'])} |")
+    rows.append(f"| searches that turning does not end | {_counts(strata['not_found_by_turning'])} |")
+    return "\n".join(rows) + "\n"
+
+
+def _making(meta: Mapping[str, Any]) -> str:
+    reviews, guess = meta["reviews"], meta["text_guess_sv"]
+    guessed = (
+        []
+        if guess is None
+        else [f"- A guess of states by category alone, knowing the pack, is right in {100 * guess:.0f} %."]
+    )
+    return "\n".join(
+        [
+            "## How it was made",
+            f"- Proposed by {', '.join(meta['authors'])} in {meta['strata']['houses']} houses; at most "
+            f"{meta['strata']['most_of_a_family_in_a_house']} episodes of a family in a house.",
+            "- Each episode passed every rule of VIGIL's validation, and its recorded solution was replayed.",
+            f"- Reviewed by a person: {reviews['person']}; by a model alone: {reviews['model']}; by nobody: "
+            f"{reviews['none']}.",
+            *guessed,
+            "",
+        ]
+    )
+
+
+def _counts(found: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {count}" for name, count in found.items())

@@ -1,0 +1,89 @@
+"""Question-only baselines: how well a queried state (SV) is predicted from its question alone.
+
+A pack in which words give the answer away does not measure sight; chance is one half, as each question names a pair.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import log
+
+from vigil.actions import Report, Status
+from vigil.episode import Episode, Solution
+from vigil.goals import ReportStatus
+from vigil.rates import wilson
+
+PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("off", "on"), "is_open": ("closed", "open")}
+
+
+@dataclass(frozen=True, slots=True)
+class GuessScore:
+    """How often a way of guessing is right."""
+
+    hits: int
+    n: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % Wilson interval of the share that is right."""
+        return wilson(self.hits, self.n)
+
+    @property
+    def is_chance(self) -> bool:
+        """Whether one half lies within the interval, or above it: the guesser knows nothing."""
+        return self.interval[0] <= 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    words: frozenset[str]
+    pair: tuple[Status, Status]
+    label: Status
+    house: str
+
+
+def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
+    """Returns how often the more common label of each pair, known from this very pack, is right."""
+    questions = _questions(episodes, solutions)
+    counts = {
+        pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
+    }
+    return GuessScore(sum(max(found.values(), default=0) for found in counts.values()), len(questions))
+
+
+def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
+    """Returns how often naive Bayes over the words of the question is right, learnt from all other houses."""
+    questions = _questions(episodes, solutions)
+    hits = 0
+    for house in sorted({question.house for question in questions}):
+        known = [question for question in questions if question.house != house]
+        for question in questions:
+            if question.house == house:
+                alike = [other for other in known if other.pair == question.pair]
+                hits += _most_likely(question, alike) == question.label
+    return GuessScore(hits, len(questions))
+
+
+def _most_likely(question: _Question, known: Sequence[_Question]) -> Status:
+    """Returns the likelier label; the first of the pair when they are equally likely."""
+    first, second = question.pair
+    return second if _score(question, second, known) > _score(question, first, known) + 1e-12 else first
+
+
+def _score(question: _Question, label: Status, known: Sequence[_Question]) -> float:
+    having = [other for other in known if other.label == label]
+    seen = Counter(word for other in having for word in other.words)
+    prior = log((len(having) + 1) / (len(known) + 2))
+    return prior + sum(log((seen[word] + 1) / (len(having) + 2)) for word in sorted(question.words))
+
+
+def _questions(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> list[_Question]:
+    found: list[_Question] = []
+    for episode in episodes:
+        report = solutions[episode.id].actions[-1]
+        if isinstance(episode.goal, ReportStatus) and isinstance(report, Report):
+            words = frozenset(
+                episode.instruction.casefold().replace("?", " ").replace(".", " ").replace(",", " ").split()
+            )
+            found.append(_Question(words, PAIRS[episode.goal.state], report.status, episode.house.name))
+    return found

@@ -1,0 +1,213 @@
+"""The starter pack: 80 episodes in houses of the project's own, proposed, validated, solved and frozen by one function.
+
+Everything follows from the literal tables below and the versions of the generator and the assets: the same code gives
+the same bytes. The packaged starter 1.1 is frozen: its houses are of generator version 2.
+"""
+
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from vigil.actions import Action
+from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.review.validate import Validator
+from vigil.authoring.solving.oracle import PrivilegedSimulator
+from vigil.episode import Episode, Family, Solution
+from vigil.errors import EpisodeError, SettingError
+from vigil.freezing import freeze
+from vigil.house import House
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.document import generators_of
+from vigil.housegen.generate import generate
+from vigil.pack import Pack
+
+NAME = "starter"
+VERSION = "1.2"
+SEED = 2026
+DRAFTS_PER_HOUSE = 6
+PER_HOUSE_AND_FAMILY = 2
+CATEGORY_USES = 3
+FIRST_SEED, SEED_TRIES = 101, 5
+
+HOUSES = (
+    *("kitchen-living", "kitchen-living", "kitchen-living", "kitchen-living"),
+    *("bedroom-living", "bedroom-living", "bedroom-living", "bedroom-living"),
+    *("bedroom-bathroom", "bedroom-bathroom", "2-room", "2-room"),
+    *("kitchen", "kitchen", "kitchen", "kitchen", "living-room", "living-room", "living-room"),
+    *("bedroom", "bedroom", "bedroom", "bathroom", "bathroom"),
+)
+"""Specs of the houses; the one at index i has the seed `FIRST_SEED + i` (or that plus hundreds)."""
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeQuota:
+    """A kind of episode that the pack has so many of."""
+
+    family: Family
+    kind: str
+    count: int
+    instead: str | None = None
+    """The kind to propose when no house yields the kind itself."""
+
+    @property
+    def proposals(self) -> list[Proposals]:
+        """What is proposed: other categories than before, then any, then another kind."""
+        kinds = GRAMMAR[self.family]
+        return [kinds[self.kind], kinds[self.kind], *([kinds[self.instead]] if self.instead else [])]
+
+
+QUOTAS = (
+    EpisodeQuota("CR", "leaf", 2, "obstacle"),
+    EpisodeQuota("CR", "obstacle", 2),
+    EpisodeQuota("CR", "swing", 2),
+    EpisodeQuota("CR", "interlock", 2),
+    EpisodeQuota("CR", "hand", 2),
+    EpisodeQuota("SM", "reveal_pick", 3),
+    EpisodeQuota("SM", "put_into", 3),
+    EpisodeQuota("SM", "open_pick_place", 2),
+    EpisodeQuota("SM", "rearrange", 2),
+    EpisodeQuota("SV", "on", 3),
+    EpisodeQuota("SV", "off", 3),
+    EpisodeQuota("SV", "open", 2),
+    EpisodeQuota("SV", "closed", 2),
+    EpisodeQuota("VS", "walk", 7),
+    EpisodeQuota("VS", "turn", 3),
+    EpisodeQuota("SI", "open", 2),
+    EpisodeQuota("SI", "close", 2),
+    EpisodeQuota("SI", "turn_on", 2),
+    EpisodeQuota("SI", "turn_off", 2),
+    EpisodeQuota("SI", "pick", 2),
+    EpisodeQuota("AI", "open", 2),
+    EpisodeQuota("AI", "close", 2),
+    EpisodeQuota("AI", "turn_on", 2),
+    EpisodeQuota("AI", "turn_off", 2),
+    EpisodeQuota("AI", "pick", 2),
+    EpisodeQuota("PG", "large", 3),
+    EpisodeQuota("PG", "medium", 4),
+    EpisodeQuota("PG", "small", 3),
+    EpisodeQuota("DA", "approach", 10),
+)
+"""The scarcest kinds first, so that they find the houses that they need."""
+
+
+@dataclass(slots=True)
+class Selected:
+    """What has been chosen so far."""
+
+    episodes: list[Episode] = field(default_factory=list)
+    solutions: list[Solution] = field(default_factory=list)
+    uses: Counter[str] = field(default_factory=Counter)
+    """House name -> episodes."""
+    family_uses: Counter[tuple[str, str]] = field(default_factory=Counter)
+    categories: Counter[str] = field(default_factory=Counter)
+    family_categories: Counter[tuple[str, str]] = field(default_factory=Counter)
+
+    def takes(self, family: str, category: str) -> bool:
+        """Whether another episode about a category is welcome."""
+        return not self.family_categories[family, category] and self.categories[category] < CATEGORY_USES
+
+    def add(self, episode: Episode, actions: tuple[Action, ...], category: str) -> None:
+        """Takes over a valid episode, under its final id."""
+        provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(actions)})
+        episode_id = self._id(episode, category)
+        self.episodes.append(episode.model_copy(update={"id": episode_id, "provenance": provenance}))
+        self.solutions.append(Solution(episode_id=episode_id, actions=actions))
+        self.uses[episode.house.name] += 1
+        self.family_uses[episode.family, episode.house.name] += 1
+        self.categories[category] += 1
+        self.family_categories[episode.family, category] += 1
+
+    def _id(self, episode: Episode, category: str) -> str:
+        taken = {each.id for each in self.episodes}
+        plain = f"procthor_{category.lower()}_seed{episode.provenance.seed or 0:03d}"
+        family = f"{plain}_{episode.family.lower()}"
+        more = (f"{family}{number}" for number in range(2, len(taken) + 3))
+        return next(each for each in (plain, family, *more) if each not in taken)
+
+
+def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[str], None] = lambda line: None) -> Pack:
+    """Writes the starter pack into `out`, new or empty, and returns it; `report` is told of each episode.
+
+    Raises EpisodeError when the houses do not yield a kind of episode.
+    """
+    houses = starter_houses()
+    chosen = Selected()
+    for slot in QUOTAS:
+        for number in range(slot.count):
+            episode = _fill(slot, number, houses, chosen, simulator)
+            report(f"{slot.family} {slot.kind}: {episode.house.name}: {episode.instruction}")
+    pack = freeze(
+        out,
+        chosen.episodes,
+        chosen.solutions,
+        houses,
+        name=NAME,
+        version=VERSION,
+        description="Ten episodes of each family in houses of the project's own, each with a solution.",
+        meta={
+            "house_generator": generators_of(houses),
+            "seed": SEED,
+            "simulator": simulator.name,
+            "kinds": kinds_of(chosen.episodes),
+        },
+    )
+    write_card(pack)
+    return pack
+
+
+def kinds_of(episodes: Iterable[Episode]) -> dict[str, int]:
+    """Returns how many episodes there are of each family, template and difficulty."""
+    kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.difficulty))) for e in episodes]
+    return dict(sorted(Counter(kinds).items()))
+
+
+def starter_houses() -> list[House]:
+    """Returns the houses of the starter pack."""
+    return [_house(index, spec) for index, spec in enumerate(HOUSES)]
+
+
+def _house(index: int, spec: str) -> House:
+    faults: list[SettingError] = []
+    for hundred in range(SEED_TRIES):
+        try:
+            return generate(FIRST_SEED + index + 100 * hundred, spec_for(spec))
+        except SettingError as error:
+            faults.append(error)
+    raise faults[-1]
+
+
+def _fill(
+    slot: EpisodeQuota, number: int, houses: list[House], chosen: Selected, simulator: PrivilegedSimulator
+) -> Episode:
+    """Finds the next episode for a slot, adds it to what is chosen and returns it."""
+    validator = Validator(simulator)
+    for is_strict, proposals in zip((True, False, False), slot.proposals, strict=False):
+        for house in _in_order(slot, houses, chosen):
+            key = f"{slot.family} {slot.kind} {number} {house.name}"
+            context = HouseContext(simulator, house, np.random.default_rng([SEED, zlib.crc32(key.encode())]))
+            for draft in _first(proposals(context), DRAFTS_PER_HOUSE):
+                category = context.thing(draft.goal.object_id).category
+                if is_strict and not chosen.takes(slot.family, category):
+                    continue
+                verdict = validator.validate(draft, house)
+                if verdict.is_valid:
+                    chosen.add(draft, verdict.actions, category)
+                    return chosen.episodes[-1]
+    raise EpisodeError(f"No house yields episode {number + 1} of kind {slot.family} {slot.kind}; add houses.")
+
+
+def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selected) -> list[House]:
+    """Returns the houses that may hold another episode of the slot's family, the least used first."""
+    free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
+    return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))
+
+
+def _first(drafts: Iterator[Episode], count: int) -> Iterator[Episode]:
+    for _, draft in zip(range(count), drafts, strict=False):
+        yield draft

@@ -1,0 +1,182 @@
+"""Verification of a pack: every rule checked and every solution replayed, in worker processes, house by house.
+
+What has been verified can be kept in a log (one line an episode); the same command then continues.
+"""
+
+import hashlib
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import nullcontext
+from dataclasses import dataclass
+from itertools import groupby
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from vigil.actions import Action
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.review.validate import Finding, Validator
+from vigil.authoring.solving.oracle import PrivilegedSimulator
+from vigil.episode import Episode, Solution
+from vigil.house import House, canonical_json
+from vigil.jsonl import AppendFile, dump_line, parse
+from vigil.pack import Pack
+from vigil.sim import make_simulator
+
+
+@dataclass(frozen=True, slots=True)
+class HouseBatch:
+    """A house with the episodes in it that are to be verified."""
+
+    name: str
+    document: dict[str, Any]
+    episodes: tuple[tuple[Episode, tuple[Action, ...] | None], ...]
+    """Each with its recorded solution; None where none is recorded."""
+
+
+@dataclass(frozen=True, slots=True)
+class VerificationSettings:
+    """What to verify with."""
+
+    backend: str = "mujoco"
+    assets: AssetDatabase | None = None
+    workers: int = 1
+
+
+class EpisodeFindings(BaseModel):
+    """What was found about one episode."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    key: str
+    """Hash of the episode, its solution and the backend."""
+    episode_id: str
+    findings: tuple[tuple[str, str], ...] = ()
+    """(rule, message)."""
+
+    @property
+    def faults(self) -> list[Finding]:
+        """The findings by name."""
+        return [Finding(self.episode_id, rule, message) for rule, message in self.findings]
+
+
+@dataclass(frozen=True, slots=True)
+class VerificationProgress:
+    """Where a verification stands."""
+
+    done: int
+    of: int
+    faulty: int
+    seconds: float
+
+
+OnProgress = Callable[[VerificationProgress], None]
+
+
+def verify_pack(
+    pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnProgress = lambda standing: None
+) -> list[Finding]:
+    """Returns what is wrong with a pack's episodes, sorted by episode; `log` is continued where it is there.
+
+    Raises RecordError on a log that cannot be read or written.
+    """
+    with nullcontext() if log is None else AppendFile(log) as file:
+        results = _results(pack, settings, file, on_progress)
+    return sorted(
+        (finding for result in results for finding in result.faults), key=lambda each: (each.episode_id, each.rule)
+    )
+
+
+def _results(
+    pack: Pack, settings: VerificationSettings, log: AppendFile | None, on_progress: OnProgress
+) -> list[EpisodeFindings]:
+    solved = {name: solution.actions for name, solution in pack.solutions.items()}
+    known = _known(log)
+    keys = {episode.id: key_of(episode, solved.get(episode.id), settings.backend) for episode in pack.episodes}
+    missing = [episode for episode in pack.episodes if keys[episode.id] not in known]
+    results = [known[key] for key in keys.values() if key in known]
+    begun = time.monotonic()
+    for found in verified(bundles(missing, solved, pack.house_of), settings):
+        results += found
+        if log is not None:
+            log.append(*map(dump_line, found))
+        faulty = sum(bool(result.findings) for result in results)
+        on_progress(VerificationProgress(len(results), len(pack.episodes), faulty, time.monotonic() - begun))
+    return results
+
+
+def bundles(
+    episodes: Iterable[Episode], solved: Mapping[str, tuple[Action, ...]], house_of: Callable[[Episode], House]
+) -> list[HouseBatch]:
+    """Returns episodes with their solutions, put together by house."""
+    ordered = sorted(episodes, key=lambda episode: (episode.house.name, episode.id))
+    found: list[HouseBatch] = []
+    for name, group in groupby(ordered, key=lambda episode: episode.house.name):
+        members = list(group)
+        pairs = tuple((episode, solved.get(episode.id)) for episode in members)
+        found.append(HouseBatch(name, house_of(members[0]).data, pairs))
+    return found
+
+
+def verified(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
+    """Yields what was found, house by house, in the order of the work."""
+    if settings.workers == 1 or len(work) < 2:
+        validator = Validator(_simulator(settings))
+        for bundle in work:
+            yield _verify(validator, bundle, settings.backend)
+        return
+    pool = ProcessPoolExecutor(settings.workers, get_context("spawn"), initializer=_begin_worker, initargs=(settings,))
+    with pool:
+        futures: list[Future[list[EpisodeFindings]]] = [
+            pool.submit(_verify_here, bundle, settings.backend) for bundle in work
+        ]
+        try:
+            for future in futures:
+                yield future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def key_of(episode: Episode, actions: tuple[Action, ...] | None, backend: str) -> str:
+    """Returns the hash by which a log names what was verified."""
+    solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
+    return hashlib.sha256(canonical_json([episode.model_dump(mode="json"), solution, backend])).hexdigest()
+
+
+_validators: list[Validator] = []
+"""The validator of this worker process."""
+
+
+def _begin_worker(settings: VerificationSettings) -> None:
+    _validators.append(Validator(_simulator(settings)))
+
+
+def _verify_here(bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:
+    return _verify(_validators[0], bundle, backend)
+
+
+def _simulator(settings: VerificationSettings) -> PrivilegedSimulator:
+    return make_simulator(settings.backend, assets=settings.assets or AssetDatabase.default())
+
+
+def _verify(validator: Validator, bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:
+    house = House(bundle.name, bundle.document)
+    found: list[EpisodeFindings] = []
+    for episode, actions in bundle.episodes:
+        if actions is None:
+            findings = (("solvable", "no solution is recorded"),)
+        else:
+            findings = tuple((each.rule, each.message) for each in validator.validate(episode, house, actions).findings)
+        found.append(EpisodeFindings(key=key_of(episode, actions, backend), episode_id=episode.id, findings=findings))
+    return found
+
+
+def _known(log: AppendFile | None) -> dict[str, EpisodeFindings]:
+    """Returns what a log holds, by key."""
+    if log is None:
+        return {}
+    rows = [parse(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.whole]
+    return {row.key: row for row in rows}

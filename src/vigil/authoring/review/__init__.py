@@ -1,0 +1,1 @@
+"""Review: whether an episode holds, by rules, by replayed solutions, and by people."""

@@ -1,0 +1,63 @@
+"""Contact sheets: episodes with the frame that they start with and their instruction, to be read one by one."""
+
+import textwrap
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PIL import Image, ImageDraw, ImageFont
+
+from vigil.authoring.review.reviews import queue
+from vigil.episode import FAMILIES, Episode
+from vigil.house import House
+from vigil.sim.protocol import Simulator
+
+COLUMNS = 2
+WIDTH, HEIGHT = 480, 360
+"""Of one frame on a sheet, in pixels."""
+TEXT_HEIGHT = 74
+TEXT_COLUMNS = 62
+FONT_SIZE = 15
+GAP = 10
+INK, FAINT, GROUND = "#1c1f24", "#6a7079", "#ffffff"
+QUALITY = 70
+
+
+def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[Episode]:
+    """Returns up to `count` episodes, evenly over families and their kinds; the same ones each time."""
+    return sorted(queue(episodes, seed)[:count], key=lambda episode: (list(FAMILIES).index(episode.family), episode.id))
+
+
+def write_sheets(
+    episodes: Sequence[Episode], house_of: Callable[[Episode], House], simulator: Simulator, folder: Path
+) -> list[Path]:
+    """Writes a sheet (WebP) for each family into `folder` and returns their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    for family in FAMILIES:
+        shown = [episode for episode in episodes if episode.family == family]
+        if shown:
+            frames = [_start_frame(episode, house_of(episode), simulator) for episode in shown]
+            written.append(folder / f"{family}.webp")
+            sheet_of([episode.instruction for episode in shown], frames).save(written[-1], quality=QUALITY, method=6)
+    return written
+
+
+def sheet_of(texts: Sequence[str], frames: Sequence[Image.Image]) -> Image.Image:
+    """Returns numbered frames with their texts below them, in two columns."""
+    rows = -(-len(frames) // COLUMNS)
+    pitch_x, pitch_y = WIDTH + GAP, HEIGHT + TEXT_HEIGHT
+    sheet = Image.new("RGB", (COLUMNS * pitch_x + GAP, rows * pitch_y + GAP), GROUND)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(FONT_SIZE)
+    for index, (text, frame) in enumerate(zip(texts, frames, strict=True)):
+        x, y = GAP + index % COLUMNS * pitch_x, GAP + index // COLUMNS * pitch_y
+        sheet.paste(frame.resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS), (x, y))
+        draw.text((x, y + HEIGHT + 4), f"{index + 1}", fill=FAINT, font=font)
+        lines = textwrap.wrap(text, TEXT_COLUMNS)
+        draw.multiline_text((x + 24, y + HEIGHT + 4), "\n".join(lines), fill=INK, font=font)
+    return sheet
+
+
+def _start_frame(episode: Episode, house: House, simulator: Simulator) -> Image.Image:
+    simulator.load(house)
+    simulator.reset(episode.start, episode.setup)
+    return Image.fromarray(simulator.frame())

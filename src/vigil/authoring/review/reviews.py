@@ -1,0 +1,167 @@
+"""Review: what auditors say about episodes, in an append-only file, and what follows from it.
+
+One line a verdict; nothing is ever changed or taken away, a later line by the same reviewer overrules an earlier one.
+Each line names the very episode by hash: verdicts on another version of it do not count.
+"""
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Size
+from vigil.house import canonical_json
+from vigil.jsonl import append_line, dump_line, parse, read_lines
+
+REVIEW_SCHEMA = 1
+Verdict = Literal["approve", "reject", "edit", "difficulty", "note"]
+Judgement = Literal["approve", "reject"]
+
+
+class Review(BaseModel):
+    """One line of the review file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    schema_version: Literal[1] = REVIEW_SCHEMA
+    at: datetime
+    reviewer: str = Field(pattern=r"^(model: )?[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
+    """A name; a model's begins with `model: `, so that it tells what it is wherever it is shown."""
+    reviewer_kind: Literal["person", "model"] = "person"
+    episode_id: str = Field(min_length=1, max_length=200)
+    episode_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+    verdict: Verdict
+    instruction: str | None = Field(default=None, min_length=1, max_length=MAX_INSTRUCTION_CHARS)
+    """The new wording; `edit` alone."""
+    difficulty: Size | None = None
+    """`difficulty` alone."""
+    text: str = Field(default="", max_length=4000)
+    """A reason, or the note."""
+
+    @model_validator(mode="after")
+    def _carries_what_it_says(self) -> "Review":
+        if (self.reviewer_kind == "model") != self.reviewer.startswith("model: "):
+            raise ValueError("the name of a model, and of no person, begins with `model: `")
+        if (self.verdict == "edit") != (self.instruction is not None):
+            raise ValueError("`instruction` belongs to `edit`, and `edit` needs it")
+        if (self.verdict == "difficulty") != (self.difficulty is not None):
+            raise ValueError("`difficulty` belongs to the verdict `difficulty`, which needs it")
+        if self.verdict == "note" and not self.text.strip():
+            raise ValueError("a note needs a text")
+        return self
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """Where one reviewer stands on one episode."""
+
+    judgement: Judgement | None = None
+    instruction: str | None = None
+    difficulty: Size | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How two reviewers judge the episodes that both have judged."""
+
+    both: int
+    agree: int
+    kappa: float | None
+    """Cohen's; None when there is nothing to compare or chance alone explains all."""
+    disputed: tuple[str, ...]
+    """Ids of the episodes that one approves and the other rejects."""
+
+
+def episode_sha256(episode: Episode) -> str:
+    """Returns the hash by which reviews name an episode's version; the review mark itself is left out of it."""
+    fields = episode.model_dump(mode="json")
+    fields["provenance"].pop("reviewed", None)
+    return hashlib.sha256(canonical_json(fields)).hexdigest()
+
+
+def append_review(path: Path, review: Review) -> None:
+    """Writes one line, on disk when this returns; safe with several writers. Raises RecordError."""
+    append_line(path, dump_line(review, exclude_defaults=True))
+
+
+def read_reviews(path: Path) -> list[Review]:
+    """Returns all reviews in the order in which they were given; none when there is no file.
+
+    A torn last line is passed over. Raises RecordError on any other unreadable one.
+    """
+    return [parse(line, Review, repr(str(path)), "Restore the file.") for line in read_lines(path)]
+
+
+def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision]:
+    """Returns where each reviewer stands on this version of an episode, by name."""
+    sha256 = episode_sha256(episode)
+    found: dict[str, Decision] = {}
+    for review in reviews:
+        if (review.episode_id, review.episode_sha256) == (episode.id, sha256):
+            found[review.reviewer] = _after(found.get(review.reviewer, Decision()), review)
+    return dict(sorted(found.items()))
+
+
+def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
+    """Returns an episode as its reviewers want it: rejected if any rejects it, approved if any approves it.
+
+    Of several wordings or difficulties the one given last stands.
+    """
+    sha256 = episode_sha256(episode)
+    mine = [review for review in reviews if (review.episode_id, review.episode_sha256) == (episode.id, sha256)]
+    judgements = {decision.judgement for decision in decisions(episode, mine).values()}
+    reviewed = "rejected" if "reject" in judgements else "approved" if "approve" in judgements else None
+    edits = [review.instruction for review in mine if review.instruction is not None]
+    sizes = [review.difficulty for review in mine if review.difficulty is not None]
+    changes = {
+        "instruction": edits[-1] if edits else episode.instruction,
+        "difficulty": sizes[-1] if sizes else episode.difficulty,
+        "provenance": episode.provenance.model_copy(update={"reviewed": reviewed}),
+    }
+    return Episode.model_validate({**dict(episode), **changes})
+
+
+def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
+    """Returns episodes in the order to review them: the families take turns, each in an order drawn by `seed`."""
+    rng = np.random.default_rng(seed)
+    ordered = sorted(episodes, key=lambda episode: episode.id)
+    groups = [[episode for episode in ordered if episode.family == family] for family in FAMILIES]
+    shuffled = [[group[index] for index in rng.permutation(len(group))] for group in groups]
+    longest = max((len(group) for group in shuffled), default=0)
+    return [group[turn] for turn in range(longest) for group in shuffled if turn < len(group)]
+
+
+def agreement(episodes: Iterable[Episode], reviews: Sequence[Review], a: str, b: str) -> Agreement:
+    """Returns how two reviewers agree on the episodes that both approve or reject."""
+    pairs: list[tuple[str, Judgement, Judgement]] = []
+    for episode in episodes:
+        found = decisions(episode, (review for review in reviews if review.episode_id == episode.id))
+        first, second = found.get(a, Decision()).judgement, found.get(b, Decision()).judgement
+        if first is not None and second is not None:
+            pairs.append((episode.id, first, second))
+    agree = sum(first == second for _, first, second in pairs)
+    disputed = tuple(name for name, first, second in pairs if first != second)
+    return Agreement(len(pairs), agree, _kappa(pairs), disputed)
+
+
+def _after(before: Decision, review: Review) -> Decision:
+    notes = (*before.notes, review.text) if review.text.strip() else before.notes
+    judgement: Judgement | None = review.verdict if review.verdict in ("approve", "reject") else before.judgement
+    return Decision(judgement, review.instruction or before.instruction, review.difficulty or before.difficulty, notes)
+
+
+def _kappa(pairs: Sequence[tuple[str, Judgement, Judgement]]) -> float | None:
+    n = len(pairs)
+    if n == 0:
+        return None
+    observed = sum(first == second for _, first, second in pairs) / n
+    approve_a = sum(first == "approve" for _, first, _ in pairs) / n
+    approve_b = sum(second == "approve" for _, _, second in pairs) / n
+    chance = approve_a * approve_b + (1 - approve_a) * (1 - approve_b)
+    return None if chance == 1.0 else (observed - chance) / (1 - chance)

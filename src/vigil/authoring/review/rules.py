@@ -1,0 +1,316 @@
+"""The rules about how an episode starts, each with its name, the families it binds and its reason.
+
+A rule is a function of a `EpisodeStart` that yields what is wrong. Source: `protocol.md` section 4.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+
+import shapely
+
+from vigil.actions import REACH_HEIGHT_M, REACH_M
+from vigil.authoring.language.referring import Item, Phrase, items_of, mentions, resolved
+from vigil.authoring.language.wording import asks_inside
+from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.solving.free_space import places_within
+from vigil.authoring.solving.macro_actions import MacroActions
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.solvers import is_doable
+from vigil.episode import FAMILIES, Episode, Family
+from vigil.goals import (
+    AgentNearTarget,
+    GoalRow,
+    ObjectAtReceptacle,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    check,
+    is_observable,
+)
+from vigil.house import House
+from vigil.pack import protocol_faults
+from vigil.pose import Pose, Vec3
+from vigil.record import EpisodeRecord
+from vigil.scene.geometry import box_of
+from vigil.scene.things import Thing
+from vigil.world import ObjectState, WorldState
+
+MARGIN_M, MARGIN_PX = 0.02, 20
+START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
+ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
+STANDARD_IN_WORDS = "within about one and a half metres of"
+NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
+"""Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
+SM_TEMPLATES = ("reveal_pick", "put_into", "rearrange", "open_pick_place")
+CR_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
+LABEL_WORDS = {"is_toggled": ("on", "off"), "is_open": ("open", "closed")}
+
+Faults = Iterator[str]
+
+
+@dataclass(frozen=True)
+class EpisodeStart:
+    """An episode at its start: the simulator stands reset behind the stage."""
+
+    episode: Episode
+    house: House
+    oracle: Oracle
+
+    @cached_property
+    def world(self) -> WorldState:
+        """The hidden world at the reset."""
+        return self.oracle.world(self.episode.bound_ids())
+
+    @cached_property
+    def items(self) -> dict[str, Item]:
+        """What one can say of every thing at the reset."""
+        return items_of(self.oracle.scene)
+
+    @cached_property
+    def mentioned(self) -> list[tuple[Phrase, list[Item]]]:
+        """Every phrase of the instruction with what it could mean."""
+        phrases = mentions(self.episode.instruction, [item.name for item in self.items.values()])
+        held = self.items.get(self.episode.setup.held or "")
+        return list(zip(phrases, resolved(phrases, self.items.values(), held), strict=True))
+
+    @property
+    def target(self) -> ObjectState:
+        """The target's state at the reset."""
+        return self.world.objects[self.episode.goal.object_id]
+
+    @property
+    def first(self) -> ObjectState:
+        """The state of the object that is acted on first."""
+        chain = self.episode.goal.chain
+        return self.world.objects[chain[0].object_id if chain else self.episode.goal.object_id]
+
+    @cached_property
+    def row(self) -> GoalRow:
+        """What the goal's check says at the reset."""
+        now = datetime.fromtimestamp(0, UTC)
+        record = EpisodeRecord(
+            run_id="",
+            episode_id=self.episode.id,
+            started=now,
+            ended=now,
+            initial=self.world,
+            steps=(),
+            end="fail_no_report",
+        )
+        return check(self.episode.goal, record).rows[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A named rule."""
+
+    families: tuple[Family, ...]
+    reason: str
+    faults: Callable[[EpisodeStart], Faults]
+
+
+def _protocol(case: EpisodeStart) -> Faults:
+    yield from protocol_faults(case.episode)
+
+
+def _objects(case: EpisodeStart) -> Faults:
+    for object_id in case.episode.bound_ids():
+        thing = case.oracle.scene.things.get(object_id)
+        if thing is None or not thing.is_present:
+            yield f"object {object_id!r} is not in the scene"
+
+
+def _start(case: EpisodeStart) -> Faults:
+    place = case.episode.start.position
+    if not case.oracle.plan().can_stand((place.x, place.z)):
+        yield f"the body does not fit at the start ({place.x:.2f}, {place.z:.2f})"
+
+
+def _unmet(case: EpisodeStart) -> Faults:
+    if case.row.semantic:
+        yield "the goal holds at the reset already"
+
+
+def _visible(case: EpisodeStart) -> Faults:
+    least = SMALL_START_PX if case.episode.difficulty == "small" else START_PX
+    state = case.first
+    if state.visible_px < least + MARGIN_PX:
+        yield f"{state.visible_px} px of the object to act on are in view at the start, {least + MARGIN_PX} are needed"
+    elif not is_observable(state):
+        yield "the object to act on is too far away to be told at the start"
+
+
+def _hidden(case: EpisodeStart) -> Faults:
+    if case.target.visible_px:
+        yield f"{case.target.visible_px} px of the target are in view at the start, none should be"
+
+
+def _state_visible(case: EpisodeStart) -> Faults:
+    goal = case.episode.goal
+    shown_px = case.target.state_px(goal.state) if isinstance(goal, ReportStatus) else 0
+    if shown_px < STATE_START_PX + MARGIN_PX:
+        yield f"{shown_px} px show the state at the start, {STATE_START_PX + MARGIN_PX} are needed"
+    if not (case.row.semantic and case.row.strict):
+        yield "the state cannot be told at the start"
+
+
+def _in_reach(case: EpisodeStart) -> Faults:
+    box, floor = case.target.box, case.episode.start.position.y
+    if case.target.box_distance_m > REACH_M - MARGIN_M or box.bottom - floor > REACH_HEIGHT_M:
+        yield f"the target is {case.target.box_distance_m:.2f} m away, within reach is {REACH_M} m"
+
+
+def _out_of_reach(case: EpisodeStart) -> Faults:
+    if case.target.box_distance_m < REACH_M + MARGIN_M:
+        yield f"the target is {case.target.box_distance_m:.2f} m away at the start: there is nothing to approach"
+
+
+def _settled(case: EpisodeStart) -> Faults:
+    goals = [case.episode.goal, *case.episode.goal.chain]
+    asked = [
+        goal.object_id for goal in goals if isinstance(goal, ObjectInState | ReportStatus) and goal.state == "is_open"
+    ]
+    for object_id in asked:
+        openness = case.world.objects[object_id].openness
+        if openness is None or ALMOST_CLOSED < openness < WIDE_OPEN:
+            yield f"{object_id!r} starts at openness {openness}, neither <= {ALMOST_CLOSED} nor >= {WIDE_OPEN}"
+
+
+def _other_rooms(case: EpisodeStart) -> Faults:
+    goal = case.episode.goal
+    assert isinstance(goal, AgentNearTarget)
+    place = place_blind_to(case.oracle, case.oracle.scene.things[goal.object_id], goal.threshold_m)
+    if place is not None:
+        yield f"({place.x:.2f}, {place.z:.2f}) is near enough, in another room, and does not see the target"
+
+
+def place_blind_to(oracle: Oracle, thing: Thing, threshold_m: float) -> Vec3 | None:
+    """Returns a free place near a thing, in another room, that does not see it; None where there is none.
+
+    To be near there would be chance.
+    """
+    home = oracle.room_at(thing.position)
+    floors = {room.id: shapely.Polygon(room.polygon) for room in oracle.scene.rooms}
+    floor = oracle.plan().tight
+    if home is not None:
+        floor = floor.difference(floors[home].buffer(NEAR_MARGIN_M, join_style="mitre"))
+    tried = [surface_points(thing, count) for count in SURFACE_POINTS]
+    for x, z in places_within(floor, box_of(thing), threshold_m + NEAR_MARGIN_M):
+        place = Vec3(float(x), oracle.agent.position.y, float(z))
+        eye = Pose(position=place, rotation=0.0).eye
+        if not any(oracle.sees(eye, points, thing.id, through_glass=True).any() for points in tried):
+            return place
+    return None
+
+
+def _in_words(case: EpisodeStart) -> Faults:
+    if STANDARD_IN_WORDS not in case.episode.instruction:
+        yield f"the instruction does not say {STANDARD_IN_WORDS!r}"
+
+
+def _named(case: EpisodeStart) -> Faults:
+    meant = [{item.id for item in fitting} for _, fitting in case.mentioned]
+    for role, object_id in sorted(case.episode.bindings.items()):
+        if {object_id} not in meant:
+            yield f"nothing in the instruction means the {role} {object_id!r} and it alone"
+
+
+def _unambiguous(case: EpisodeStart) -> Faults:
+    bound = set(case.episode.bindings.values())
+    for phrase, items in case.mentioned:
+        fitting = [item.id for item in items]
+        if len(fitting) != 1:
+            yield f"{str(phrase)!r} fits {len(fitting)} things: {', '.join(fitting[:4])}"
+        elif fitting[0] not in bound:
+            yield f"{str(phrase)!r} means {fitting[0]!r}, which the episode does not bind"
+
+
+def _secret(case: EpisodeStart) -> Faults:
+    goal = case.episode.goal
+    assert isinstance(goal, ReportStatus)
+    words = case.episode.instruction.lower().replace(".", " ").replace(",", " ").replace("?", " ").split()
+    said = [label for label in LABEL_WORDS[goal.state] if label in words]
+    if len(said) == 1:
+        yield f"the instruction says {said[0]!r} but not the other label: it gives the state away"
+
+
+def _chained(case: EpisodeStart) -> Faults:
+    if case.episode.provenance.template not in SM_TEMPLATES:
+        yield f"template {case.episode.provenance.template!r} is none of {', '.join(SM_TEMPLATES)}"
+    if len(set(case.episode.bindings.values())) < 2:
+        yield "a sequence binds at least two objects"
+    for link in case.episode.goal.chain:
+        state = case.world.objects[link.object_id]
+        if isinstance(link, ObjectInState) and (state.openness or 0.0) > ALMOST_CLOSED:
+            yield f"{link.object_id!r} stands open at the start, there is nothing to open"
+        if isinstance(link, ObjectHeld) and state.is_held:
+            yield f"{link.object_id!r} is in the hand at the start"
+
+
+def _said_inside(case: EpisodeStart) -> Faults:
+    goal = case.episode.goal
+    if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
+        wanted = "inside" if goal.inside else "anywhere on or in"
+        yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
+
+
+def _graded(case: EpisodeStart) -> Faults:
+    if case.episode.difficulty is None:
+        yield "the episode has no difficulty"
+
+
+def _seen_constraint(case: EpisodeStart) -> Faults:
+    constraint = case.episode.goal.constraint
+    assert constraint is not None
+    state = case.world.objects[constraint.object_id]
+    if not state.is_held and state.visible_px < START_PX + MARGIN_PX:
+        yield f"{state.visible_px} px of {constraint.object_id!r} are in view, {START_PX + MARGIN_PX} are needed"
+
+
+def _stands(case: EpisodeStart) -> Faults:
+    """The goal cannot be reached while the constraint stands: no exact place allows the goal's own interaction."""
+    if case.episode.provenance.template not in CR_TEMPLATES:
+        yield f"template {case.episode.provenance.template!r} is none of {', '.join(CR_TEMPLATES)}"
+    if is_doable(case.episode.goal, MacroActions(case.oracle, may_tilt=True, is_exhaustive=True)):
+        yield "the goal can be reached without resolving the constraint"
+
+
+_ALL: tuple[Family, ...] = tuple(FAMILIES)
+_SEEN: tuple[Family, ...] = ("PG", "DA", "AI", "SM", "CR")
+
+RULES: dict[str, Rule] = {
+    "protocol": Rule(_ALL, "budgets and start horizon are the family's", _protocol),
+    "objects_exist": Rule(_ALL, "what is bound is in the scene", _objects),
+    "start_free": Rule(_ALL, "the body fits where it starts", _start),
+    "goal_unmet": Rule(tuple(f for f in _ALL if f != "SV"), "what is asked for is still to be done", _unmet),
+    "visible_at_start": Rule(_SEEN, "the object to act on is in view", _visible),
+    "hidden_at_start": Rule(("VS", "SI"), "what is to be searched for is out of view", _hidden),
+    "state_visible_at_start": Rule(("SV",), "what is asked about can be told from the first frame", _state_visible),
+    "graded": Rule(("PG",), "pointing tasks are graded by the size of the target", _graded),
+    "in_reach_at_start": Rule(("PG",), "pointing needs no walking", _in_reach),
+    "out_of_reach_at_start": Rule(("DA", "AI"), "there is a way to go", _out_of_reach),
+    "settled_openness": Rule(_ALL, "open and closed are clearly so", _settled),
+    "near_sees_target": Rule(("DA",), "being near on the other side of a wall is no arrival", _other_rooms),
+    "standard_in_words": Rule(("DA",), "the agent is told how near is near", _in_words),
+    "target_named": Rule(_ALL, "every bound object is said so that it alone is meant", _named),
+    "unambiguous": Rule(_ALL, "every thing mentioned is one thing", _unambiguous),
+    "state_not_given_away": Rule(("SV",), "the instruction does not answer itself", _secret),
+    "chain_of_objects": Rule(("SM",), "a sequence has a template and several objects", _chained),
+    "inside_in_words": Rule(("SM",), "into is said where inside is meant, and only there", _said_inside),
+    "constraint_visible": Rule(("CR",), "what is in the way is seen at the start", _seen_constraint),
+    "constraint_stands": Rule(("CR",), "the goal is out of reach until the constraint is resolved", _stands),
+}
+"""Rule name -> rule, in the order in which they are checked."""
+
+
+def broken_by(case: EpisodeStart) -> Iterator[tuple[str, str]]:
+    """Yields (rule, message) for every rule that a case breaks."""
+    for name, rule in RULES.items():
+        if case.episode.family not in rule.families:
+            continue
+        found = list(rule.faults(case))
+        yield from ((name, message) for message in found)
+        if found and name == "objects_exist":
+            return

@@ -1,0 +1,218 @@
+"""Validation: a draft is valid when no rule finds a fault in its start, and its solution holds in the contract.
+
+The rules about starts are in `vigil.authoring.review.rules`; here the solution is played through `vigil.env` and judged
+by the same scoring as any run. Source: `protocol.md` section 4.4.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from vigil.actions import REACH_M, Action, InteractPixel, Report
+from vigil.authoring.review.blind_trials import blind_trials
+from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, EpisodeStart, broken_by
+from vigil.authoring.review.synthetic_records import SyntheticWorlds, record_of
+from vigil.authoring.review.wrong_ways import WrongWay, wins, wrong_ways
+from vigil.authoring.solving import moves
+from vigil.authoring.solving.macro_actions import Unsolvable
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.authoring.solving.solvers import solution
+from vigil.env import Env
+from vigil.episode import FAMILIES, Episode
+from vigil.errors import EpisodeError, PackMismatch
+from vigil.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
+from vigil.house import House
+from vigil.pack import Pack, check_house
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord
+from vigil.scoring import settle
+from vigil.world import ObjectState
+
+BUDGET_SHARE = 0.8
+
+OTHER_RULES = {
+    "house_pinned": "the house is the one that the episode was made for, to the byte",
+    "solvable": "the solver finds a way",
+    "expected_skills": "the solution uses only the skills that the family expects",
+    "within_budget": "the solution takes at most four fifths of the budget",
+    "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
+    "not_blind_luck": "walking, turning or waiting without sight does not complete it",
+    "wrong_ways_fail": "on top instead of inside, the look-alike, the neighbour, done and undone: none completes it",
+    "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
+}
+"""Rule name -> reason, for the rules that are no functions of a start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One rule that an episode breaks."""
+
+    episode_id: str
+    rule: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.episode_id}: {self.rule}: {self.message} ({reason_of(self.rule)})"
+
+
+def reason_of(rule: str) -> str:
+    """Returns why a rule is there."""
+    return RULES[rule].reason if rule in RULES else OTHER_RULES[rule]
+
+
+@dataclass(frozen=True, slots=True)
+class ValidationResult:
+    """What validation found, with the solution where there is one."""
+
+    findings: tuple[Finding, ...]
+    actions: tuple[Action, ...] = ()
+    wrong_ways: tuple[WrongWay, ...] = ()
+    """Those that were tried, and those that the house does not allow."""
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether no rule is broken."""
+        return not self.findings
+
+
+class Validator:
+    """Validates episodes on one simulator."""
+
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
+        self._simulator = simulator
+        self._houses: dict[str, House] = {}
+        self._oracle = Oracle(simulator)
+        self._env = Env(simulator, lambda episode: self._houses[episode.house.sha256], Profile())
+
+    def validate(self, episode: Episode, house: House, actions: Iterable[Action] | None = None) -> ValidationResult:
+        """Returns what is wrong with an episode; `actions` is its recorded solution, else the solver finds one."""
+        fault = self._begin_fault(episode, house)
+        if fault is not None:
+            return ValidationResult((fault,))
+        found = [Finding(episode.id, *broken) for broken in broken_by(EpisodeStart(episode, house, self._oracle))]
+        if found:
+            return ValidationResult(tuple(found))
+        try:
+            steps = tuple(actions) if actions is not None else solution(episode, self._oracle)
+        except Unsolvable as error:
+            return ValidationResult((Finding(episode.id, "solvable", str(error)),))
+        record = self._replay(episode, steps)
+        judged = tuple(self._judge(episode, steps, record))
+        if judged:
+            return ValidationResult(judged, steps)
+        ways = wrong_ways(SyntheticWorlds(self._simulator, episode), self._oracle, record)
+        won = (way for way in ways if wins(episode, way))
+        return ValidationResult(
+            tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways)
+        )
+
+    def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
+        """Returns the record of actions played through the contract; what comes after its end is left out."""
+        self._begin(episode, house)
+        return self._replay(episode, actions)
+
+    def _begin_fault(self, episode: Episode, house: House) -> Finding | None:
+        """Starts an episode. Returns what keeps it from starting; None when it stands ready."""
+        try:
+            check_house(episode, house)
+        except PackMismatch as error:
+            return Finding(episode.id, "house_pinned", str(error))
+        except EpisodeError as error:
+            return Finding(episode.id, "objects_exist", str(error))
+        try:
+            self._begin(episode, house)
+        except EpisodeError as error:
+            return Finding(episode.id, "start_free", str(error))
+        return None
+
+    def _begin(self, episode: Episode, house: House) -> None:
+        self._houses = {house.sha256: house}
+        self._env.reset(episode)
+
+    def _replay(self, episode: Episode, actions: Iterable[Action]) -> EpisodeRecord:
+        observation = self._env.reset(episode)
+        for action in actions:
+            if observation is None:
+                break
+            observation = self._env.step(moves.reply_of(action))
+        if self._env.end is None:
+            self._env.fail("agent", "the actions stop before the episode ends")
+        return self._env.record()
+
+    def _tried(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
+        """Returns the record of an agent without sight; one that only reports does so in the world of any reset."""
+        if all(isinstance(action, Report) for action in actions):
+            return record_of(record, (), "success")
+        return self._replay(episode, actions)
+
+    def _judge(self, episode: Episode, actions: tuple[Action, ...], record: EpisodeRecord) -> Iterator[Finding]:
+        for action in actions:
+            if not _is_expected(action, episode):
+                yield Finding(episode.id, "expected_skills", f"{action.skill_name} is not expected in {episode.family}")
+        most = max(2, int(BUDGET_SHARE * episode.max_steps))
+        if len(actions) > most:
+            yield Finding(episode.id, "within_budget", f"{len(actions)} steps, of {episode.max_steps} at most {most}")
+        if record.end == "error":
+            yield Finding(
+                episode.id, "solution_holds", record.error.message if record.error else "it ended as an error"
+            )
+            return
+        outcome = settle(episode, record)
+        if not (outcome.W and outcome.W_strict and outcome.B):
+            told = f"W={outcome.W:d} W_strict={outcome.W_strict:d} B={outcome.B:d} ({outcome.label})"
+            yield Finding(episode.id, "solution_holds", told)
+            return
+        yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
+        if any(settle(episode, self._tried(episode, record, moves)).W for moves in blind_trials(episode)):
+            yield Finding(episode.id, "not_blind_luck", "an agent that does not look completes it")
+
+
+def validate_pack(pack: Pack, simulator: PrivilegedSimulator, ids: Iterable[str] = ()) -> list[Finding]:
+    """Returns what is wrong with a pack's episodes (all of them, or those named), replaying each recorded solution."""
+    validator = Validator(simulator)
+    wanted = set(ids)
+    findings: list[Finding] = []
+    for episode in sorted(pack.episodes, key=lambda each: (each.house.name, each.id)):
+        if wanted and episode.id not in wanted:
+            continue
+        recorded = pack.solutions.get(episode.id)
+        if recorded is None:
+            findings.append(Finding(episode.id, "solvable", "no solution is recorded"))
+            continue
+        findings += validator.validate(episode, pack.house_of(episode), recorded.actions).findings
+    return sorted(findings, key=lambda finding: (finding.episode_id, finding.rule))
+
+
+def _is_expected(action: Action, episode: Episode) -> bool:
+    skills = FAMILIES[episode.family].skills
+    if isinstance(action, InteractPixel) and action.intent == "ground":
+        return "interact_pixel(ground)" in skills or "interact_pixel" in skills
+    return action.skill_name in skills
+
+
+def _is_clear(state: ObjectState) -> bool:
+    distance_m = state.nearest_visible_m
+    near = distance_m is not None and distance_m <= OBSERVABLE_M - MARGIN_M
+    return near and state.visible_px >= OBSERVABLE_PX + MARGIN_PX
+
+
+def _thin_margins(episode: Episode, record: EpisodeRecord) -> Iterator[str]:
+    """Yields the thresholds that a successful record clears by less than the margin."""
+    goal, last = episode.goal, record.worlds[-1].objects[episode.goal.object_id]
+    if isinstance(goal, AgentNearTarget):
+        nearest = max(last.box_distance_m, last.center_distance_m)
+        if nearest > goal.threshold_m - MARGIN_M:
+            yield f"ends {nearest:.3f} m from the target"
+    if isinstance(goal, ObjectInState) and goal.state == "is_visible" and not _is_clear(last):
+        yield f"ends with {last.visible_px} px in view, {last.nearest_visible_m} m away"
+    if isinstance(goal, ReportStatus) and last.state_px(goal.state) < OBSERVABLE_PX + MARGIN_PX:
+        yield f"ends with {last.state_px(goal.state)} px of the state in view"
+    for before, step in zip(record.worlds, record.steps, strict=False):
+        action, effect = step.action, step.effect
+        if not isinstance(action, InteractPixel) or effect is None or action.intent in ("ground", "drop"):
+            continue
+        hit = before.objects.get(effect.hit or "")
+        away = effect.click_m if action.intent == "place" or hit is None else hit.box_distance_m
+        if effect.refusal is not None:
+            yield f"step {step.index}: {action.intent} is refused ({effect.refusal})"
+        elif away is not None and away > REACH_M - MARGIN_M:
+            yield f"step {step.index}: {action.intent} from {away:.3f} m"

@@ -1,0 +1,75 @@
+"""Where a thing could be put wrongly: on top of a receptacle, or on the nearest part of what stands beside it."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Surface
+from vigil.authoring.solving.macro_actions import box_distances
+from vigil.pose import Vec3
+from vigil.scene.geometry import Motion, box_of
+from vigil.scene.supports import level_surfaces
+from vigil.scene.things import Thing
+from vigil.sim.core.placing import open_surfaces
+from vigil.world import Placement
+
+GRID = 15
+MOST_NEIGHBOURS = 2
+
+
+def upon(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
+    """Yields the places of a thing in the middle of each surface inside a receptacle, or else on it."""
+    for surface, frame in level_surfaces(receptacle):
+        if surface.is_inside == inside:
+            yield _resting(frame.shift, thing, receptacle)
+
+
+def neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
+    """Yields the places of a thing on the receptacles nearest to the one that is meant, as near to it as may be."""
+    found = [
+        (away, other.id, place)
+        for other in things.values()
+        if _takes(other, thing) and receptacle.id not in (other.id, *_below(things, other))
+        for away, place in _beside(other, receptacle, thing)
+    ]
+    nearest: dict[str, Placement] = {}
+    for _, other, place in sorted(found, key=lambda each: each[:2]):
+        nearest.setdefault(other, place)
+    yield from list(nearest.values())[:MOST_NEIGHBOURS]
+
+
+def _below(things: Mapping[str, Thing], thing: Thing) -> Iterator[str]:
+    """Yields the ids of what a thing rests on, and what that rests on."""
+    while thing.parent is not None and thing.parent in things:
+        yield thing.parent
+        thing = things[thing.parent]
+
+
+def _takes(other: Thing, thing: Thing) -> bool:
+    takes = CATALOG[other.category].takes(CATALOG[thing.category])
+    return takes and other.is_receptacle and other.is_present and not other.is_held and other.id != thing.id
+
+
+def _beside(other: Thing, receptacle: Thing, thing: Thing) -> Iterator[tuple[float, Placement]]:
+    """Yields the distance and the place on each surface of another receptacle that is nearest to the one meant."""
+    box = box_of(receptacle)
+    for surface, frame in open_surfaces(other):
+        spots = _grid(surface, frame)
+        away = box_distances(box, spots[:, [0, 2]])
+        away[away == 0.0] = np.inf
+        nearest = int(away.argmin())
+        if np.isfinite(away[nearest]):
+            yield round(float(away[nearest]), 6), _resting(spots[nearest], thing, other)
+
+
+def _grid(surface: Surface, frame: Motion) -> np.ndarray:
+    along = np.linspace(-0.5, 0.5, GRID)
+    x, z = (axis.ravel() for axis in np.meshgrid(along * surface.size_x, along * surface.size_z))
+    return frame(np.column_stack([x, np.zeros(len(x)), z]))
+
+
+def _resting(point: np.ndarray, thing: Thing, parent: Thing) -> Placement:
+    x, y, z = (float(value) for value in point)
+    position = Vec3(x, y + thing.asset.size.y / 2, z)
+    return Placement(position=position, rotation=Vec3(0.0, thing.rotation.y, 0.0), parent=parent.id)

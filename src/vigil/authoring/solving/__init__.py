@@ -1,0 +1,1 @@
+"""Solving: playing episodes with privileged access, through the same skills as any agent."""

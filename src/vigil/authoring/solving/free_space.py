@@ -1,0 +1,84 @@
+"""Where a body can be in a scene, as polygons for `vigil.authoring.solving.paths`."""
+
+import math
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from vigil.actions import REACH_M
+from vigil.authoring.solving.paths import Point2, WalkableMap
+from vigil.pose import Box
+from vigil.scene.outlines import BODY_RADIUS_M, footprint, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.things import Scene, Thing
+
+MARGIN_M = 0.03
+"""What a planned walk keeps from everything besides the body's radius."""
+TIGHT_M = 0.001
+ARC_SEGMENTS = 16
+PLACES_M = 0.05
+"""Distance between the places of `places_within`."""
+
+
+class Obstacles:
+    """The floor shapes of a scene's walls and things, kept between plans."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._floor = whole_floor(scene.rooms)
+        self._walls = shapely.unary_union([shape for panel in scene.panels for shape in wall_shapes(panel)])
+        self._grown_walls = {radius: self._grown(self._walls, radius) for radius in _RADII}
+        self._things: dict[tuple, dict[float, BaseGeometry]] = {}
+
+    def plan(self) -> WalkableMap:
+        """Returns the floor plan of the scene as it is now."""
+        tight, roomy = (self._free(radius) for radius in _RADII)
+        return WalkableMap(roomy, tight)
+
+    def bare(self) -> BaseGeometry:
+        """Returns the floor on which nothing stands now."""
+        taken = [shape for thing in self.scene.things.values() if _counts(thing) for shape in thing_shapes(thing)]
+        return self._floor.difference(shapely.unary_union([self._walls, *taken]))
+
+    def _free(self, radius: float) -> BaseGeometry:
+        taken = [self._grown_walls[radius]]
+        for thing in self.scene.things.values():
+            if _counts(thing):
+                key = (thing.id, thing.position, thing.rotation, thing.openness)
+                if key not in self._things:
+                    shape = shapely.unary_union(thing_shapes(thing))
+                    self._things[key] = {each: self._grown(shape, each) for each in _RADII}
+                taken.append(self._things[key][radius])
+        return self._floor.difference(shapely.unary_union(taken))
+
+    @staticmethod
+    def _grown(shape: BaseGeometry, radius: float) -> BaseGeometry:
+        return shape.buffer(radius, quad_segs=ARC_SEGMENTS)
+
+
+def _counts(thing: Thing) -> bool:
+    return thing.is_present and not thing.is_held
+
+
+def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
+    """Whether no place that a body at `place` can get to within a free region is within reach of a box."""
+    here = shapely.Point(place)
+    parts = [part for part in shapely.get_parts(free) if part.distance(here) < 1e-6]
+    outline = footprint(box)
+    return bool(parts) and all(part.distance(outline) > REACH_M for part in parts)
+
+
+def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
+    """Returns places (n, 2) close together on a floor within a distance of a box: a grid, and along all edges."""
+    near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
+    if near.is_empty:
+        return np.empty((0, 2))
+    left, low, right, high = near.bounds
+    columns = np.arange(math.floor(left / PLACES_M), math.ceil(right / PLACES_M) + 1) * PLACES_M
+    rows = np.arange(math.floor(low / PLACES_M), math.ceil(high / PLACES_M) + 1) * PLACES_M
+    grid = np.stack(np.meshgrid(columns, rows, indexing="ij"), axis=-1).reshape(-1, 2)
+    edges = shapely.get_coordinates(shapely.segmentize(near, PLACES_M))
+    return np.concatenate([edges, grid[shapely.contains_xy(near, grid[:, 0], grid[:, 1])]])
+
+
+_RADII = (BODY_RADIUS_M + TIGHT_M, BODY_RADIUS_M + MARGIN_M)

@@ -1,0 +1,246 @@
+"""Macro actions with privileged access: walk somewhere, click a thing so that it works, put something down.
+
+Every click is tried out first (and undone), so what is planned is what the simulator will do.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from vigil.actions import REACH_M, Action, Intent, InteractPixel
+from vigil.assets.kernel.asset import Surface
+from vigil.authoring.solving import moves
+from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.viewpoints import Places, Viewpoint, ViewpointQuery, viewpoints
+from vigil.errors import EpisodeError
+from vigil.pose import Box
+from vigil.scene.geometry import Motion, box_of
+from vigil.scene.supports import headroom, level_surfaces
+from vigil.scene.things import Thing
+from vigil.world import Effect, RefusalCode
+
+REACH_MARGIN_M = 0.04
+CLOSE_M = 0.35
+MOST_TRIED, MOST_TRIED_EXHAUSTIVE = 40, 400
+ARRIVED_M = 0.03
+REPLANS = 3
+PLACE_PIXELS = 8
+SURFACE_GRID = 5
+HOLLOW_POINTS, HOLLOW_WALL_M = 256, 0.08
+"""How many points of a receptacle are sampled, and how far from a surface the wall of its hollow may be."""
+ANYWHERE: frozenset[RefusalCode | None] = frozenset(
+    {
+        *("interlock", "hand_full", "hand_empty", "already_so", "blocked_by_object", "receptacle_closed"),
+        *("not_openable", "not_toggleable", "not_pickupable", "not_a_receptacle", "object_occupied"),
+    }
+)
+"""Refusals that do not depend on where one stands."""
+DROP_TURNS_DEG = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+
+
+class Unsolvable(EpisodeError):
+    """The solver finds no way; the message says at what."""
+
+
+class MacroActions:
+    """The macro actions of an agent with privileged access."""
+
+    def __init__(self, oracle: Oracle, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
+        """An exhaustive search tries every place without margins: what it does not find cannot be done."""
+        self.oracle = oracle
+        self.may_tilt = may_tilt
+        self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
+        self._tried = MOST_TRIED_EXHAUSTIVE if is_exhaustive else MOST_TRIED
+        self._is_exhaustive = is_exhaustive
+
+    def go(self, view: Viewpoint) -> Iterator[Action]:
+        """Walks to a view and faces it."""
+        yield from self._walk(view)
+        yield from moves.turn(self.oracle.agent.rotation, view.pose.rotation)
+        yield from moves.tilt(self.oracle.agent.horizon, view.pose.horizon)
+
+    def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:
+        """Goes to where a click on the thing works, and clicks. Raises Unsolvable."""
+        view, pixel = self.find(intent, thing_id)
+        yield from self.go(view)
+        yield self._click(intent, self.oracle.clickable(thing_id) or pixel)
+
+    def find(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
+        """Returns the nearest view from which a click on the thing works. Raises Unsolvable."""
+        thing = self.oracle.scene.things[thing_id]
+        reach_m = REACH_M - self._margin_m
+        query = ViewpointQuery(
+            thing_id, surface_points(thing), within(box_of(thing), reach_m), self.may_tilt, least_seen=2
+        )
+        walks = self.oracle.walks(is_exact=self._is_exhaustive)
+        for number, view in enumerate(viewpoints(self.oracle, walks, query)):
+            if number >= self._tried:
+                break
+            with self.oracle.standing_at(view.pose):
+                pixel = self.oracle.clickable(thing_id)
+                refusal = None if pixel is None else self.oracle.trial(self._click(intent, pixel))
+            if pixel is not None and refusal is None:
+                return view, pixel
+            if refusal in ANYWHERE:
+                raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
+        raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
+
+    def place(self, receptacle_id: str, *, inside: bool) -> Iterator[Action]:
+        """Puts what is in the hand inside a receptacle, or on it (in it where it has no top). Raises Unsolvable."""
+        oracle, held = self.oracle, self.oracle.held
+        receptacle = oracle.scene.things[receptacle_id]
+        surfaces = _surfaces_for(receptacle, inside=inside)
+        points = _surface_grid(surfaces)
+        if inside:
+            points = np.concatenate([points, _hollow_points(receptacle, surfaces)])
+        query = ViewpointQuery(
+            receptacle_id, points, near_any(points, REACH_M - REACH_MARGIN_M), self.may_tilt, least_seen=1
+        )
+        for number, view in enumerate(viewpoints(oracle, oracle.walks(), query)):
+            if number >= MOST_TRIED or held is None:
+                break
+            pixel = self._placing_pixel(view, held, receptacle_id, {surface.name for surface, _ in surfaces})
+            if pixel is not None:
+                yield from self.go(view)
+                yield self._click("place", pixel)
+                return
+        raise Unsolvable(f"No reachable place from which {held!r} can be put on {receptacle.id!r}.")
+
+    def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
+        """Drops what is in the hand near by, where `is_good` says that it is out of the way. Raises Unsolvable."""
+        oracle = self.oracle
+        here = oracle.agent
+        for view in [Viewpoint(here, (), np.empty((0, 2)), 0), *_strolls(oracle)]:
+            for turn in DROP_TURNS_DEG:
+                pose = view.pose.model_copy(update={"rotation": (view.pose.rotation + turn) % 360.0})
+                with oracle.standing_at(pose):
+                    is_free = oracle.trial(InteractPixel(intent="drop"), lambda _: is_good()) is None
+                if is_free:
+                    yield from self.go(Viewpoint(pose, view.corners, view.pixels, view.seen))
+                    yield InteractPixel(intent="drop")
+                    return
+        raise Unsolvable(f"No place near by to put down {oracle.held!r}.")
+
+    def _walk(self, view: Viewpoint) -> Iterator[Action]:
+        if not view.corners:
+            return
+        corners = list(view.corners)
+        for _ in range(REPLANS):
+            for corner in corners:
+                yield from moves.towards(self.oracle.agent, corner)
+            end = self.oracle.agent.position
+            if math.dist((end.x, end.z), view.corners[-1]) <= ARRIVED_M:
+                return
+            corners = self.oracle.corners_to(view.corners[-1])
+        raise Unsolvable(f"The way to {view.corners[-1]} is blocked.")
+
+    def _placing_pixel(
+        self, view: Viewpoint, held: str, receptacle_id: str, surfaces: set[str]
+    ) -> tuple[int, int] | None:
+        oracle = self.oracle
+
+        def rests(effect: Effect) -> bool:
+            is_near = effect.click_m is not None and effect.click_m <= REACH_M - self._margin_m
+            thing = oracle.scene.things[held]
+            return is_near and thing.parent == receptacle_id and thing.surface in surfaces
+
+        with oracle.standing_at(view.pose):
+            for x, y in view.pixels[:PLACE_PIXELS]:
+                pixel = int(x), int(y)
+                if (
+                    oracle.object_at(pixel) == receptacle_id
+                    and oracle.trial(self._click("place", pixel), rests) is None
+                ):
+                    return pixel
+        return None
+
+    @staticmethod
+    def _click(intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
+        return moves.click(intent, pixel)
+
+
+def within(box: Box, most_m: float) -> Places:
+    """Returns which places are within `most_m` of a box, disliking those very near and those almost out of reach."""
+
+    def cost(places: np.ndarray) -> np.ndarray:
+        distances = box_distances(box, places)
+        far = np.maximum(distances - (most_m - 0.3), 0.0) + np.maximum(CLOSE_M - distances, 0.0)
+        return np.where(distances <= most_m, far, np.inf)
+
+    return cost
+
+
+def near_any(points: np.ndarray, most_m: float) -> Places:
+    """Returns which places have one of some points (n, 3) within `most_m` in the floor plane."""
+
+    def cost(places: np.ndarray) -> np.ndarray:
+        gaps = np.linalg.norm(places[:, None, :] - points[None, :, [0, 2]], axis=2).min(axis=1)
+        return np.where(gaps <= most_m, 0.5 * np.maximum(gaps - 0.8, 0.0), np.inf)
+
+    return cost
+
+
+def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
+    """Returns the floor-plane distances (m) from places (n, 2) to a box."""
+    angle = math.radians(-box.yaw)
+    dx, dz = places[:, 0] - box.center.x, places[:, 1] - box.center.z
+    local_x = dx * math.cos(angle) + dz * math.sin(angle)
+    local_z = dz * math.cos(angle) - dx * math.sin(angle)
+    return np.hypot(
+        np.maximum(np.abs(local_x) - box.size.x / 2, 0.0), np.maximum(np.abs(local_z) - box.size.z / 2, 0.0)
+    )
+
+
+def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Motion]]:
+    """Returns the level surfaces inside a receptacle, or else those on it. Raises Unsolvable when there are none."""
+    level = list(level_surfaces(receptacle))
+    wanted = [(surface, frame) for surface, frame in level if surface.is_inside == inside]
+    if not inside and not wanted:
+        wanted = level
+    if not wanted:
+        where = "inside" if inside else "to put things on"
+        raise Unsolvable(f"{receptacle.id!r} has no level surface {where}.")
+    return wanted
+
+
+def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
+    """Returns (n, 3) points spread over surfaces."""
+    found: list[np.ndarray] = []
+    for surface, frame in surfaces:
+        along = np.linspace(-0.4, 0.4, SURFACE_GRID)
+        x, z = (axis.ravel() for axis in np.meshgrid(along * surface.size_x, along * surface.size_z))
+        found.append(frame(np.column_stack([x, np.full(len(x), 0.002), z])))
+    return np.concatenate(found)
+
+
+def _hollow_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
+    """Returns (n, 3) points of a receptacle's walls and floor in the hollows over surfaces; a drum's floor is round."""
+    points = surface_points(receptacle, HOLLOW_POINTS)
+    is_in = np.zeros(len(points), dtype=bool)
+    for surface, frame in surfaces:
+        x, y, z = frame.inverse()(points).T
+        beside = np.maximum(np.abs(x) - surface.size_x / 2, np.abs(z) - surface.size_z / 2)
+        is_in |= (beside <= HOLLOW_WALL_M) & (y >= -HOLLOW_WALL_M) & (y <= headroom(receptacle.asset, surface))
+    return points[is_in]
+
+
+def _strolls(oracle: Oracle) -> Iterator[Viewpoint]:
+    """Yields places to walk to, nearest first, half a metre apart."""
+    walks = oracle.walks()
+    cells = walks.plan.cells
+    if not len(cells):
+        return
+    order = np.argsort(walks.lengths, kind="stable")
+    _, first = np.unique(np.round(cells[order] / 0.5).astype(np.int64), axis=0, return_index=True)
+    for cell in order[np.sort(first)][:MOST_TRIED]:
+        corners = walks.corners_to(int(cell))
+        if corners:
+            x, z = corners[-1]
+            here = oracle.agent
+            position = here.position._replace(x=x, z=z)
+            before = corners[-2] if len(corners) > 1 else (here.position.x, here.position.z)
+            yaw = math.degrees(math.atan2(x - before[0], z - before[1])) % 360.0
+            pose = here.model_copy(update={"position": position, "rotation": yaw})
+            yield Viewpoint(pose, tuple(corners), np.empty((0, 2)), 0)

@@ -1,0 +1,158 @@
+"""The stock: assets that a house can be furnished with, and things put somewhere (`PlacedThing`)."""
+
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from vigil.assets import make
+from vigil.assets.kernel.asset import Asset, Surface
+from vigil.assets.sizes import AssetDatabase, own_asset_id
+from vigil.pose import Vec3, rotate_floor
+from vigil.scene.geometry import joint_motion, solid_corners
+
+SWEEP = tuple(step / 20 for step in range(1, 21))
+"""Openness at which moving parts are looked at."""
+VARIANTS = 24
+"""Own asset ids that the generator draws from, per category."""
+
+Rect = tuple[float, float, float, float]
+"""x0, z0, x1, z1 on the floor (m)."""
+Block = tuple[Rect, float, float]
+"""A rectangle with the heights of its bottom and top: room that something takes or passes through."""
+
+
+@dataclass(frozen=True, eq=False)
+class AssetModel:
+    """An asset with its id; its shape is made when it is first looked at."""
+
+    asset_id: str
+    category: str
+    size: Vec3
+    variant: int
+
+    @cached_property
+    def asset(self) -> Asset:
+        """Its shape."""
+        return make(self.category, self.size, self.variant)
+
+
+@lru_cache(maxsize=4096)
+def model_of(asset_id: str, category: str) -> AssetModel:
+    """Returns the asset of that id."""
+    entry = AssetDatabase.default().look_up(asset_id, f"{category}|0|0")
+    return AssetModel(asset_id, entry.category, entry.size, entry.variant)
+
+
+def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> AssetModel:
+    """Returns one of the category's own assets at random."""
+    return model_of(own_asset_id(category, int(rng.integers(variants))), category)
+
+
+def most_alike(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
+    """Returns the choice that shares most materials with `model`."""
+    materials = {part.material for part in model.asset.parts}
+    return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
+
+
+@dataclass(slots=True, eq=False)
+class PlacedThing:
+    """A thing of the house in its place; children rest on or in it."""
+
+    model: AssetModel
+    position: Vec3
+    """Centre of its bounding box."""
+    yaw: float
+    room: int
+    children: list["PlacedThing"] = field(default_factory=list)
+    surface: Surface | None = None
+    """The parent's surface that it rests on."""
+    openness: float | None = None
+    is_on: bool | None = None
+    is_dirty: bool | None = None
+    is_on_wall: bool = False
+    id: str = ""
+    """The document's object id; given when the house is written."""
+
+    @property
+    def category(self) -> str:
+        """The catalogue's category."""
+        return self.model.category
+
+    @property
+    def bottom(self) -> float:
+        """Height of its lowest face."""
+        return self.position.y - self.model.size.y / 2
+
+    @property
+    def top(self) -> float:
+        """Height of its highest face."""
+        return self.position.y + self.model.size.y / 2
+
+    def out_of(self, x: float, z: float) -> tuple[float, float]:
+        """Returns the floor point of (x, z) in the asset's frame."""
+        dx, dz = rotate_floor(x, z, self.yaw)
+        return self.position.x + dx, self.position.z + dz
+
+    def footprint(self) -> Rect:
+        """Returns the upright rectangle about its box."""
+        return turned_rect(
+            (-self.model.size.x / 2, -self.model.size.z / 2, self.model.size.x / 2, self.model.size.z / 2),
+            self.position.x,
+            self.position.z,
+            self.yaw,
+        )
+
+    def block(self) -> Block:
+        """Returns the upright block about its box."""
+        return self.footprint(), self.bottom, self.top
+
+    def swing(self) -> Block | None:
+        """Returns the block that its doors, drawers and lids pass through; None when nothing opens."""
+        block = swing_of(self.model)
+        if block is None:
+            return None
+        rect, bottom, top = block
+        x, y, z = self.position
+        return turned_rect(rect, x, z, self.yaw), y + bottom, y + top
+
+    def all(self) -> list["PlacedThing"]:
+        """Returns it and everything on and in it."""
+        return [self, *(piece for child in self.children for piece in child.all())]
+
+
+def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
+    """Returns the upright rectangle about `rect` turned by `yaw` about the origin and moved to (x, z)."""
+    corners = [rotate_floor(rect[i], rect[j], yaw) for i in (0, 2) for j in (1, 3)]
+    xs, zs = [corner[0] for corner in corners], [corner[1] for corner in corners]
+    return x + min(xs), z + min(zs), x + max(xs), z + max(zs)
+
+
+@lru_cache(maxsize=4096)
+def swing_of(model: AssetModel) -> Block | None:
+    """Returns the block (in the asset's frame) that its moving parts pass through; None when nothing opens.
+
+    Flaps and lids that are drawn only, and stop nobody, count where there are no others.
+    """
+    joints = {joint.name: joint for joint in model.asset.joints}
+    moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]
+    drawn = [(joints[part.joint], part.mesh.vertices) for part in model.asset.parts if part.joint in joints]
+    places = [joint_motion(joint, openness)(points) for joint, points in moving or drawn for openness in SWEEP]
+    if not places:
+        return None
+    corners = np.concatenate(places)
+    (x0, y0, z0), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    return (x0, z0, x1, z1), y0, y1
+
+
+def swept(model: AssetModel) -> Rect | None:
+    """Returns the rectangle (in the asset's frame) that its moving parts pass over; None when nothing opens."""
+    block = swing_of(model)
+    return None if block is None else block[0]
+
+
+@lru_cache(maxsize=4096)
+def leaf_reach(model: AssetModel) -> float:
+    """Returns how far (m) its doors and drawers come out in front when they open."""
+    rect = swept(model)
+    return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

@@ -1,0 +1,1 @@
+"""Checking: rules that every house must keep, statistics, and labelled plans."""

@@ -1,0 +1,286 @@
+"""Checks a house, generated or real, by named rules; says what is wrong and never fails on it."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from vigil.assets.catalog import CATALOG, CEILING, WALL
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import HouseError
+from vigil.house import House, HouseObject
+from vigil.housegen.checking.pairs import Pairs
+from vigil.housegen.checking.walkable import LEAST_SHARE, Walkable, walkable_of
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import is_upright, whole_box
+from vigil.scene.outlines import floor_of, footprint
+from vigil.scene.partitions import SWEEP, Partitions
+from vigil.scene.things import Scene, Thing
+
+SCHEMA = "1.0.0"
+HOVER_M = 0.02
+WALL_M = 0.1
+"""Things whose box comes this near a wall count as hanging on it."""
+OUTSIDE_M = 0.02
+REACH_M = 1.5
+BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
+"""Furniture that only belongs in certain rooms."""
+SHAPELESS = frozenset({"room-shape", "extent", "wall-shape"})
+"""Faults of a house that has no shape to look at further, or to load."""
+FARTHEST_M = 200.0
+NEEDS = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A rule that a house breaks."""
+
+    rule: str
+    subject: str
+    message: str
+    other: str | None = None
+    """Id of the other thing concerned."""
+
+    def __str__(self) -> str:
+        return f"{self.rule}: {self.subject}: {self.message}"
+
+
+def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
+    """Returns the house's faults, in a fixed order."""
+    faults = [*_schema(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
+    if any(fault.rule in SHAPELESS for fault in faults):
+        return faults
+    try:
+        scene = build_scene(house, assets)
+    except HouseError as error:
+        return [*faults, Fault("load", house.name, str(error))]
+    faults += [*_assets(house, assets), *_hovering(house, scene), *_outside(house, scene), *_belonging(house, scene)]
+    pairs = Pairs(scene)
+    faults += _overlaps(pairs)
+    ground = walkable_of(house, scene)
+    return [*faults, *_walking(house, ground), *_start(house, ground), *_access(scene, ground, pairs)]
+
+
+def _schema(house: House) -> list[Fault]:
+    found = house.document.metadata.get("schema")
+    if found == SCHEMA:
+        return []
+    return [Fault("schema", house.name, f"metadata.schema is {found!r}, expected {SCHEMA!r}")]
+
+
+def _references(house: House) -> list[Fault]:
+    document = house.document
+    rooms, walls = {room.id for room in document.rooms}, {wall.id for wall in document.walls}
+    faults = [
+        Fault("reference", wall.id, f"names room {wall.room_id!r}, which is not in the house")
+        for wall in document.walls
+        if wall.room_id not in rooms and "exterior" not in wall.room_id
+    ]
+    for opening in [*document.doors, *document.windows]:
+        if opening.wall1 is not None and opening.wall1 not in walls:
+            faults.append(Fault("reference", opening.id, f"names wall {opening.wall1!r}, which is not in the house"))
+    ids = [node.id for node in [*document.rooms, *document.walls, *document.doors, *document.windows]]
+    twice = sorted(name for name, count in Counter(ids).items() if count > 1)
+    return [*faults, *(Fault("reference", name, "two rooms, walls or openings have this id") for name in twice)]
+
+
+def _rooms(house: House) -> list[Fault]:
+    faults: list[Fault] = []
+    floors = {room.id: floor_of(room) for room in house.document.rooms}
+    for room_id, floor in floors.items():
+        if not floor.is_valid:
+            faults.append(Fault("room-shape", room_id, f"floor is no simple polygon: {shapely.is_valid_reason(floor)}"))
+        elif floor.area < 1.0:
+            faults.append(Fault("room-shape", room_id, f"floor of {floor.area:.2f} m2; a room has at least 1 m2"))
+    if faults:
+        return faults
+    ids = list(floors)
+    for index, first in enumerate(ids):
+        for second in ids[index + 1 :]:
+            shared = floors[first].intersection(floors[second]).area
+            if shared > 0.01:
+                faults.append(Fault("rooms-overlap", first, f"shares {shared:.2f} m2 of floor with {second!r}"))
+    return faults
+
+
+def _extent(house: House) -> list[Fault]:
+    """Returns a fault for each thing far away, each wall without length or height, and each state out of 0..1."""
+    document = house.document
+    named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
+    named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
+    named += [(opening.id, point) for opening in (*document.doors, *document.windows) for point in opening.hole_polygon]
+    named += [(node.id, node.position) for node, _ in house.objects()]
+    far = sorted({name for name, point in named if max(abs(point.x), abs(point.y), abs(point.z)) > FARTHEST_M})
+    faults = [Fault("extent", name, f"reaches over {FARTHEST_M:g} m from the origin") for name in far]
+    for wall in document.walls:
+        bottom = min(point.y for point in wall.polygon)
+        low = {(point.x, point.z) for point in wall.polygon if point.y <= bottom + 1e-6}
+        high = {(point.x, point.z) for point in wall.polygon if point.y > bottom + 1e-6}
+        if len(low) < 2 or not high:
+            faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
+        elif low != high:
+            faults.append(Fault("wall-outline", wall.id, "is no upright rectangle; it is taken to be one"))
+    for node in (*document.doors, *(node for node, _ in house.objects())):
+        if node.openness is not None and not 0.0 <= node.openness <= 1.0:
+            faults.append(Fault("state", node.id, f"openness {node.openness} is not within 0 and 1"))
+    return faults
+
+
+def _holes(house: House) -> list[Fault]:
+    faults: list[Fault] = []
+    walls = {wall.id: wall for wall in house.document.walls}
+    spans: dict[str, list[tuple[float, float, float, float, str]]] = {}
+    for opening in [*house.document.doors, *house.document.windows]:
+        polygon = walls[opening.wall0].polygon
+        bottom = min(point.y for point in polygon)
+        ends = [(point.x, point.z) for point in polygon if point.y <= bottom + 1e-6][:2]
+        height = max(point.y for point in polygon) - bottom
+        length = float(np.hypot(ends[0][0] - ends[-1][0], ends[0][1] - ends[-1][1]))
+        xs, ys = [point.x for point in opening.hole_polygon], [point.y for point in opening.hole_polygon]
+        if min(xs) < -1e-3 or max(xs) > length + 1e-3 or min(ys) < -1e-3 or max(ys) > height + 1e-3:
+            size = f"{min(xs):.2f}..{max(xs):.2f} x {min(ys):.2f}..{max(ys):.2f}"
+            faults.append(
+                Fault("hole", opening.id, f"hole {size} is outside its wall of {length:.2f} x {height:.2f} m")
+            )
+        if max(xs) - min(xs) < 0.01 or max(ys) - min(ys) < 0.01:
+            faults.append(Fault("hole", opening.id, "hole has no width or no height"))
+        for left, right, low, high, other in spans.get(opening.wall0, []):
+            if min(right, max(xs)) - max(left, min(xs)) > 1e-3 and min(high, max(ys)) - max(low, min(ys)) > 1e-3:
+                faults.append(Fault("hole", opening.id, f"hole overlaps that of {other!r}"))
+        spans.setdefault(opening.wall0, []).append((min(xs), max(xs), min(ys), max(ys), opening.id))
+    return faults
+
+
+def _assets(house: House, assets: AssetDatabase) -> list[Fault]:
+    notes = ((node.id, assets.look_up(node.asset_id, node.id).note) for node, _ in house.objects())
+    return [Fault("asset", house.name, f"{name}: {note}") for name, note in notes if note is not None]
+
+
+def _hovering(house: House, scene: Scene) -> list[Fault]:
+    ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=0.0)
+    lines = [floor_of(room).exterior for room in house.document.rooms]
+    faults: list[Fault] = []
+    for node, _ in house.objects():
+        thing = scene.things[node.id]
+        if not is_upright(thing) or _hangs(thing, scene, lines, ceiling):
+            continue
+        gap, under = _gap(thing, node), "the floor" if thing.parent is None else repr(thing.parent)
+        if gap is None:
+            bottom = whole_box(thing).bottom
+            faults.append(Fault("hovering", thing.id, f"its bottom at {bottom:.3f} m is on no surface of {under}"))
+        elif abs(gap) > HOVER_M:
+            faults.append(Fault("hovering", thing.id, f"its bottom is {gap:.3f} m above {under}"))
+    return faults
+
+
+def _gap(thing: Thing, node: HouseObject) -> float | None:
+    """Returns how high (m) the document has a thing over what it was let down on; None when nothing is under it."""
+    let_down = node.position.y - thing.position.y
+    if thing.parent is None:
+        return whole_box(thing).bottom + let_down
+    return None if thing.surface is None else let_down
+
+
+def _hangs(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
+    """Whether it is a thing for walls that is at a wall (or hangs from one that is), or a lamp at the ceiling."""
+    places, box = CATALOG[thing.category].rests_on, whole_box(thing)
+    if CEILING in places and abs(box.top - ceiling) < WALL_M:
+        return True
+    if WALL not in places:
+        return False
+    shape, parent = footprint(box), scene.things.get(thing.parent or "")
+    return any(shape.distance(line) < WALL_M for line in lines) or (
+        parent is not None and _hangs(parent, scene, lines, ceiling)
+    )
+
+
+def _outside(house: House, scene: Scene) -> list[Fault]:
+    floors = [floor_of(room) for room in house.document.rooms]
+    if not all(floor.is_valid for floor in floors):
+        return []
+    grown = [floor.buffer(OUTSIDE_M, join_style="mitre") for floor in floors]
+    shapely.prepare(grown)
+    faults: list[Fault] = []
+    for thing in scene.things.values():
+        if thing.is_structure:
+            continue
+        shape = footprint(whole_box(thing))
+        if not any(floor.contains(shape) for floor in grown):
+            inside = max(floor.intersection(shape).area for floor in floors) / max(shape.area, 1e-9)
+            faults.append(Fault("outside-room", thing.id, f"{100 * (1 - inside):.0f} % of its box is outside its room"))
+    return faults
+
+
+def _belonging(house: House, scene: Scene) -> list[Fault]:
+    kinds = {room.id: room.room_type for room in house.document.rooms}
+    floors = {room.id: floor_of(room) for room in house.document.rooms}
+    faults: list[Fault] = []
+    present: dict[str, set[str]] = {room_id: set() for room_id in kinds}
+    for thing in scene.things.values():
+        room = next((key for key, floor in floors.items() if _holds(floor, thing)), None)
+        if room is None:
+            continue
+        present[room].add(thing.category)
+        if thing.category in BELONGS and kinds[room] not in BELONGS[thing.category]:
+            faults.append(Fault("misplaced", thing.id, f"a {CATALOG[thing.category].spoken} in a {kinds[room]}"))
+    for room_id, kind in kinds.items():
+        if kind in NEEDS and NEEDS[kind] not in present[room_id]:
+            faults.append(Fault("room-lacks", room_id, f"a {kind} without a {NEEDS[kind]}"))
+    return faults
+
+
+def _holds(floor: Polygon, thing: Thing) -> bool:
+    return bool(shapely.contains_xy(floor, thing.position.x, thing.position.z))
+
+
+def _overlaps(pairs: Pairs) -> list[Fault]:
+    return [
+        Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id)
+        for one, two, depth in pairs.overlaps()
+    ]
+
+
+def _walking(house: House, ground: Walkable) -> list[Fault]:
+    faults: list[Fault] = []
+    for room in house.document.rooms:
+        if not ground.reaches(floor_of(room)):
+            faults.append(
+                Fault("unreachable-room", room.id, "no place in it can be walked to from the rest of the house")
+            )
+    if ground.share < LEAST_SHARE:
+        message = f"one can walk over {100 * ground.share:.0f} % of the free floor, expected {100 * LEAST_SHARE:.0f} %"
+        faults.append(Fault("free-floor", house.name, message))
+    return faults
+
+
+def _start(house: House, ground: Walkable) -> list[Fault]:
+    try:
+        start = house.start
+    except HouseError as error:
+        return [Fault("start", house.name, str(error))]
+    if start is None:
+        return [Fault("start", house.name, "metadata.agent proposes no start")]
+    if ground.is_start(start.position.x, start.position.z):
+        return []
+    return [
+        Fault("start", house.name, f"the agent's start at {start.position.x:.2f}, {start.position.z:.2f} is not free")
+    ]
+
+
+def _access(scene: Scene, ground: Walkable, pairs: Pairs) -> list[Fault]:
+    """Returns a fault for each openable thing whose leaf is blocked, or furniture before which nobody can stand."""
+    faults: list[Fault] = []
+    partitions, path = Partitions(scene), SWEEP.tolist()
+    for thing in scene.things.values():
+        if not thing.is_openable or not is_upright(thing):
+            continue
+        pierced, struck = partitions.blocker(thing, path), pairs.struck_by(thing)
+        if pierced is not None:
+            faults.append(Fault("blocked-opening", thing.id, f"cannot open: it would reach through {pierced!r}"))
+        elif struck is not None:
+            faults.append(Fault("blocked-opening", thing.id, f"cannot open: {struck.id!r} is in the way", struck.id))
+        elif not thing.is_pickupable and not ground.can_serve(thing, REACH_M):
+            faults.append(Fault("no-access", thing.id, "nobody can stand within reach of it clear of its leaf"))
+    return faults

@@ -1,0 +1,160 @@
+"""What rooms are like in numbers: areas, things, kinds of things, floor covered, things on supports, states.
+
+Generated and real houses are measured alike. Kinds of things that one side cannot have (`only`) can be left aside.
+"""
+
+from collections import defaultdict
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import HouseError
+from vigil.house import House, HouseObject
+from vigil.pose import Box
+from vigil.scene.outlines import floor_of, footprint
+
+LIES_FLAT_M = 0.03
+"""Lower things (rugs) cover no floor."""
+HANGS_M = 0.35
+"""Things whose bottom is higher cover no floor."""
+
+
+@dataclass(slots=True)
+class RoomMeasures:
+    """One room in numbers."""
+
+    kind: str
+    area_m2: float
+    objects: int = 0
+    types: set[str] = field(default_factory=set)
+    covered: float = 0.0
+    """Share of the floor that furniture stands on, of whatever kind."""
+    loose: int = 0
+    """Things that can be picked up."""
+    on_support: list[tuple[str, int]] = field(default_factory=list)
+    """Each piece of furniture that holds things, with how many loose things are on and in it."""
+    is_on: list[tuple[str, bool]] = field(default_factory=list)
+    is_dirty: list[tuple[str, bool]] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class DistributionComparison:
+    """A distribution of two kinds of houses."""
+
+    name: str
+    real: np.ndarray
+    own: np.ndarray
+
+    @property
+    def ks(self) -> float:
+        """The Kolmogorov-Smirnov distance: the largest gap between the two cumulative shares."""
+        values = np.concatenate((self.real, self.own))
+        shares = [np.searchsorted(np.sort(side), values, side="right") / len(side) for side in (self.real, self.own)]
+        return float(np.abs(shares[0] - shares[1]).max())
+
+    @property
+    def median_ratio(self) -> float:
+        """Own median through real median; 1 where both are 0."""
+        real, own = float(np.median(self.real)), float(np.median(self.own))
+        return own / real if real else (1.0 if own == 0 else float("inf"))
+
+    @property
+    def is_close(self) -> bool:
+        """Whether the medians differ by at most 25 % and the distance is under 0.25."""
+        return 0.75 <= self.median_ratio <= 1.25 and self.ks < 0.25
+
+
+def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = None) -> list[RoomMeasures]:
+    """Returns a house's rooms in numbers; `only` counts things of these categories alone."""
+    floors = {room.id: floor_of(room) for room in house.document.rooms}
+    rooms = {
+        room.id: RoomMeasures(room.room_type, floors[room.id].area)
+        for room in house.document.rooms
+        if floors[room.id].is_valid
+    }
+    footprints: dict[str, list[Polygon]] = defaultdict(list)
+    for node in house.document.objects:
+        place = next((key for key in rooms if shapely.contains_xy(floors[key], node.position.x, node.position.z)), None)
+        if place is not None:
+            _count(node, assets, only, rooms[place], footprints[place])
+    for key, shapes in footprints.items():
+        rooms[key].covered = shapely.union_all(shapes).intersection(floors[key]).area / rooms[key].area_m2
+    return list(rooms.values())
+
+
+def _count(
+    node: HouseObject, assets: AssetDatabase, only: Collection[str] | None, room: RoomMeasures, shapes: list[Polygon]
+) -> None:
+    """Counts a thing that stands on the floor or hangs, and all that is on it."""
+    category = _category(node, assets)
+    if category is None:
+        return
+    size = assets.look_up(node.asset_id, node.id).size
+    if size.y > LIES_FLAT_M and node.position.y - size.y / 2 < HANGS_M:
+        shapes.append(footprint(Box(center=node.position.vec, size=size, yaw=node.rotation.y)))
+    _count_alone(node, category, assets, only, room)
+
+
+def _count_alone(
+    node: HouseObject, category: str, assets: AssetDatabase, only: Collection[str] | None, room: RoomMeasures
+) -> None:
+    children = [(child, found) for child in node.children if (found := _category(child, assets)) is not None]
+    if only is None or category in only:
+        room.objects += 1
+        room.types.add(category)
+        room.loose += CATALOG[category].is_pickupable
+        if node.is_on is not None:
+            room.is_on.append((category, node.is_on))
+        if node.is_dirty is not None:
+            room.is_dirty.append((category, node.is_dirty))
+        if CATALOG[category].is_receptacle and not CATALOG[category].is_pickupable:
+            counted = [found for _, found in children if only is None or found in only]
+            room.on_support.append((category, sum(CATALOG[found].is_pickupable for found in counted)))
+    for child, found in children:
+        _count_alone(child, found, assets, only, room)
+
+
+def _category(node: HouseObject, assets: AssetDatabase) -> str | None:
+    try:
+        return assets.look_up(node.asset_id, node.id).category
+    except HouseError:
+        return None
+
+
+def compare(
+    real: Iterable[RoomMeasures], own: Iterable[RoomMeasures], supports: Iterable[str]
+) -> list[DistributionComparison]:
+    """Returns the distributions of real and own rooms, by kind of room, then of things on each of `supports`."""
+    real, own = list(real), list(own)
+    found: list[DistributionComparison] = []
+    for kind in sorted({room.kind for room in real} & {room.kind for room in own}):
+        sides = [[room for room in side if room.kind == kind] for side in (real, own)]
+        found += [
+            DistributionComparison(
+                f"{kind}: {name}", *(np.array([read(room) for room in side], dtype=float) for side in sides)
+            )
+            for name, read in MEASURES.items()
+        ]
+    for support in supports:
+        sides = [
+            np.array([count for room in side for name, count in room.on_support if name == support], dtype=float)
+            for side in (real, own)
+        ]
+        if all(len(side) for side in sides):
+            found.append(DistributionComparison(f"things on: {CATALOG[support].spoken}", *sides))
+    return found
+
+
+MEASURES = {
+    "floor area (m2)": lambda room: room.area_m2,
+    "objects": lambda room: room.objects,
+    "types of objects": lambda room: len(room.types),
+    "share of floor covered": lambda room: room.covered,
+    "small things": lambda room: room.loose,
+}
+"""What is compared, by its name in tables and figures."""

@@ -1,0 +1,1 @@
+"""Furnishing: furniture, what hangs on walls, and small objects."""

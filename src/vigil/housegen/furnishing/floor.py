@@ -1,0 +1,169 @@
+"""One room's floor while it is furnished: what is taken, what must stay free, where one can still walk."""
+
+import itertools
+
+import numpy as np
+from scipy import ndimage
+from shapely import Polygon, contains_xy
+
+from vigil.housegen.base.models import Block, Rect
+from vigil.housegen.layout.floorplan import Corner, RoomPlan
+from vigil.housegen.layout.openings import Opening
+from vigil.housegen.layout.walls import room_edges
+from vigil.scene.outlines import BODY_RADIUS_M, GRID_M
+
+LEAST_WALKABLE = 0.93
+"""Least share of the free grid that one component must cover (the rule is 0.9)."""
+EPS = 1e-6
+FRAME_M = 0.09
+"""How far window frames and sills come out of the wall."""
+WALL_GAP = 0.02
+"""Distance of furniture from the wall behind it."""
+
+
+class Floor:
+    """The floor of a room. Rectangles are upright; the room is rectilinear, so nothing is lost."""
+
+    def __init__(self, room: RoomPlan, openings: list[Opening]) -> None:
+        self.room = room
+        self.edges = room_edges(room)
+        self.openings = [opening for opening in openings if opening.span_in(room.number)]
+        self.outside = _outside_rects(room.polygon)
+        self.taken: list[Rect] = []
+        self.clear: list[Rect] = [rect for opening in self.openings if (rect := _before(opening, room.number))]
+        self.access: list[Rect] = []
+        self.sweeps: list[Rect] = []
+        self.windows: list[Rect] = [
+            _strip(opening, room.number, 0.35) for opening in self.openings if not opening.is_door
+        ]
+        self.doorsteps = [
+            _middle(_strip(opening, room.number, 0.5))
+            for opening in self.openings
+            if opening.is_door and opening.openable is not False
+        ]
+        self.leaves: list[Rect] = [
+            rect for opening in self.openings if opening.wall.room == room.number for rect in opening.leaves()
+        ]
+        x0, z0, x1, z1 = room.polygon.bounds
+        xs = np.arange(np.ceil(x0 / GRID_M), np.floor(x1 / GRID_M) + 1) * GRID_M
+        zs = np.arange(np.ceil(z0 / GRID_M), np.floor(z1 / GRID_M) + 1) * GRID_M
+        self.grid_x, self.grid_z = np.meshgrid(xs, zs)
+        core = room.polygon.buffer(-BODY_RADIUS_M - 0.01, join_style="mitre")
+        self.walkable = contains_xy(core, self.grid_x, self.grid_z)
+
+    def window_frames(self) -> list[Block]:
+        """Returns the room that the windows' frames and sills take."""
+        return [
+            (_strip(opening, self.room.number, FRAME_M), opening.bottom, opening.top)
+            for opening in self.openings
+            if not opening.is_door
+        ]
+
+    @property
+    def area(self) -> float:
+        """Square metres."""
+        return self.room.polygon.area
+
+    def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
+        """Returns which of the rectangles (n, 4) lie in the room on floor that nothing needs."""
+        blocks = [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps]
+        if is_tall:
+            blocks = [*blocks, *self.windows]
+        return ~_overlaps(rects, blocks)
+
+    def is_open(self, rects: np.ndarray) -> np.ndarray:
+        """Returns which of the rectangles (n, 4) lie in the room with nothing standing in them."""
+        return ~_overlaps(rects, [*self.outside, *self.taken])
+
+    def is_clear(self, rects: np.ndarray) -> np.ndarray:
+        """Returns which of the rectangles (n, 4) also keep out of the way of doors."""
+        return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
+
+    def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
+        """Whether one can still walk about, to each door and before each access, with `more` standing there too."""
+        free = self.free_grid(more)
+        count = int(free.sum())
+        if count == 0:
+            return False
+        labels, _ = ndimage.label(free)  # type: ignore[misc]
+        sizes = np.bincount(labels.ravel())[1:]
+        main = labels == int(sizes.argmax()) + 1
+        if sizes.max() < LEAST_WALKABLE * count:
+            return False
+        steps = all(self._near(main, point) for point in self.doorsteps)
+        return steps and all(self._enters(main, rect) for rect in [*self.access, *access])
+
+    def free_grid(self, more: list[Rect]) -> np.ndarray:
+        """Returns the grid nodes on which the body can stand."""
+        free = self.walkable.copy()
+        for x0, z0, x1, z1 in [*self.taken, *self.leaves, *more]:
+            reach = BODY_RADIUS_M + 0.01
+            free &= ~(
+                (self.grid_x > x0 - reach)
+                & (self.grid_x < x1 + reach)
+                & (self.grid_z > z0 - reach)
+                & (self.grid_z < z1 + reach)
+            )
+        return free
+
+    def _near(self, nodes: np.ndarray, point: Corner) -> bool:
+        distance = np.abs(self.grid_x - point[0]) + np.abs(self.grid_z - point[1])
+        return bool((nodes & (distance <= 0.4)).any())
+
+    def _enters(self, nodes: np.ndarray, rect: Rect) -> bool:
+        x0, z0, x1, z1 = rect
+        within = (self.grid_x >= x0) & (self.grid_x <= x1) & (self.grid_z >= z0) & (self.grid_z <= z1)
+        return bool((nodes & within).any())
+
+
+def _before(opening: Opening, room: int) -> Rect | None:
+    depth = opening.clear_depth()
+    return _strip(opening, room, depth, margin=0.08) if depth > 0 else None
+
+
+def _strip(opening: Opening, room: int, depth: float, margin: float = 0.0) -> Rect:
+    span = opening.span_in(room)
+    assert span is not None
+    wall, left, right = span
+    return rect_of(wall.at(left - margin), wall.at(right + margin, depth))
+
+
+def rect_of(a: Corner, b: Corner) -> Rect:
+    """Returns the rectangle between two corners."""
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])
+
+
+def _middle(rect: Rect) -> Corner:
+    return (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
+
+
+def _outside_rects(polygon: Polygon) -> list[Rect]:
+    """Returns rectangles that cover the surroundings of a rectilinear room."""
+    xs = sorted({x for x, _ in polygon.exterior.coords})
+    zs = sorted({z for _, z in polygon.exterior.coords})
+    far = 100.0
+    rects: list[Rect] = [
+        (-far, -far, xs[0], far),
+        (xs[-1], -far, far, far),
+        (-far, -far, far, zs[0]),
+        (-far, zs[-1], far, far),
+    ]
+    for x0, x1 in itertools.pairwise(xs):
+        for z0, z1 in itertools.pairwise(zs):
+            if not contains_xy(polygon, (x0 + x1) / 2, (z0 + z1) / 2):
+                rects.append((x0, z0, x1, z1))
+    return rects
+
+
+def _overlaps(rects: np.ndarray, blocks: list[Rect]) -> np.ndarray:
+    if not blocks or not len(rects):
+        return np.zeros(len(rects), dtype=bool)
+    block = np.asarray(blocks)[None]
+    rect = np.asarray(rects)[:, None]
+    apart = (
+        (rect[..., 0] >= block[..., 2] - EPS)
+        | (rect[..., 2] <= block[..., 0] + EPS)
+        | (rect[..., 1] >= block[..., 3] - EPS)
+        | (rect[..., 3] <= block[..., 1] + EPS)
+    )
+    return np.asarray(~apart.all(axis=1))

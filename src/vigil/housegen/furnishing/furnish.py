@@ -1,0 +1,248 @@
+"""Furniture on the floor: what each kind of room gets, in what order, and where it goes."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vigil.housegen.base.models import PlacedThing, draw_model
+from vigil.housegen.base.randomness import chance, pick, shuffled
+from vigil.housegen.furnishing import groups
+from vigil.housegen.furnishing.clusters import Anchor, Cluster, free_anchors, settle, single, wall_anchors
+from vigil.housegen.furnishing.floor import Floor
+from vigil.housegen.furnishing.inventory import Inventory
+
+FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
+"""Share of the floor covered at which a room counts as full."""
+
+ESSENTIAL = {
+    "Kitchen": ("Fridge", "CounterTop", "Stove"),
+    "LivingRoom": ("Sofa", "Television"),
+    "Bedroom": ("Bed",),
+    "Bathroom": ("Toilet", "Sink"),
+}
+"""Without these a room is no such room: another floor plan is tried."""
+
+EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
+    "Kitchen": (
+        ("GarbageCan", 0.9),
+        ("Cabinet", 0.75),
+        ("HousePlant", 0.35),
+        ("ShelvingUnit", 0.2),
+        ("Cart", 0.25),
+        ("GarbageBag", 0.15),
+        ("Stool", 0.2),
+    ),
+    "LivingRoom": (
+        ("FloorLamp", 0.75),
+        ("ShelvingUnit", 0.45),
+        ("HousePlant", 0.55),
+        ("ArmChair", 0.35),
+        ("SideTable", 0.4),
+        ("Box", 0.3),
+        ("Safe", 0.2),
+        ("Ottoman", 0.15),
+        ("DogBed", 0.15),
+        ("RoomDecor", 0.15),
+        ("GarbageCan", 0.2),
+        ("Footstool", 0.12),
+        ("VacuumCleaner", 0.12),
+        ("BasketBall", 0.1),
+        ("Boots", 0.12),
+        ("WateringCan", 0.12),
+        ("Dumbbell", 0.1),
+    ),
+    "Bedroom": (
+        ("FloorLamp", 0.35),
+        ("ShelvingUnit", 0.2),
+        ("ArmChair", 0.25),
+        ("Safe", 0.25),
+        ("Box", 0.4),
+        ("LaundryHamper", 0.3),
+        ("HousePlant", 0.35),
+        ("GarbageCan", 0.3),
+        ("BasketBall", 0.2),
+        ("Dumbbell", 0.18),
+        ("Boots", 0.18),
+        ("Ottoman", 0.12),
+        ("DogBed", 0.12),
+        ("VacuumCleaner", 0.12),
+        ("BaseballBat", 0.12),
+        ("RoomDecor", 0.1),
+        ("Footstool", 0.12),
+    ),
+    "Bathroom": (
+        ("WashingMachine", 0.55),
+        ("LaundryHamper", 0.6),
+        ("GarbageCan", 0.35),
+        ("ClothesDryer", 0.3),
+        ("Plunger", 0.5),
+        ("ScrubBrush", 0.5),
+        ("Cart", 0.2),
+        ("Cabinet", 0.3),
+    ),
+}
+"""More furniture of a room: category and how likely it is there."""
+
+PLENTY = (0.35, 1.25)
+"""Rooms have between so little and so much of these: a factor to how likely each is."""
+
+CORNER_LOVERS = frozenset(
+    {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
+    | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
+)
+TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
+"""Things without a front: any quarter turn does, where their sides are about equal."""
+
+
+class Furnisher:
+    """Furnishes one room."""
+
+    def __init__(self, floor: Floor, inventory: Inventory, rng: np.random.Generator) -> None:
+        self.floor = floor
+        self.inventory = inventory
+        self.rng = rng
+        self.pieces: list[PlacedThing] = []
+
+    def furnish(self) -> list[PlacedThing]:
+        """Returns the room's furniture, what stands on it as children."""
+        kind = self.floor.room.kind
+        {"Kitchen": self._kitchen, "LivingRoom": self._living, "Bedroom": self._bedroom, "Bathroom": self._bathroom}[
+            kind
+        ]()
+        plenty = float(self.rng.uniform(*PLENTY))
+        for category, probability in EXTRAS[kind]:
+            is_full = self._covered() > FULL_SHARE[kind]
+            if not is_full and chance(self.rng, probability * plenty):
+                self._put_single(category)
+        return self.pieces
+
+    def has(self, category: str) -> bool:
+        """Whether the room has one already."""
+        return any(found.category == category for piece in self.pieces for found in piece.all())
+
+    def _covered(self) -> float:
+        return sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in self.floor.taken) / self.floor.area
+
+    def _kitchen(self) -> None:
+        with_fridge = chance(self.rng, 0.6)
+        at_corner = [5, 6, 6] if self.floor.area > 13 and chance(self.rng, 0.3) else []
+        corner = (groups.corner_run(self.rng, with_fridge, feet) for feet in shuffled(self.rng, at_corner))
+        has_corner = any(self._put(group, _along_walls(1.0, 0.0)) for group in corner)
+        for feet in () if has_corner else [*shuffled(self.rng, ((6, 6), (5, 5), (8,), (4, 4))), (3, 3), (5,), (4,)]:
+            if self._put(groups.kitchen_run(self.rng, with_fridge, feet), _along_walls(0.2, 0.6)):
+                break
+            if self._put(groups.kitchen_run(self.rng, False, feet), _along_walls(0.2, 0.6)):
+                break
+        if not self.has("Fridge"):
+            self._put_single("Fridge")
+        counter = next((piece for piece in self.pieces if piece.category == "CounterTop"), None)
+        if counter is not None and self.floor.area > 20 and chance(self.rng, 0.3):
+            self._put_free(groups.island_group(self.rng, pick(self.rng, (1, 2, 2)), counter.model))
+        elif chance(self.rng, 0.85):
+            self._dining()
+
+    def _living(self) -> None:
+        roomy = self.floor.area > 15
+        wishes = [
+            (True, roomy and chance(self.rng, 0.6), chance(self.rng, 0.7)),
+            (True, False, False),
+            (False, False, False),
+        ]
+        for with_table, with_chair, with_rug in wishes:
+            group = groups.sofa_group(self.rng, with_table, with_chair, with_rug)
+            if self._put(group, _along_walls(-0.2, 0.8)):
+                break
+        sofa = next((piece for piece in self.pieces if piece.category == "Sofa"), None)
+        for _ in range(3):
+            if self._put(groups.media_group(self.rng), _opposite(sofa) if sofa else _along_walls(0.0, 0.5)):
+                break
+        self._keep_view_free(sofa)
+        if self.inventory.count("DiningTable") == 0 and self.floor.area > 17 and chance(self.rng, 0.75):
+            self._dining()
+        if self.inventory.count("Desk") == 0 and self.floor.area > 18 and chance(self.rng, 0.3):
+            self._put(groups.desk_group(self.rng), _along_walls(0.3, 0.2))
+
+    def _keep_view_free(self, sofa: PlacedThing | None) -> None:
+        """Keeps furniture from between the sofa and the television that it faces."""
+        stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
+        if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > 1.0:
+            return
+        ends = [piece.out_of(side, piece.model.size.z / 2) for piece in (sofa, stand) for side in (-0.4, 0.4)]
+        xs, zs = [x for x, _ in ends], [z for _, z in ends]
+        self.floor.sweeps.append((min(xs), min(zs), max(xs), max(zs)))
+
+    def _bedroom(self) -> None:
+        for tables in (pick(self.rng, (1, 2, 2)), 1, 0, 0):
+            if self._put(groups.bed_group(self.rng, tables), _along_walls(0.1, 0.5)):
+                break
+        if chance(self.rng, 0.65):
+            self._put(groups.desk_group(self.rng), _along_walls(0.4, 0.2))
+        self._put_single("Dresser")
+        if self.inventory.may_have("Television") and self.floor.area > 15 and chance(self.rng, 0.3):
+            bed = next((piece for piece in self.pieces if piece.category == "Bed"), None)
+            self._put(groups.media_group(self.rng), _opposite(bed) if bed else _along_walls(0.0, 0.5))
+
+    def _bathroom(self) -> None:
+        self._put(groups.bathtub_group(self.rng), _along_walls(1.0, 0.0))
+        self._put(groups.vanity_group(self.rng), _along_walls(0.2, 0.4))
+        self._put_single("Toilet")
+
+    def _dining(self) -> None:
+        if self.floor.area > 15 and chance(self.rng, 0.75):
+            for chairs in (4, 4, 3, 2) if self.floor.area > 18 else (3, 2):
+                if self._put_free(groups.dining_group(self.rng, chairs, False)):
+                    return
+        for chairs in (3, 3, 2, 2, 1):
+            if self._put(groups.dining_group(self.rng, chairs, True), _along_walls(0.1, 0.3)):
+                return
+
+    def _put_single(self, category: str) -> bool:
+        if not self.inventory.may_have(category) or (category != "SideTable" and self.has(category)):
+            return False
+        model = draw_model(category, self.rng)
+        likes = _along_walls(0.7, 0.1) if category in CORNER_LOVERS else _along_walls(0.2, 0.3)
+        small = max(model.size.x, model.size.z) < 0.6 and not model.asset.can_open
+        placed = self._put(single(model, 0.0 if small else None), likes)
+        if placed and category in TURNABLE and abs(model.size.x - model.size.z) < 0.02:
+            self.pieces[-1].yaw = pick(self.rng, (0.0, 90.0, 180.0, 270.0))
+        return placed
+
+    def _put(self, cluster: Cluster, score: Callable[[Anchor], float]) -> bool:
+        return self._settle(cluster, wall_anchors(self.floor, cluster, self.rng), score)
+
+    def _put_free(self, cluster: Cluster) -> bool:
+        return self._settle(
+            cluster, shuffled(self.rng, free_anchors(self.floor, self.rng)), lambda anchor: anchor.centre
+        )
+
+    def _settle(self, cluster: Cluster, anchors: list[Anchor], score: Callable[[Anchor], float]) -> bool:
+        if any(not self.inventory.may_have(member.model.category) for member in cluster.members):
+            return False
+        noise = 0.5 * self.rng.random(len(anchors))
+        scores = np.array([score(anchor) for anchor in anchors]) + noise
+        placed = settle(self.floor, cluster, anchors, scores)
+        if placed is None:
+            return False
+        for piece in placed:
+            self.pieces.append(piece)
+            for found in piece.all():
+                self.inventory.add(found.category)
+        return True
+
+
+def _along_walls(corner: float, centre: float) -> Callable[[Anchor], float]:
+    """Returns a score of places that likes corners and middles of walls by the given weights."""
+    return lambda anchor: corner * anchor.corner + centre * anchor.centre
+
+
+def _opposite(piece: PlacedThing) -> Callable[[Anchor], float]:
+    """Returns a score of places that likes to face `piece` from across the room."""
+
+    def score(anchor: Anchor) -> float:
+        sin, cos = np.sin(np.radians(piece.yaw)), np.cos(np.radians(piece.yaw))
+        dx, dz = anchor.x - piece.position.x, anchor.z - piece.position.z
+        ahead, aside = dx * sin + dz * cos, abs(dx * cos - dz * sin)
+        faces = abs((anchor.yaw - piece.yaw) % 360.0 - 180.0) < 1.0
+        return 3.0 * faces - 1.5 * aside - (5.0 if ahead < 1.2 else 0.0) - 0.15 * ahead
+
+    return score

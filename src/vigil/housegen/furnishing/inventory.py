@@ -1,0 +1,76 @@
+"""What a house has of each kind: few things twice, so that an instruction names one thing."""
+
+from collections import Counter
+
+LIMITS = {
+    "Chair": 8,
+    "Painting": 8,
+    "LightSwitch": 10,
+    "CeilingLamp": 10,
+    "CounterTop": 6,
+    "Cabinet": 3,
+    "Stool": 3,
+    "Bed": 4,
+    "SideTable": 5,
+    "HousePlant": 2,
+    "GarbageCan": 2,
+    "FloorLamp": 2,
+    "DeskLamp": 2,
+    "Rug": 3,
+    "Pillow": 3,
+    "Book": 2,
+    "Plate": 2,
+    "Curtains": 3,
+    "Blinds": 3,
+    "Mirror": 2,
+    "Sink": 4,
+    "Faucet": 4,
+    "Toilet": 3,
+    "Bathtub": 3,
+    "ToiletPaper": 2,
+    "ToiletPaperHanger": 3,
+    "Towel": 3,
+    "TowelHolder": 3,
+    "HandTowel": 3,
+    "HandTowelHolder": 3,
+    "ShowerHead": 3,
+    "Shelf": 3,
+    "Desk": 2,
+    "Dresser": 4,
+    "Sofa": 2,
+    "ArmChair": 2,
+    "Television": 2,
+    "TVStand": 2,
+    "DiningTable": 2,
+    "Fridge": 2,
+    "Stove": 2,
+    "CoffeeTable": 2,
+    "ShelvingUnit": 2,
+    "Window": 99,
+}
+"""Most instances of a category in one house; 1 where nothing is said."""
+
+
+class Inventory:
+    """Counts what the house already has."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[str] = Counter()
+
+    def may_have(self, category: str) -> bool:
+        """Whether the house may have one more of the category."""
+        return self._counts[category] < LIMITS.get(category, 1)
+
+    def count(self, category: str) -> int:
+        """Returns how many there are."""
+        return self._counts[category]
+
+    def copy(self) -> "Inventory":
+        """Returns another with the same counts."""
+        other = Inventory()
+        other._counts = self._counts.copy()
+        return other
+
+    def add(self, category: str) -> None:
+        """Counts one more."""
+        self._counts[category] += 1

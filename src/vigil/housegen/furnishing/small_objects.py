@@ -1,0 +1,296 @@
+"""Small things on and in furniture: on the real surfaces of the assets, clear of each other."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Surface
+from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, draw_model, swept, turned_rect
+from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
+from vigil.housegen.furnishing.floor import Floor
+from vigil.housegen.furnishing.inventory import Inventory
+from vigil.housegen.furnishing.space import Space, apart
+from vigil.pose import Vec3, rotate_floor
+
+GAP = 0.02
+EDGE = 0.012
+FULL_SHARE = 0.5
+"""Share of a surface covered at which nothing more is put there: things must find a free place later."""
+BASIN_SHARE = 0.75
+"""The same for a counter with a basin, which takes much of it."""
+LEAST_LOOSE, ROUNDS = 6, 3
+"""Fewer small things than this in a room, and more are looked for, so many times."""
+MESS = {"Kitchen": 0.8, "LivingRoom": 0.68, "Bedroom": 0.55, "Bathroom": 0.9}
+"""How much lies about in a room of the kind, in the middle; rooms differ."""
+MESS_SPREAD, MESS_RANGE = 0.5, (0.25, 2.0)
+HIGHEST_M = 1.75
+"""Surfaces above it are out of sight."""
+SURFACE_TOLERANCE = 0.03
+
+ON_TOP: dict[str, float] = {
+    "CounterTop": 8.0,
+    "DiningTable": 5.0,
+    "CoffeeTable": 1.6,
+    "Desk": 6.5,
+    "SideTable": 1.4,
+    "Dresser": 4.0,
+    "TVStand": 5.0,
+    "ShelvingUnit": 1.4,
+    "Shelf": 1.8,
+    "Sofa": 1.2,
+    "ArmChair": 0.35,
+    "Bed": 1.5,
+    "Toilet": 0.8,
+    "Bathtub": 0.3,
+    "Sink": 0.3,
+    "Cart": 1.0,
+    "Stove": 0.8,
+    "Cabinet": 1.0,
+    "WashingMachine": 0.5,
+    "ClothesDryer": 0.5,
+    "Ottoman": 0.2,
+}
+"""How many small things lie on a category, on average."""
+
+INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
+    "Fridge": (2.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
+    "Cabinet": (2.0, ("Bowl", "Plate", "Mug", "Cup", "Pot", "Pan", "Kettle", "SprayBottle", "PaperTowelRoll")),
+    "Dresser": (1.8, ("Watch", "Book", "CellPhone", "KeyChain", "CD", "CreditCard", "Pen", "Cloth", "RemoteControl")),
+    "SideTable": (1.1, ("Watch", "Pen", "Book", "CellPhone", "KeyChain", "CreditCard", "RemoteControl", "Pencil")),
+    "Desk": (1.3, ("Pen", "Pencil", "CD", "Watch", "CreditCard", "KeyChain", "CellPhone", "Book")),
+    "TVStand": (3.0, ("RemoteControl", "CD", "Book", "KeyChain", "Newspaper", "Statue", "Candle", "Box", "Vase")),
+    "Microwave": (0.6, ("Mug", "Bowl", "Potato", "Plate", "Cup", "Bread")),
+    "Box": (1.0, ("Book", "CD", "KeyChain", "Candle", "Watch", "CellPhone", "TeddyBear", "Statue")),
+    "Safe": (1.2, ("Watch", "CreditCard", "KeyChain", "CellPhone")),
+    "LaundryHamper": (0.8, ("Cloth", "Towel")),
+    "WashingMachine": (0.6, ("Cloth", "Towel")),
+    "ClothesDryer": (0.5, ("Cloth", "Towel")),
+    "Stove": (0.4, ("Pan", "Pot")),
+    "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
+}
+"""What lies inside a category: how many things on average, and which."""
+
+_DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
+_TOILETRIES = ("Cloth", "SoapBottle", "SprayBottle", "ToiletPaper", "TissueBox", "SoapBar", "Candle")
+ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
+    ("Kitchen", "ShelvingUnit"): _DISHES,
+    ("Kitchen", "Shelf"): _DISHES,
+    ("Kitchen", "Cart"): (*_DISHES, "Apple", "Bread", "Tomato"),
+    ("Bathroom", "Cart"): _TOILETRIES,
+    ("Bathroom", "Shelf"): _TOILETRIES,
+    ("Bathroom", "Cabinet"): _TOILETRIES,
+    ("Bathroom", "WashingMachine"): _TOILETRIES,
+    ("Bathroom", "ClothesDryer"): _TOILETRIES,
+}
+"""What lies on a support in one kind of room, besides what the catalogue says."""
+
+STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
+    "Kitchen": (
+        ("Microwave", ("CounterTop", "DiningTable"), 0.95),
+        ("CoffeeMachine", ("CounterTop", "DiningTable"), 0.9),
+        ("Toaster", ("CounterTop", "DiningTable"), 0.85),
+        ("Mug", ("CounterTop", "DiningTable"), 0.8),
+        ("Apple", ("DiningTable", "CounterTop", "Fridge"), 0.8),
+        ("Egg", ("Fridge", "CounterTop"), 0.8),
+        ("Bowl", ("DiningTable", "CounterTop"), 0.7),
+        ("Plate", ("DiningTable", "CounterTop"), 0.7),
+        ("Kettle", ("Stove", "CounterTop"), 0.5),
+        ("Pan", ("Stove", "CounterTop"), 0.5),
+        ("SoapBottle", ("CounterTop",), 0.5),
+    ),
+    "LivingRoom": (
+        ("RemoteControl", ("CoffeeTable", "Sofa", "TVStand", "DiningTable"), 0.9),
+        ("Pillow", ("Sofa",), 0.8),
+        ("Book", ("CoffeeTable", "ShelvingUnit", "Sofa", "DiningTable"), 0.8),
+        ("Laptop", ("CoffeeTable", "DiningTable", "Desk", "Sofa"), 0.6),
+        ("Candle", ("CoffeeTable", "DiningTable", "SideTable"), 0.6),
+        ("Vase", ("ShelvingUnit", "CoffeeTable", "DiningTable", "SideTable"), 0.6),
+        ("DeskLamp", ("SideTable", "Desk"), 0.7),
+        ("HousePlant", ("ShelvingUnit", "TVStand", "SideTable"), 0.2),
+    ),
+    "Bedroom": (
+        ("Pillow", ("Bed",), 0.95),
+        ("Pillow", ("Bed",), 0.6),
+        ("DeskLamp", ("Desk", "SideTable", "Dresser"), 0.85),
+        ("AlarmClock", ("SideTable", "Dresser", "Desk"), 0.85),
+        ("Laptop", ("Desk", "Bed"), 0.8),
+        ("Desktop", ("Desk",), 0.25),
+        ("CellPhone", ("SideTable", "Desk", "Bed", "Dresser"), 0.7),
+        ("Watch", ("SideTable", "Dresser", "Desk"), 0.6),
+        ("Book", ("SideTable", "Desk", "Bed", "Dresser"), 0.7),
+        ("Pen", ("Desk", "SideTable"), 0.6),
+        ("TeddyBear", ("Bed",), 0.3),
+    ),
+    "Bathroom": (
+        ("SoapBottle", ("CounterTop", "Sink", "Toilet"), 0.8),
+        ("SoapBar", ("CounterTop", "Sink", "Bathtub"), 0.75),
+        ("ToiletPaper", ("Toilet", "CounterTop"), 0.9),
+        ("Cloth", ("CounterTop", "Bathtub", "Cart", "Shelf"), 0.7),
+        ("SprayBottle", ("CounterTop", "Toilet", "Cart", "Shelf"), 0.6),
+        ("TissueBox", ("Toilet", "CounterTop", "Shelf"), 0.3),
+        ("Candle", ("CounterTop", "Shelf"), 0.35),
+    ),
+}
+"""What a room should have: category, where (first choice first), how likely."""
+
+AT_THE_BACK = frozenset(
+    {"Microwave", "CoffeeMachine", "Toaster", "Television", "DeskLamp", "HousePlant", "Vase", "Desktop"}
+)
+SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
+"""What stands high does not stand on soft things (a bat on a bed)."""
+STRAIGHT = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
+"""Things that face the same way as what they stand on."""
+
+
+class SmallObjectPlacer:
+    """Puts small things into one room."""
+
+    def __init__(
+        self, floor: Floor, furniture: list[PlacedThing], inventory: Inventory, rng: np.random.Generator
+    ) -> None:
+        self.kind = floor.room.kind
+        self.space = Space(floor, furniture)
+        self.furniture = furniture
+        self.inventory = inventory
+        self.rng = rng
+
+    def fill(self, clutter: float) -> None:
+        """Puts the room's staples in their places, then more here and there, as children of the furniture."""
+        mess = float(np.clip(MESS[self.kind] * np.exp(MESS_SPREAD * self.rng.standard_normal()), *MESS_RANGE))
+        least = LEAST_LOOSE * min(1.0, clutter)
+        clutter *= mess
+        for category, supports, probability in STAPLES[self.kind]:
+            if chance(self.rng, probability * min(1.0, mess**0.5)):
+                self._put_on_one_of(category, supports)
+        for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
+            self._fill_inside(piece, clutter)
+        for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
+            self._fill_top(piece, clutter)
+        for _ in range(ROUNDS):
+            everything = [found for top in self.furniture for found in top.all()]
+            if sum(CATALOG[found.category].is_pickupable for found in everything) >= least:
+                break
+            for piece in shuffled(self.rng, everything):
+                self._fill_top(piece, clutter)
+
+    def _put_on_one_of(self, category: str, supports: Sequence[str]) -> None:
+        for support in supports:
+            for piece in shuffled(self.rng, [piece for piece in self.furniture if piece.category == support]):
+                inside = support == "Fridge"
+                if self._put(category, piece, inside):
+                    return
+
+    def _fill_inside(self, piece: PlacedThing, clutter: float) -> None:
+        if piece.category not in INSIDE or not any(surface.needs_opening for surface in piece.model.asset.surfaces):
+            return
+        mean, contents = INSIDE[piece.category]
+        for category in shuffled(self.rng, contents)[: int(self.rng.poisson(mean * clutter))]:
+            self._put(category, piece, True)
+
+    def _fill_top(self, piece: PlacedThing, clutter: float) -> None:
+        mean = ON_TOP.get(piece.category, 0.0) * clutter
+        if piece.category == "CounterTop":
+            mean *= piece.model.size.x / 1.8
+        candidates = self._candidates(piece.category)
+        if not candidates or mean <= 0:
+            return
+        for _ in range(int(self.rng.poisson(mean))):
+            names, weights = zip(*candidates, strict=True)
+            self._put(pick_weighted(self.rng, names, weights), piece, False)
+
+    def _candidates(self, support: str) -> list[tuple[str, float]]:
+        also = ALSO_ON.get((self.kind, support), ())
+        found = [(name, 0.5) for name in also if self.inventory.may_have(name)]
+        for name, kind in CATALOG.items():
+            if (
+                name in also
+                or (support in SOFT and kind.typical_size.y > TALLEST_ON_SOFT_M)
+                or support not in kind.rests_on
+                or self.kind not in kind.rooms
+                or not self.inventory.may_have(name)
+            ):
+                continue
+            if kind.is_pickupable or name in AT_THE_BACK:
+                weight = 1.0 / (1.5 + kind.rests_on.index(support))
+                found.append((name, weight if kind.is_pickupable else 0.3 * weight))
+        return found
+
+    def _put(self, category: str, piece: PlacedThing, inside: bool) -> bool:
+        if not self.inventory.may_have(category) or category == piece.category:
+            return False
+        accepts = CATALOG[piece.category].accepts
+        if not CATALOG[piece.category].is_receptacle or (accepts is not None and category not in accepts):
+            return False
+        surfaces = [surface for surface in piece.model.asset.surfaces if surface.needs_opening == inside]
+        model = draw_model(category, self.rng)
+        for surface in shuffled(self.rng, surfaces):
+            child = _place(piece, surface, model, self.rng, self.space)
+            if child is not None:
+                piece.children.append(child)
+                self.space.add(child)
+                self.inventory.add(category)
+                return True
+        return False
+
+
+def _place(
+    piece: PlacedThing, surface: Surface, model: AssetModel, rng: np.random.Generator, space: Space
+) -> PlacedThing | None:
+    """Returns the model on a free spot of the surface; None when there is none."""
+    height = piece.position.y + surface.center.y
+    if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
+        return None
+    taken = _taken(piece, surface)
+    covered = sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in taken)
+    is_basin = any(child.category == "Sink" for child in piece.children)
+    share = BASIN_SHARE if is_basin else FULL_SHARE
+    if covered + model.size.x * model.size.z > share * surface.size_x * surface.size_z and taken:
+        return None
+    for _ in range(16):
+        turn = 0.0 if model.category in STRAIGHT else pick(rng, (0.0, 90.0, 180.0, 270.0)) + float(rng.uniform(-14, 14))
+        half = (-model.size.x / 2, -model.size.z / 2, model.size.x / 2, model.size.z / 2)
+        x0, z0, x1, z1 = turned_rect(half, 0.0, 0.0, turn)
+        free_x, free_z = surface.size_x / 2 - EDGE - x1, surface.size_z / 2 - EDGE - z1
+        if free_x < 0 or free_z < 0:
+            continue
+        x = float(rng.uniform(-free_x, free_x))
+        z = -free_z if _is_back(model, piece) else float(rng.uniform(-free_z, free_z))
+        rect = (x + x0, z + z0, x + x1, z + z1)
+        reach = turned_rect(_with_leaf(model), x, z, turn)
+        if all(apart(rect, other, GAP) and apart(reach, other, GAP) for other in taken):
+            dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
+            place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
+            yaw = round((piece.yaw + turn) % 360.0, 2)
+            child = PlacedThing(model, place, yaw, piece.room, surface=surface)
+            if space.admits(child, piece):
+                return child
+    return None
+
+
+def _with_leaf(model: AssetModel) -> Rect:
+    """Returns the model's rectangle with the room that its lid or door needs before and behind it."""
+    half_x, half_z = model.size.x / 2, model.size.z / 2
+    x0, z0, x1, z1 = swept(model) or (0.0, 0.0, 0.0, 0.0)
+    return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
+
+
+def _is_back(model: AssetModel, piece: PlacedThing) -> bool:
+    return model.category in AT_THE_BACK or (
+        model.category == "Pillow" and piece.category in ("Bed", "Sofa", "ArmChair")
+    )
+
+
+def _taken(piece: PlacedThing, surface: Surface) -> list[Rect]:
+    """Returns the rectangles (in the surface's frame) of what stands on it, or beside it at its height."""
+    height = piece.position.y + surface.center.y
+    rects: list[Rect] = []
+    for child in piece.children:
+        if abs(child.bottom - height) > SURFACE_TOLERANCE:
+            continue
+        x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
+        half = _with_leaf(child.model)
+        rect = turned_rect(half, x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw)
+        if not apart(rect, (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2), GAP):
+            rects.append(rect)
+    return rects

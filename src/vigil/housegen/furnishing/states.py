@@ -1,0 +1,76 @@
+"""States at the start: what is open, on or dirty. Nothing is half-open: every state is one or the other."""
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.housegen.base.models import PlacedThing
+from vigil.housegen.base.randomness import chance
+
+OPEN_CHANCE = {
+    "Laptop": 0.6,
+    "Box": 0.35,
+    "Book": 0.15,
+    "Toilet": 0.35,
+    "LaundryHamper": 0.3,
+    "Curtains": 0.7,
+    "Blinds": 0.6,
+    "ShowerCurtain": 0.6,
+    "Microwave": 0.12,
+    "WashingMachine": 0.15,
+    "ClothesDryer": 0.15,
+    "Kettle": 0.1,
+    "Safe": 0.15,
+    "Fridge": 0.06,
+    "Cabinet": 0.08,
+}
+"""How likely a thing stands open; 0 where nothing is said (drawers stay shut over what is in them, as that does)."""
+
+ON_CHANCE = {
+    "FloorLamp": 0.4,
+    "DeskLamp": 0.5,
+    "CeilingLamp": 0.8,
+    "LightSwitch": 0.75,
+    "Television": 0.4,
+    "Laptop": 0.6,
+    "Desktop": 0.45,
+    "CoffeeMachine": 0.3,
+    "Faucet": 0.2,
+    "Candle": 0.3,
+    "StoveBurner": 0.2,
+    "Stove": 0.2,
+    "Toaster": 0.15,
+    "ShowerHead": 0.1,
+    "CellPhone": 0.4,
+    "WashingMachine": 0.3,
+    "ClothesDryer": 0.3,
+}
+"""How likely a thing is on."""
+
+DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"), 0.35)
+"""How likely a thing is dirty (a bed: unmade)."""
+
+
+def set_states(pieces: list[PlacedThing], rng: np.random.Generator) -> None:
+    """Gives every piece, children included, its state at the start."""
+    for top in pieces:
+        for piece in top.all():
+            _set_state(piece, rng)
+
+
+def _set_state(piece: PlacedThing, rng: np.random.Generator) -> None:
+    kind = CATALOG[piece.category]
+    if kind.is_openable and piece.model.asset.can_open:
+        piece.openness = _openness(piece, rng)
+    if kind.is_toggleable:
+        is_shut_off = kind.runs_only_when_closed and (piece.openness or 0.0) > 0.0
+        is_dark = piece.category == "Laptop" and not piece.openness
+        piece.is_on = chance(rng, ON_CHANCE.get(piece.category, 0.0)) and not is_shut_off and not is_dark
+    if piece.category in DIRTY_CHANCE:
+        piece.is_dirty = chance(rng, DIRTY_CHANCE[piece.category])
+
+
+def _openness(piece: PlacedThing, rng: np.random.Generator) -> float:
+    moves_along = any(each.surface is not None and each.surface.joint is not None for each in [piece, *piece.children])
+    if moves_along or not chance(rng, OPEN_CHANCE.get(piece.category, 0.0)):
+        return 0.0
+    return 1.0 if chance(rng, 0.5) else round(float(rng.uniform(0.85, 1.0)), 3)

@@ -1,0 +1,301 @@
+"""What hangs: switches beside doors, paintings, mirrors, shelves and cabinets, towels, curtains, ceiling lamps."""
+
+import numpy as np
+from shapely import box
+
+from vigil.housegen.base.models import AssetModel, PlacedThing, draw_model, most_alike
+from vigil.housegen.base.randomness import chance, pick, shuffled
+from vigil.housegen.furnishing.floor import Floor, rect_of
+from vigil.housegen.furnishing.inventory import Inventory
+from vigil.housegen.furnishing.space import Space
+from vigil.housegen.layout.walls import WallPiece
+from vigil.pose import Vec3
+
+NEAR_WALL = 0.3
+"""Furniture whose back is nearer to a wall than this covers the wall up to its height."""
+SIDE_GAP = 0.06
+ABOVE_GAP = 0.12
+SILL_M = 0.08
+"""How far a window's frame comes out of the wall."""
+BELOW_BLINDS_M = 0.5
+"""Height below blinds that things on furniture need."""
+BUMP_M = 0.06
+"""Things that come further out of the wall than this take up floor."""
+PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (1, 4), "Bedroom": (1, 3), "Bathroom": (0, 1)}
+
+Span = tuple[float, float, float, float]
+"""left, right along the wall; bottom, top (m)."""
+
+
+class WallThingPlacer:
+    """Hangs things on the walls of one room."""
+
+    def __init__(
+        self,
+        floor: Floor,
+        furniture: list[PlacedThing],
+        height_m: float,
+        inventory: Inventory,
+        rng: np.random.Generator,
+    ) -> None:
+        self.floor = floor
+        self.furniture = furniture
+        self.height_m = height_m
+        self.inventory = inventory
+        self.rng = rng
+        self.hung: list[PlacedThing] = []
+        self.space = Space(floor, furniture)
+        self._spans: list[list[Span]] = [self._covered(edge) for edge in floor.edges]
+
+    def hang(self) -> list[PlacedThing]:
+        """Returns what hangs in the room."""
+        kind = self.floor.room.kind
+        self._switches()
+        if kind == "Bathroom":
+            self._bathroom()
+        if kind == "Kitchen":
+            self._cabinets()
+        self._window_dressing()
+        if kind in ("LivingRoom", "Bedroom") and chance(self.rng, 0.35):
+            self._anywhere("Shelf", float(self.rng.uniform(1.25, 1.5)))
+        if kind == "Bedroom" and chance(self.rng, 0.5):
+            self._anywhere("Mirror", 1.5)
+        low, high = PAINTINGS[kind]
+        for _ in range(int(self.rng.integers(low, high + 1))):
+            self._anywhere("Painting", float(self.rng.uniform(1.5, 1.65)))
+        if chance(self.rng, 0.85):
+            self._ceiling_lamp()
+        return self.hung
+
+    def _covered(self, edge: WallPiece) -> list[Span]:
+        spans: list[Span] = []
+        for opening in self.floor.openings:
+            found = opening.span_in(self.floor.room.number)
+            assert found is not None
+            wall, left, right = found
+            if (
+                abs((wall.start[0] - edge.start[0]) * edge.inward[0] + (wall.start[1] - edge.start[1]) * edge.inward[1])
+                > 1e-6
+            ):
+                continue
+            if wall.direction != edge.direction and abs(wall.direction[0] - edge.direction[0]) > 1e-6:
+                continue
+            ends = sorted((edge.along(wall.at(left)), edge.along(wall.at(right))))
+            if ends[1] > -0.01 and ends[0] < edge.length + 0.01:
+                spans.append((ends[0] - 0.1, ends[1] + 0.1, opening.bottom - 0.1, opening.top + 0.1))
+        for piece in self.furniture:
+            spans.extend(self._shadow(edge, piece))
+        return spans
+
+    def _shadow(self, edge: WallPiece, piece: PlacedThing) -> list[Span]:
+        x0, z0, x1, z1 = piece.footprint()
+        corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
+        nx, nz = edge.inward
+        depths = [(x - edge.start[0]) * nx + (z - edge.start[1]) * nz for x, z in corners]
+        along = [edge.along(corner) for corner in corners]
+        if not -0.05 <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
+            return []
+        return [(min(along), max(along), found.bottom - 0.02, found.top) for found in piece.all()]
+
+    def _is_free(self, index: int, span: Span) -> bool:
+        left, right, bottom, top = span
+        edge = self.floor.edges[index]
+        if left < SIDE_GAP or right > edge.length - SIDE_GAP or top > self.height_m - 0.1:
+            return False
+        return all(
+            right + SIDE_GAP <= low or left - SIDE_GAP >= high or bottom >= up + ABOVE_GAP or top + SIDE_GAP <= down
+            for low, high, down, up in self._spans[index]
+        )
+
+    def _hang(
+        self, model: AssetModel, index: int, along: float, middle: float, under: AssetModel | None = None
+    ) -> PlacedThing | None:
+        """Hangs a thing with its centre there, `under` in front of it; returns None where it does not fit."""
+        size = model.size
+        drop = size.y / 2 if under is None else max(size.y / 2, under.size.y - size.y / 2)
+        span = (along - size.x / 2, along + size.x / 2, middle - drop, middle + size.y / 2)
+        edge = self.floor.edges[index]
+        if not self._is_free(index, span) or not self.inventory.may_have(model.category):
+            return None
+        depth = size.z + (under.size.z if under else 0.0)
+        bump = rect_of(edge.at(span[0]), edge.at(span[1], depth))
+        x, z = edge.at(along, size.z / 2 + 0.002)
+        piece = PlacedThing(model, Vec3(x, middle, z), edge.yaw, self.floor.room.number, is_on_wall=True)
+        if not self.space.admits(piece) or not self._leaves_room(bump, depth, span[2]):
+            return None
+        self._spans[index].append(span)
+        self._add(piece)
+        return piece
+
+    def _add(self, piece: PlacedThing) -> None:
+        self.inventory.add(piece.category)
+        self.hung.append(piece)
+        self.space.add(piece)
+
+    def _leaves_room(self, bump: tuple[float, float, float, float], depth: float, bottom: float) -> bool:
+        """Whether a thing that comes out of the wall leaves room to walk; takes the floor under it when it does."""
+        if depth <= BUMP_M or bottom >= 1.8:
+            return True
+        shape = box(*bump)
+        if any(shape.intersects(box(*rect)) for rect in self.floor.clear):
+            return False
+        is_over = any(box(*rect).buffer(0.01).contains(shape) for rect in self.floor.taken)
+        if not is_over:
+            if not self.floor.can_walk([bump], []):
+                return False
+            self.floor.taken.append(bump)
+        return True
+
+    def _anywhere(self, category: str, middle: float) -> PlacedThing | None:
+        return self._along_some_wall(draw_model(category, self.rng), middle)
+
+    def _along_some_wall(self, model: AssetModel, middle: float, under: AssetModel | None = None) -> PlacedThing | None:
+        if not self.inventory.may_have(model.category):
+            return None
+        for index in shuffled(self.rng, range(len(self.floor.edges))):
+            edge = self.floor.edges[index]
+            low, high = model.size.x / 2 + SIDE_GAP, edge.length - model.size.x / 2 - SIDE_GAP
+            if high <= low:
+                continue
+            for along in [edge.length / 2, *self.rng.uniform(low, high, 5)]:
+                piece = self._hang(model, index, float(along), middle, under)
+                if piece is not None:
+                    return piece
+        return None
+
+    def _switches(self) -> None:
+        """Hangs a light switch beside one of the room's doors, on the wall."""
+        doors = [opening for opening in self.floor.openings if opening.is_door]
+        model = draw_model("LightSwitch", self.rng)
+        for door in shuffled(self.rng, doors):
+            found = door.span_in(self.floor.room.number)
+            assert found is not None
+            wall, left, right = found
+            for at in shuffled(self.rng, (left - 0.25, right + 0.25)):
+                point = wall.at(at)
+                for index, edge in enumerate(self.floor.edges):
+                    same = (
+                        abs(edge.direction[0] - wall.direction[0]) + abs(edge.direction[1] - wall.direction[1]) < 1e-6
+                    )
+                    on_line = abs(
+                        (point[0] - edge.start[0]) * edge.inward[0] + (point[1] - edge.start[1]) * edge.inward[1]
+                    )
+                    if same and on_line < 1e-6 and self._hang(model, index, edge.along(point), 1.2):
+                        return
+
+    def _bathroom(self) -> None:
+        sink = next((p for top in self.furniture for p in top.all() if p.category == "Sink"), None)
+        if sink is not None:
+            mirror = draw_model("Mirror", self.rng)
+            self._behind(sink, mirror, sink.top + ABOVE_GAP + 0.06 + mirror.size.y / 2)
+            if chance(self.rng, 0.5):
+                self._anywhere("Shelf", 1.35)
+        toilet = next((piece for piece in self.furniture if piece.category == "Toilet"), None)
+        if toilet is not None:
+            self._beside(toilet, draw_model("ToiletPaperHanger", self.rng), 0.72)
+        tub = next((piece for piece in self.furniture if piece.category == "Bathtub"), None)
+        if tub is not None and chance(self.rng, 0.8):
+            model = draw_model("ShowerHead", self.rng)
+            self._behind(tub, model, 2.15 - model.size.y / 2)
+        for holder, towel, middle in (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3)):
+            if chance(self.rng, 0.85):
+                self._towel(holder, towel, middle)
+
+    def _towel(self, holder: str, towel: str, middle: float) -> None:
+        """Hangs a towel rail, with a towel over it."""
+        rail_model, model = draw_model(holder, self.rng), draw_model(towel, self.rng)
+        if not self.inventory.may_have(towel):
+            return
+        rail = self._along_some_wall(rail_model, middle, model)
+        if rail is None:
+            return
+        x, z = rail.out_of(0.0, rail.model.size.z / 2 + model.size.z / 2 + 0.003)
+        cloth = PlacedThing(model, Vec3(x, rail.top - model.size.y / 2, z), rail.yaw, rail.room, is_on_wall=True)
+        rail.children.append(cloth)
+        self.inventory.add(towel)
+
+    def _behind(self, piece: PlacedThing, model: AssetModel, middle: float) -> PlacedThing | None:
+        """Hangs a thing on the wall behind `piece`."""
+        for index, edge in enumerate(self.floor.edges):
+            along = edge.along((piece.position.x, piece.position.z))
+            if abs(edge.yaw - piece.yaw) < 1.0 and self._is_behind(edge, piece):
+                return self._hang(model, index, along, middle)
+        return None
+
+    def _is_behind(self, edge: WallPiece, piece: PlacedThing) -> bool:
+        nx, nz = edge.inward
+        depth = (piece.position.x - edge.start[0]) * nx + (piece.position.z - edge.start[1]) * nz
+        along = edge.along((piece.position.x, piece.position.z))
+        return 0 < depth < 0.9 and 0 < along < edge.length
+
+    def _beside(self, piece: PlacedThing, model: AssetModel, middle: float) -> PlacedThing | None:
+        """Hangs a thing on the wall behind `piece`, beside it."""
+        for index, edge in enumerate(self.floor.edges):
+            if abs(edge.yaw - piece.yaw) < 1.0 and self._is_behind(edge, piece):
+                along = edge.along((piece.position.x, piece.position.z))
+                away = piece.model.size.x / 2 + model.size.x / 2 + 0.12
+                for sign in shuffled(self.rng, (-1, 1)):
+                    hung = self._hang(model, index, along + sign * away, middle)
+                    if hung is not None:
+                        return hung
+        return None
+
+    def _cabinets(self) -> None:
+        """Hangs one or two cabinets over counters."""
+        counters = [piece for piece in self.furniture if piece.category == "CounterTop"]
+        if not counters:
+            return
+        model = most_alike(counters[0].model, [draw_model("Cabinet", self.rng) for _ in range(8)])
+        middle = 1.42 + model.size.y / 2
+        for counter in shuffled(self.rng, counters)[: pick(self.rng, (1, 2, 2))]:
+            if middle + model.size.y / 2 < self.height_m - 0.15 and model.size.x <= counter.model.size.x + 0.02:
+                self._behind(counter, model, middle)
+
+    def _window_dressing(self) -> None:
+        for opening in self.floor.openings:
+            wanted = {"Bedroom": 0.65, "LivingRoom": 0.55}.get(self.floor.room.kind, 0.25)
+            if opening.is_door or not chance(self.rng, wanted):
+                continue
+            category = (
+                "Blinds" if self.floor.room.kind in ("Kitchen", "Bathroom") or chance(self.rng, 0.4) else "Curtains"
+            )
+            model = draw_model(category, self.rng)
+            found = opening.span_in(self.floor.room.number)
+            assert found is not None
+            wall, left, right = found
+            if model.size.x < right - left + 0.05 or not self.inventory.may_have(category):
+                continue
+            self._dress(wall, (left + right) / 2, opening.top + 0.12 - model.size.y / 2, model)
+
+    def _dress(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
+        """Hangs curtains or blinds before a window when nothing stands in their place."""
+        x, z = wall.at(along, model.size.z / 2 + SILL_M)
+        piece = PlacedThing(model, Vec3(x, middle, z), wall.yaw, self.floor.room.number, is_on_wall=True)
+        shape = box(*piece.footprint())
+        low = piece.bottom - (0.0 if model.category == "Curtains" else BELOW_BLINDS_M)
+        in_way = any(
+            found.top > low - 0.02 and shape.intersects(box(*found.footprint()))
+            for top in [*self.furniture, *self.hung]
+            for found in top.all()
+        )
+        fits = self.floor.room.polygon.contains(shape)
+        doors = any(shape.intersects(box(*rect)) for rect in self.floor.clear)
+        if in_way or not fits or doors or piece.top > self.height_m - 0.05 or not self.space.admits(piece):
+            return
+        if not self.floor.can_walk([piece.footprint()], []):
+            return
+        self.floor.taken.append(piece.footprint())
+        self._spans = [
+            [*spans, *self._shadow(edge, piece)] for edge, spans in zip(self.floor.edges, self._spans, strict=True)
+        ]
+        self._add(piece)
+
+    def _ceiling_lamp(self) -> None:
+        polygon = self.floor.room.polygon
+        middle = polygon.centroid if polygon.contains(polygon.centroid.buffer(0.3)) else polygon.representative_point()
+        model = draw_model("CeilingLamp", self.rng)
+        bottom = self.height_m - model.size.y
+        if bottom < 1.95:
+            return
+        place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
+        self._add(PlacedThing(model, place, 0.0, self.floor.room.number, is_on_wall=True))

@@ -1,0 +1,1 @@
+"""Layout: rooms, walls, openings, lights and materials of a house."""

@@ -1,0 +1,62 @@
+"""Lights: a low sun outside, and one point light under each room's ceiling."""
+
+from typing import Any
+
+import numpy as np
+
+from vigil.housegen.base.randomness import pick
+from vigil.housegen.layout.floorplan import RoomLayout
+
+WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
+DROP_M = 0.2
+LAYERS = 4
+
+
+def layer_of(room: int) -> str:
+    """Returns THOR's render layer of a room."""
+    return f"Procedural{room % LAYERS}"
+
+
+def lights_of(plan: RoomLayout, rng: np.random.Generator) -> list[dict[str, Any]]:
+    """Returns the document's lights."""
+    red, green, blue = pick(rng, WARMTH)
+    sun = {
+        "id": "DirectionalLight",
+        "type": "directional",
+        "position": {"x": 0.84, "y": 0.1855, "z": -1.09},
+        "rotation": {"x": round(float(rng.uniform(5, 60)), 1), "y": round(float(rng.uniform(-180, 180)), 1), "z": 0},
+        "shadow": _shadow(0),
+        "intensity": 1,
+        "indirectMultiplier": 1.0,
+        "rgb": {"r": 1.0, "g": 0.694, "b": 0.78},
+    }
+    lights: list[dict[str, Any]] = [sun]
+    for room in plan.rooms:
+        polygon = room.polygon
+        middle = polygon.centroid if polygon.contains(polygon.centroid.buffer(0.3)) else polygon.representative_point()
+        layer = layer_of(room.number)
+        lights.append(
+            {
+                "id": f"light_{room.number}",
+                "type": "point",
+                "position": {"x": round(middle.x, 4), "y": round(plan.height_m - DROP_M, 4), "z": round(middle.y, 4)},
+                "intensity": 0.75,
+                "range": 15,
+                "rgb": {"r": red, "g": green, "b": blue},
+                "shadow": _shadow(0.05),
+                "layer": layer,
+                "cullingMaskOff": [f"Procedural{index}" for index in range(LAYERS) if f"Procedural{index}" != layer],
+            }
+        )
+    return lights
+
+
+def _shadow(bias: float) -> dict[str, Any]:
+    return {
+        "type": "Soft",
+        "strength": 1,
+        "normalBias": 0,
+        "bias": bias,
+        "nearPlane": 0.2,
+        "resolution": "FromQualitySettings",
+    }

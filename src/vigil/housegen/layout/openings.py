@@ -1,0 +1,234 @@
+"""Doors, open passages, the front door, and windows: which wall piece, where along it, what fills it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.assets import make
+from vigil.housegen.base.models import Rect
+from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
+from vigil.housegen.layout.floorplan import RoomLayout
+from vigil.housegen.layout.walls import WallPiece, facing_piece, wall_pieces
+from vigil.pose import Vec3
+from vigil.scene.geometry import moving_prisms_of
+from vigil.scene.things import Thing
+from vigil.scene.walls import DOOR_DEPTH_M
+
+DOOR_WIDTH = 1.0
+DOUBLE_WIDTH = 1.6
+DOOR_HEIGHT = 2.1
+CORNER_GAP = 0.2
+"""Wall left beside an opening (m)."""
+DOOR_CLEAR = 1.05
+"""Depth of the floor kept free on both sides of a door: its leaf swings there."""
+PASSAGE_CLEAR = 0.75
+DOOR_VARIANTS = 12
+WINDOW_VARIANTS = 12
+
+WINDOW_HEIGHTS: dict[str, tuple[float, ...]] = {
+    "Kitchen": (0.75, 0.85),
+    "LivingRoom": (0.8, 0.95, 1.1),
+    "Bedroom": (0.8, 0.95, 1.1),
+    "Bathroom": (0.6,),
+}
+"""Heights of windows by room, lintel at the height of doors: above the faucet in kitchens and bathrooms."""
+WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), "Bathroom": (0, 1)}
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """A hole in a wall piece (and in the panel behind it), and what fills it."""
+
+    id: str
+    category: str
+    asset_id: str
+    wall: WallPiece
+    other: WallPiece | None
+    """The same stretch seen from the room behind; None outdoors."""
+    left: float
+    right: float
+    bottom: float
+    top: float
+    openable: bool | None = None
+    openness: float | None = None
+
+    @property
+    def is_door(self) -> bool:
+        """Whether one could walk through it (open frames too; not windows)."""
+        return self.category != "Window"
+
+    @property
+    def middle(self) -> float:
+        """Its middle along the wall."""
+        return (self.left + self.right) / 2
+
+    def clear_depth(self) -> float:
+        """Returns how much floor (m) before it must stay free."""
+        if not self.is_door:
+            return 0.0
+        return DOOR_CLEAR if self.category == "Doorway" and self.openable else PASSAGE_CLEAR
+
+    def leaves(self) -> list[Rect]:
+        """Returns the floor that its leaves stand on when it is open, in the room that they swing into."""
+        if self.category != "Doorway" or not self.openable:
+            return []
+        size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), DOOR_DEPTH_M)
+        asset = make(self.category, size, int(self.asset_id.rpartition("_")[2]))
+        x, z = self.wall.at(self.middle)
+        thing = Thing(self.id, self.category, asset, Vec3(x, 0.0, z), Vec3(0.0, self.wall.yaw, 0.0))
+        return [leaf.bounds for leaf in moving_prisms_of(thing, 1.0)]
+
+    def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
+        """Returns the room's wall piece with the hole's ends along it; None when it is not the room's."""
+        if self.wall.room == room:
+            return self.wall, self.left, self.right
+        if self.other is not None and self.other.room == room:
+            return self.other, self.other.length - self.right, self.other.length - self.left
+        return None
+
+
+class _Free:
+    """The stretches of wall pieces that no opening uses yet, and how the house's doors and windows look."""
+
+    def __init__(self, door_look: int, window_look: int) -> None:
+        self.door_look = door_look
+        self.window_look = window_look
+        self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
+
+    def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
+        """Returns where (left, right) an opening of that width goes; None when there is no room."""
+        room = piece.length - 2 * CORNER_GAP - width
+        if room < 0:
+            return None
+        for _ in range(8):
+            at = CORNER_GAP + room * (0.5 if chance(rng, 0.25) else float(rng.random()))
+            left, right = round(at, 3), round(at + width, 3)
+            if all(right + 0.25 <= low or left >= high + 0.25 for low, high in self._spans(piece)):
+                return left, right
+        return None
+
+    def use(self, piece: WallPiece, left: float, right: float) -> None:
+        """Marks a stretch of the piece, and of its other side, as used."""
+        if piece.start > piece.end:
+            left, right = piece.length - right, piece.length - left
+        self._used.setdefault(frozenset((piece.start, piece.end)), []).append((left, right))
+
+    def _spans(self, piece: WallPiece) -> list[tuple[float, float]]:
+        spans = self._used.get(frozenset((piece.start, piece.end)), [])
+        if piece.start > piece.end:
+            return [(piece.length - right, piece.length - left) for left, right in spans]
+        return spans
+
+
+def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[Opening] | None:
+    """Returns the plan's doors and windows; None when a link has no wall long enough."""
+    pieces = wall_pieces(plan)
+    free = _Free(door_look=int(rng.integers(DOOR_VARIANTS)), window_look=int(rng.integers(WINDOW_VARIANTS)))
+    openings: list[Opening] = []
+    for link in plan.links:
+        door = _inner_door(link, plan, pieces, free, rng)
+        if door is None:
+            return None
+        openings.append(door)
+    front = _front_door(plan, pieces, free, rng)
+    if front is not None:
+        openings.append(front)
+    for room in plan.rooms:
+        openings.extend(_windows(room.number, room.kind, pieces, free, rng))
+    return openings
+
+
+def _inner_door(
+    link: tuple[int, int], plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
+) -> Opening | None:
+    near, far = shuffled(rng, link)
+    walls = [piece for piece in pieces if piece.room == near and piece.behind == far]
+    kinds = {plan.room(near).kind, plan.room(far).kind}
+    is_private = bool(kinds & {"Bathroom", "Bedroom"})
+    category = "Doorway" if chance(rng, 0.85 if is_private else 0.45) else "Doorframe"
+    width = DOUBLE_WIDTH if category == "Doorframe" and chance(rng, 0.4) else DOOR_WIDTH
+    for wall in sorted(walls, key=lambda piece: -piece.length):
+        span = free.choose(wall, width, rng)
+        if span is None and width > DOOR_WIDTH:
+            width = DOOR_WIDTH
+            span = free.choose(wall, width, rng)
+        if span is None:
+            continue
+        free.use(wall, *span)
+        has_leaf = category == "Doorway"
+        return Opening(
+            id=f"door|{min(link)}|{max(link)}",
+            category=category,
+            asset_id=f"vigil_{category}_{free.door_look}",
+            wall=wall,
+            other=facing_piece(wall, pieces),
+            left=span[0],
+            right=span[1],
+            bottom=0.0,
+            top=DOOR_HEIGHT,
+            openable=True if has_leaf else None,
+            openness=_door_openness(rng) if has_leaf else None,
+        )
+    return None
+
+
+def _door_openness(rng: np.random.Generator) -> float:
+    """Most inner doors stand open; some are closed."""
+    return 0.0 if chance(rng, 0.4) else 1.0
+
+
+def _front_door(plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator) -> Opening | None:
+    order = {"LivingRoom": 0, "Kitchen": 1, "Bedroom": 2, "Bathroom": 3}
+    for room in sorted(plan.rooms, key=lambda room: order[room.kind]):
+        walls = [piece for piece in pieces if piece.room == room.number and piece.behind is None]
+        for wall in shuffled(rng, walls):
+            span = free.choose(wall, DOOR_WIDTH, rng)
+            if span is None:
+                continue
+            free.use(wall, *span)
+            number = int(rng.integers(DOOR_VARIANTS))
+            return Opening(
+                id=f"door|1|{room.number}",
+                category="Doorway",
+                asset_id=f"vigil_Doorway_{number}",
+                wall=wall,
+                other=None,
+                left=span[0],
+                right=span[1],
+                bottom=0.0,
+                top=DOOR_HEIGHT,
+                openable=False,
+                openness=0.0,
+            )
+    return None
+
+
+def _windows(room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np.random.Generator) -> list[Opening]:
+    walls = [piece for piece in pieces if piece.room == room and piece.behind is None and piece.length >= 1.2]
+    low, high = WINDOWS_PER_ROOM[kind]
+    found: list[Opening] = []
+    for _ in range(int(rng.integers(low, high + 1)) * 2):
+        if not walls or len(found) >= high:
+            break
+        wall = pick_weighted(rng, walls, [piece.length for piece in walls])
+        width = pick(rng, (0.6, 0.8)) if kind == "Bathroom" else pick(rng, (0.9, 1.2, 1.5, 1.8))
+        height = pick(rng, WINDOW_HEIGHTS[kind])
+        span = free.choose(wall, width, rng)
+        if span is None:
+            continue
+        free.use(wall, *span)
+        top = 2.1
+        found.append(
+            Opening(
+                id=f"window|{room}|{len(found)}",
+                category="Window",
+                asset_id=f"vigil_Window_{free.window_look}",
+                wall=wall,
+                other=None,
+                left=span[0],
+                right=span[1],
+                bottom=round(top - height, 3),
+                top=top,
+            )
+        )
+    return found[: int(rng.integers(low, high + 1))] if len(found) > low else found

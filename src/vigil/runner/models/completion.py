@@ -1,0 +1,42 @@
+"""Completion of one text by a model, for work that is no episode (proposals), through the same client and retries."""
+
+import asyncio
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from vigil.agents.model import Message
+from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
+from vigil.runner.models.redaction import Secrets, hiding
+from vigil.runner.models.serving import only_its_key, serving
+
+
+@contextmanager
+def completing(
+    model: str, base_url: str | None, retry_policy: RetryPolicy | None = None, *, api_key_env: str | None = None
+) -> Iterator[Callable[[str], str]]:
+    """Yields the function that answers a text; the answer to one that the provider rejects is empty.
+
+    The function raises ModelAPIError when the provider fails for good.
+
+    `api_key_env` names the variable with the key for an address that is none of the provider's own. Raises SettingError
+    when the model cannot be used.
+    """
+    # Inspect takes a second or two to import, and nothing but a model needs it.
+    from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
+
+    found = serving(model, base_url, {}, api_key_env)
+    secrets = Secrets.of(url=found.base_url, key=found.api_key or "")
+    with hiding(secrets), only_its_key(found), asyncio.Runner() as runner:
+        client = Endpoint(found).model()
+        ask = with_retries(sender(client), retry_policy or RetryPolicy())
+
+        async def answer(text: str) -> str:
+            try:
+                return (await ask([Message("user", text)])).text
+            except RequestRejected:
+                return ""
+
+        try:
+            yield lambda text: runner.run(answer(text))
+        finally:
+            runner.run(client.api.aclose())

@@ -1,0 +1,227 @@
+"""A model through Inspect: how it is reached, and one attempt at one reply."""
+
+import json
+import time
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from inspect_ai._util.error import PrerequisiteError
+from inspect_ai.event import ModelEvent
+from inspect_ai.model import (
+    ChatMessage,
+    ChatMessageAssistant,
+    ChatMessageSystem,
+    ChatMessageUser,
+    Content,
+    ContentImage,
+    ContentReasoning,
+    ContentText,
+    GenerateConfig,
+    Model,
+    ModelOutput,
+    ModelUsage,
+    get_model,
+)
+from inspect_ai.model._model import use_model_event_sink
+from inspect_ai.util import LimitExceededError
+from rich.text import Text
+
+from vigil.actions import Reply, Usage
+from vigil.agents.agent import REPLY_SECONDS
+from vigil.agents.model import Message
+from vigil.errors import SettingError
+from vigil.profile import ImageFormat
+from vigil.reasoning import split_reasoning
+from vigil.runner.models.answers import NoAnswer, read_answer
+from vigil.runner.models.ask import AttemptFailed, RetryPolicy, Send, is_rejection, with_retries
+from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.redaction import without_login, without_secrets
+from vigil.runner.models.redirects import stay
+from vigil.runner.models.response_capture import Exchange, listening
+from vigil.runner.models.serving import KEY_HINT, Serving, provider_hint
+
+PREFLIGHT_RETRIES = 2
+_PASSING = (408, 409, 425, 429)
+"""HTTP errors that may be gone the next time, as a redirect may be; Inspect knows of those of 500 and more."""
+_TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
+_HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
+"""What these raise is about transport."""
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A model with how it is called."""
+
+    serving: Serving
+    sampling: dict[str, Any] = field(default_factory=dict)
+    """Fields of Inspect's GenerateConfig; only what the user set."""
+    max_connections: int = 16
+    reply_seconds: int = REPLY_SECONDS
+    retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
+
+    def model(self) -> Model:
+        """Returns a client of its own. Raises SettingError when the provider cannot be used."""
+        try:
+            config = GenerateConfig(
+                **self.sampling,
+                max_connections=self.max_connections,
+                max_retries=0,
+                attempt_timeout=self.reply_seconds,
+            )
+            model = get_model(
+                self.serving.name,
+                config=config,
+                base_url=self.serving.base_url,
+                api_key=self.serving.api_key,
+                memoize=False,
+                **dict(self.serving.arguments),
+            )
+            stay(model.api)
+            return model
+        except Exception as error:
+            hint = provider_hint(self.serving.name)
+            raise SettingError(f"Model {self.serving.name!r} cannot be used: {_plain(error)}{hint}") from error
+
+    def shown(self, model: Model) -> Model:
+        """Returns what Inspect may log of `model`: the same, with its address and settings as the run header has them.
+
+        It is for the log alone; requests go through `model`.
+        """
+        api = copy(model.api)
+        api.base_url = without_login(api.base_url) if api.base_url else None
+        config = GenerateConfig(**without_secrets(self.sampling), max_connections=self.max_connections)
+        return Model(api, config, without_secrets(dict(self.serving.arguments)))
+
+
+def _plain(error: Exception) -> str:
+    """Returns in one line what an error says; Inspect marks up those that it means for a terminal."""
+    text = Text.from_markup(str(error)).plain if isinstance(error, PrerequisiteError) else str(error)
+    lines = [" ".join(line.split()) for line in text.strip().removeprefix("ERROR:").splitlines() if line.strip()]
+    return " ".join(line if line[-1] in ".:" else f"{line}." for line in lines)
+
+
+class _EventSink:
+    """Takes Inspect's model events and drops them: they would hold every frame in memory."""
+
+    def on_pending(self, event: ModelEvent) -> None:
+        """Does nothing."""
+
+    def on_complete(self, event: ModelEvent) -> None:
+        """Does nothing."""
+
+
+def sender(model: Model, config: GenerateConfig | None = None) -> Send:
+    """Returns the function that sends messages to `model` once; `config` overrides the model's own.
+
+    The reply is the server's own text where that can be had, else the library's; `reply_source` tells which.
+    """
+    config = config or GenerateConfig()
+
+    async def send(messages: Sequence[Message]) -> Reply:
+        with listening(model.api) as exchanges:
+            try:
+                with use_model_event_sink(_EventSink()):
+                    output = await model.generate([_chat_message(message) for message in messages], config=config)
+            except LimitExceededError:
+                raise
+            except Exception as error:
+                if not _is_answered(exchanges):
+                    raise _trouble(model, error) from error
+                output = None
+        if output is not None and not _is_answered(exchanges):
+            return _library_reply(output)
+        return _server_reply(exchanges[-1], output)
+
+    return send
+
+
+def _is_answered(exchanges: Sequence[Exchange]) -> bool:
+    """Whether the server answered with HTTP 200: then what it said counts, whatever a library makes of it."""
+    return bool(exchanges) and exchanges[-1].status == 200
+
+
+def _chat_message(message: Message) -> ChatMessage:
+    if message.role == "system":
+        return ChatMessageSystem(content=message.text)
+    if message.role == "assistant":
+        return ChatMessageAssistant(content=message.text)
+    if message.picture is None:
+        return ChatMessageUser(content=message.text)
+    content: list[Content] = [ContentText(text=message.text), ContentImage(image=message.picture.data_uri)]
+    return ChatMessageUser(content=content)
+
+
+def _trouble(model: Model, error: Exception) -> AttemptFailed:
+    cause = error.__cause__ if type(error).__name__ == "RetryError" else None
+    root = cause if isinstance(cause, Exception) else error
+    status = getattr(root, "status_code", None)
+    message = getattr(root, "provider_message", None) or str(root) or type(root).__name__
+    if is_rejection(status, message):
+        return AttemptFailed(message, is_rejection=True)
+    library = type(root).__module__.partition(".")[0]
+    is_transport = isinstance(root, _TRANSPORT_ERRORS) or library in _HTTP_LIBRARIES
+    is_passing = status in _PASSING or (isinstance(status, int) and 300 <= status < 400)
+    can_retry = model.should_retry(root) or is_transport or is_passing
+    wait_s = getattr(model.api.should_retry(root), "retry_after", None)
+    hint = f". {KEY_HINT}." if status == 401 else ""
+    return AttemptFailed(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
+
+
+def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
+    """Returns the reply in an HTTP answer, whatever the library made of it. Raises ModelTrouble when there is none."""
+    try:
+        answer = read_answer(exchange.wire, bytes(exchange.body))
+    except NoAnswer as fault:
+        if is_rejection(fault.status, str(fault)):
+            raise AttemptFailed(str(fault), is_rejection=True) from fault
+        raise AttemptFailed(str(fault), can_retry=True) from fault
+    if answer.is_filtered:
+        raise AttemptFailed(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
+    text = answer.text
+    return Reply(
+        text=text,
+        reply_source="server",
+        finish_reason=answer.finish_reason,
+        reasoning_chars=answer.reasoning_chars + split_reasoning(text)[1],
+        usage=answer.usage,
+        seconds=output.time if output is not None and output.time else time.monotonic() - exchange.started,
+    )
+
+
+def _library_reply(output: ModelOutput) -> Reply:
+    """Returns the reply as Inspect has it, or raises ModelTrouble."""
+    if output.empty:
+        raise AttemptFailed("The provider's answer holds no reply.", can_retry=True)
+    is_refused_request = output.stop_reason == "model_length" and output.usage is None
+    if output.stop_reason == "content_filter" or is_refused_request:
+        raise AttemptFailed(output.completion, is_rejection=True)
+    parts = output.message.content
+    reasoning = [] if isinstance(parts, str) else [part for part in parts if isinstance(part, ContentReasoning)]
+    return Reply(
+        text=output.completion,
+        reply_source="library",
+        finish_reason=output.stop_reason,
+        reasoning_chars=sum(len(part.reasoning) for part in reasoning),
+        usage=_usage(output.usage),
+        seconds=output.time or 0.0,
+    )
+
+
+def _usage(usage: ModelUsage | None) -> Usage | None:
+    if usage is None:
+        return None
+    cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
+    return Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
+
+
+async def preflight(endpoint: Endpoint, name: str, image_format: ImageFormat) -> None:
+    """Raises ModelAPIError unless pictures reach the model."""
+    model = endpoint.model()
+    try:
+        retry_policy = replace(endpoint.retry_policy, retries=min(endpoint.retry_policy.retries, PREFLIGHT_RETRIES))
+        ask = with_retries(sender(model), retry_policy)
+        await check_sight(ask, name, image_format, without_login(endpoint.serving.base_url or ""))
+    finally:
+        await model.api.aclose()

@@ -1,0 +1,36 @@
+"""Settings that several verbs and dataclasses share, each declared once."""
+
+from pathlib import Path
+from typing import Annotated
+
+from vigil.episode import Family, families_named
+from vigil.setting import Setting
+from vigil.sim import Quality
+
+PackName = Annotated[str | Path, Setting("A pack's folder, or the name of a packaged one.", metavar="PACK")]
+PackPlace = Annotated[str | Path | None, Setting("Where the pack is now.", metavar="PACK", unset="as recorded")]
+Families = Annotated[
+    tuple[Family, ...],
+    Setting("Only this family; may be repeated.", name="family", metavar="FAMILY", read=families_named, repeats=True),
+]
+EpisodeIds = Annotated[tuple[str, ...], Setting("Only this episode; may be repeated.", name="episode", metavar="ID")]
+BaseUrl = Annotated[str | None, Setting("Address of an OpenAI-style server.", metavar="URL")]
+ApiKeyEnv = Annotated[
+    str | None,
+    Setting("Variable with the key for this model, e.g. at an address not its provider's own.", metavar="VAR"),
+]
+LogDir = Annotated[Path | None, Setting("The run's folder; the same command continues it.")]
+Backend = Annotated[str, Setting("Simulator: mujoco, or fake (no engine).", metavar="NAME")]
+RenderQuality = Annotated[
+    Quality, Setting("Quality of the picture; fast draws twice as many frames a second.", name="render-quality")
+]
+SimulatorWorkers = Annotated[int | None, Setting("Simulator processes.", least=1, metavar="N", unset="one a CPU")]
+AssetFile = Annotated[
+    Path | None,
+    Setting(
+        "AI2-THOR's asset database, for houses that use THOR's assets. Without it: typical sizes.",
+        name="assets",
+        metavar="FILE",
+        env="VIGIL_ASSETS",
+    ),
+]

@@ -1,0 +1,1 @@
+"""Workers: simulators in processes of their own, and episodes played in them."""

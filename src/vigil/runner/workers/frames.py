@@ -1,0 +1,84 @@
+"""Frames by content: kept as files when asked, else drawn again later from the recorded actions."""
+
+import hashlib
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+
+from vigil.agents.picture import decode, encode
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.episode import Episode, Family
+from vigil.errors import RecordError
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
+from vigil.sim import make_simulator
+
+
+def frame_sha256(rgb: np.ndarray) -> str:
+    """Returns the SHA-256 of a frame's RGB bytes, by which records name it."""
+    return hashlib.sha256(np.ascontiguousarray(rgb).tobytes()).hexdigest()
+
+
+class FrameStore:
+    """A folder of PNG files, each named by the hash of its pixels."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def path(self, sha256: str) -> Path:
+        """Returns where the frame with that hash lies, or would."""
+        return self._folder / sha256[:2] / f"{sha256}.png"
+
+    def keep(self, rgb: np.ndarray) -> str:
+        """Writes a frame unless it is there, and returns its hash."""
+        sha256 = frame_sha256(rgb)
+        path = self.path(sha256)
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            partial = path.with_name(f"{path.name}.{os.getpid()}")
+            partial.write_bytes(encode(rgb, "png").data)
+            partial.replace(path)
+        return sha256
+
+    def load(self, sha256: str) -> np.ndarray:
+        """Returns the frame with that hash, (480, 640, 3) uint8. Raises RecordError when it is not there."""
+        path = self.path(sha256)
+        if not path.is_file():
+            raise RecordError(f"Frame {sha256} is not in {str(self._folder)!r}; draw it again from the actions.")
+        return decode(path.read_bytes())
+
+
+def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.ndarray]:
+    """Yields the frame that each recorded reply answered, by carrying out the replies again in `env`."""
+    observation = env.reset(episode)
+    for step in record.steps:
+        if observation is None:
+            raise RecordError(
+                f"Episode {episode.id!r} ended before step {step.index} when played again. Run `vigil verify`."
+            )
+        yield observation.rgb
+        observation = env.step(step.reply)
+
+
+def frames_of(folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None) -> list[np.ndarray]:
+    """Returns the frame that each reply answered: as the run in `folder` kept it, else drawn again."""
+    store = FrameStore(folder / FRAMES_FOLDER)
+    hashes = [step.frame_sha256 for step in record.steps]
+    if all(sha256 and store.path(sha256).is_file() for sha256 in hashes):
+        return [store.load(sha256) for sha256 in hashes if sha256]
+    database = AssetDatabase.of(assets)
+    with closing(make_simulator(spec.simulator, assets=database, quality=spec.render_quality)) as simulator:
+        return list(redraw(pack.episode(record.episode_id), record, Env(simulator, pack.house_of, spec.profile)))
+
+
+def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:
+    """Returns the frame that each of some episodes of a pack starts with."""
+    with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets))) as simulator:
+        env = Env(simulator, pack.house_of, Profile())
+        drawn = {family: env.reset(episode) for family, episode in episodes.items()}
+        return {family: observation.rgb for family, observation in drawn.items() if observation is not None}

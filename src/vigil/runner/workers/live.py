@@ -1,0 +1,83 @@
+"""One episode, played by a model in the main process with its Env in a simulator worker."""
+
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+
+from vigil.actions import Reply
+from vigil.agents.model import Conversation, Message
+from vigil.errors import InfrastructureError, SimulatorError
+from vigil.profile import Profile
+from vigil.record import Boundary, EpisodeRecord, ErrorFact
+from vigil.runner.models.ask import Ask, RequestRejected
+from vigil.runner.workers.messages import Assignment, EncodedObservation
+from vigil.runner.workers.pool import LiveEpisode, WorkerLost
+from vigil.versions import Versions
+
+
+async def play_live(
+    live: LiveEpisode, profile: Profile, ask: Ask, run_id: str, shows: Callable[[], None] = lambda: None
+) -> EpisodeRecord:
+    """Returns the record of one episode; whatever fails around the agent ends it as `error`. Raises InputError.
+
+    `shows` is called before the agent is shown the first frame.
+    """
+    started = datetime.now(UTC)
+    try:
+        return await _play(live, profile, ask, shows)
+    except InfrastructureError as error:
+        boundary = boundary_of(error)
+        record = await live.fail(boundary, str(error))
+        return record or lost_record(live.assignment, run_id, boundary, str(error), started)
+    finally:
+        live.close()
+
+
+async def _play(live: LiveEpisode, profile: Profile, ask: Ask, shows: Callable[[], None]) -> EpisodeRecord:
+    conversation = Conversation(profile, live.assignment.episode.instruction)
+    answer = await live.begin()
+    has_replied = False
+    if isinstance(answer, EncodedObservation):
+        shows()
+    while isinstance(answer, EncodedObservation):
+        messages = conversation.messages(answer.picture, answer.feedback)
+        reply = await _reply(ask, messages, has_replied=has_replied)
+        has_replied = True
+        conversation.add(answer.feedback, reply.text)
+        answer = await live.advance(reply)
+    return answer
+
+
+async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) -> Reply:
+    """Returns the agent's reply. A request that was rejected is one, unless the agent has said nothing yet."""
+    try:
+        return await ask(messages)
+    except RequestRejected:
+        if not has_replied:
+            raise
+        return Reply(text="", finish_reason="rejected", provider_rejected=True)
+
+
+def boundary_of(error: InfrastructureError) -> Boundary:
+    """Returns where a failure came from."""
+    if isinstance(error, WorkerLost):
+        return "worker"
+    return "simulator" if isinstance(error, SimulatorError) else "model"
+
+
+def lost_record(
+    assignment: Assignment, run_id: str, boundary: Boundary, message: str, started: datetime
+) -> EpisodeRecord:
+    """Returns the record of an episode of which nothing is left but how it failed."""
+    return EpisodeRecord(
+        versions=Versions.here(),
+        run_id=run_id,
+        episode_id=assignment.episode.id,
+        epoch=assignment.epoch,
+        attempt=assignment.attempt,
+        started=started,
+        ended=datetime.now(UTC),
+        initial=None,
+        steps=(),
+        end="error",
+        error=ErrorFact(boundary=boundary, message=message),
+    )

@@ -1,0 +1,171 @@
+"""What crosses between the main process and a simulator worker.
+
+To an agent in the main process only a `EncodedObservation` crosses: the encoded frame and the feedback. Records, which
+hold hidden state, go from the worker straight to the run folder.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from vigil.actions import Reply
+from vigil.agents.agent import REPLY_SECONDS, Agent
+from vigil.agents.picture import Picture
+from vigil.assets.sizes import AssetDatabase
+from vigil.episode import Episode
+from vigil.observation import Feedback
+from vigil.profile import Profile
+from vigil.record import Boundary, EpisodeRecord
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.protocol import Simulator
+
+PrivilegedFactory = Callable[[str, Episode, EmbeddedSimulator], Agent]
+"""Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
+SimulatorFactory = Callable[[AssetDatabase, "Quality"], Simulator]
+"""Makes a simulator of one's own, as those in `vigil.sim.BACKENDS`. Must be picklable."""
+Quality = Literal["default", "fast"]
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerPlan:
+    """What a worker is told once, when it starts."""
+
+    pack: Path
+    run_id: str
+    profile: Profile
+    backend: str = "mujoco"
+    simulator_factory: SimulatorFactory | None = None
+    """Makes the simulator in place of the backend of that name."""
+    quality: Quality = "default"
+    asset_database: Path | None = None
+    frames: Path | None = None
+    """Folder to keep frames in; None keeps none."""
+    agent: str = ""
+    """Name of the agent that plays inside the worker; empty when agents play outside."""
+    agent_factory: PrivilegedFactory | None = None
+    reply_seconds: float = REPLY_SECONDS
+    """How long the agent may take for a reply when it is a program."""
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """One attempt at one episode."""
+
+    episode: Episode
+    epoch: int = 1
+    attempt: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedObservation:
+    """All that an agent may see of a step, as it crosses."""
+
+    picture: Picture
+    feedback: Feedback | None
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatorFacts:
+    """What a backend says about itself, for the run header."""
+
+    simulator: str
+    renderer: str
+
+
+# --- requests: each is answered with one `Done` or `Failed` -----------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class GetSimulatorFacts:
+    """-> Facts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """Play one episode with the agent in the worker -> EpisodeRecord."""
+
+    assignment: Assignment
+    earlier: tuple[Reply, ...] | None = None
+    """The replies given before in a worker that was lost, to go on from; None to begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Begin:
+    """Start a live episode -> View, or EpisodeRecord when the reset failed."""
+
+    session: int
+    assignment: Assignment
+
+
+@dataclass(frozen=True, slots=True)
+class Advance:
+    """Carry out one reply -> View, or EpisodeRecord when that ended the episode."""
+
+    session: int
+    reply: Reply
+
+
+@dataclass(frozen=True, slots=True)
+class Fail:
+    """End a live episode as an error -> EpisodeRecord."""
+
+    session: int
+    boundary: Boundary
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Drop:
+    """Forget a live episode -> None."""
+
+    session: int
+
+
+@dataclass(frozen=True, slots=True)
+class Resimulate:
+    """Carry out a record's actions again -> list of `verify.Difference`."""
+
+    assignment: Assignment
+    record: EpisodeRecord
+    frames: bool
+    exact: bool
+
+
+Request = GetSimulatorFacts | Play | Begin | Advance | Fail | Drop | Resimulate
+
+
+# --- answers ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """The worker is alive and at work on the request."""
+
+    reply: Reply | None = None
+    """What the agent in the worker has just replied."""
+
+
+@dataclass(frozen=True, slots=True)
+class AboutToShowFrame:
+    """The agent in the worker is about to be shown the first frame; the worker waits for `Proceed`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Proceed:
+    """That this is the beginning of an attempt is on disk."""
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """The request's value."""
+
+    value: object
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The request raised."""
+
+    error: Exception

@@ -1,0 +1,64 @@
+"""One episode, played by an agent next to the simulator."""
+
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from vigil.actions import Reply
+from vigil.agents.agent import Agent, Resumable
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.errors import InfrastructureError, InputError
+from vigil.observation import Observation
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeObserver:
+    """Who is told how an episode goes."""
+
+    shows: Callable[[], None] = lambda: None
+    """Called before the agent is shown the first frame."""
+    answered: Callable[[Observation, Reply], None] = lambda _observation, _reply: None
+    """Called with each observation and the agent's reply to it, before that is carried out."""
+
+
+def play(
+    episode: Episode,
+    env: Env,
+    agent: Agent,
+    watcher: EpisodeObserver = EpisodeObserver(),
+    earlier: Sequence[Reply] | None = None,
+) -> None:
+    """Plays `episode` to its end in `env`, which then has the record.
+
+    The agent sees observations and the instruction, nothing else. Its failures end the episode as `error`. `earlier`
+    are the replies that were given before, in a process that is gone: they are carried out first, and the agent goes on
+    from there. Raises InputError for what makes no sense.
+    """
+    observation = env.reset(episode)
+    try:
+        for reply in earlier or ():
+            if observation is not None:
+                _ = observation.rgb  # the record says which frames were looked at
+                observation = env.step(reply)
+        if observation is not None:
+            _start(agent, episode.instruction, earlier is not None)
+            if earlier is None:
+                watcher.shows()
+        while observation is not None:
+            reply = agent.act(observation)
+            watcher.answered(observation, reply)
+            observation = env.step(reply)
+    except InputError:
+        raise
+    except InfrastructureError as error:
+        env.fail("agent", str(error))
+    except Exception:  # noqa: BLE001 - a fault in the agent's or simulator's program is no result of the agent's
+        env.fail("worker", traceback.format_exc(limit=-8))
+
+
+def _start(agent: Agent, instruction: str, is_going_on: bool) -> None:
+    if is_going_on and isinstance(agent, Resumable):
+        agent.resume(instruction)
+    else:
+        agent.start(instruction)

@@ -1,0 +1,127 @@
+"""Verification: recorded replies are carried out again, and every recorded fact is compared with what happens now.
+
+Positions may differ by 1 mm and angles by 0.01 degrees (another machine's arithmetic); booleans, ids, words and ends
+must be equal. Source: `protocol.md` section 7.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.record import EpisodeRecord, StepRecord
+
+LENGTH_TOLERANCE_M = 1e-3
+ANGLE_TOLERANCE_DEG = 1e-2
+_ANGLE_KEYS = frozenset({"rotation", "horizon", "yaw", "turned_deg", "pitched_deg"})
+_COUNT_KEYS = frozenset({"visible_px", "open_px", "toggle_px"})
+"""Pixel counts come from rays: an edge that shifts by a rounding error moves a few of them."""
+_COUNT_TOLERANCE = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class FactDifference:
+    """One recorded fact that did not come out the same."""
+
+    episode_id: str
+    epoch: int
+    step: int
+    """0 for the world at the reset."""
+    fact: str
+    """Where in the step, e.g. `world.objects.Mug|1.position.0`."""
+    recorded: Any
+    found: Any
+
+    def __str__(self) -> str:
+        where = f"Episode {self.episode_id!r} (epoch {self.epoch}) step {self.step}"
+        return f"{where}: {self.fact}: recorded {self.recorded!r}, found {self.found!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class ComparisonSettings:
+    """How to compare."""
+
+    frames: bool = False
+    """The frames' pixels too."""
+    exact: bool = False
+    """Numbers to the last bit, as on the machine that made the record."""
+    beat: Callable[[], None] = lambda: None
+    """Called after each step."""
+
+
+def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
+    """Returns how `record` differs from its replies carried out again."""
+    observation = env.reset(episode)
+    for step in record.steps:
+        if observation is None:
+            break
+        if settings.frames and step.frame_sha256 is not None:
+            observation.rgb  # noqa: B018 - looking at a frame is what draws it
+        observation = env.step(step.reply)
+        settings.beat()
+    if env.end is None:
+        env.fail("runner", "the record ends here")
+    again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
+    return list(differences(record, again, settings))
+
+
+def differences(
+    recorded: EpisodeRecord, found: EpisodeRecord, settings: ComparisonSettings
+) -> Iterator[FactDifference]:
+    """Yields what differs between two records of one episode, times left aside."""
+    compare = _FactComparison(settings.exact).compare
+
+    def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[FactDifference]:
+        for fact, old, new in faults:
+            yield FactDifference(recorded.episode_id, recorded.epoch, step, fact, old, new)
+
+    yield from report(0, compare("prompt_sha256", recorded.prompt_sha256, found.prompt_sha256))
+    yield from report(0, compare("initial", _plain(recorded.initial), _plain(found.initial)))
+    for old, new in zip(recorded.steps, found.steps, strict=False):
+        yield from report(old.index, compare("", _facts(old, settings.frames), _facts(new, settings.frames)))
+    last = len(recorded.steps)
+    if recorded.end != "error":
+        yield from report(last, compare("steps", last, len(found.steps)))
+        yield from report(last, compare("end", recorded.end, found.end))
+
+
+def _plain(fact: Any) -> Any:
+    return None if fact is None else fact.model_dump(mode="json")
+
+
+def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
+    kept = {"action", "invalid", "ignored_keys", "history_cut", "effect", "world"}
+    if frames and step.frame_sha256 is not None:
+        kept.add("frame_sha256")
+    return step.model_dump(mode="json", include=kept)
+
+
+@dataclass(frozen=True, slots=True)
+class _FactComparison:
+    exact: bool
+
+    def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
+        """Yields (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
+        if isinstance(old, dict) and isinstance(new, dict):
+            for name in sorted(old.keys() | new.keys()):
+                yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)
+        elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+            for index, (before, now) in enumerate(zip(old, new, strict=True)):
+                yield from self.compare(f"{place}.{index}", before, now, key)
+        elif not self._is_same(key, old, new):
+            yield place, old, new
+
+    def _is_same(self, key: str, old: Any, new: Any) -> bool:
+        if self.exact or isinstance(old, bool) or isinstance(new, bool) or not _are_numbers(old, new):
+            return old == new
+        if key in _COUNT_KEYS:
+            return abs(old - new) <= max(1.0, _COUNT_TOLERANCE * max(old, new))
+        if key in _ANGLE_KEYS:
+            return abs((old - new + 180.0) % 360.0 - 180.0) <= ANGLE_TOLERANCE_DEG
+        return math.isclose(old, new, rel_tol=0.0, abs_tol=LENGTH_TOLERANCE_M)
+
+
+def _are_numbers(old: Any, new: Any) -> bool:
+    return isinstance(old, int | float) and isinstance(new, int | float)

@@ -1,0 +1,248 @@
+"""A simulator worker: the process that holds Env and simulator, and answers one request at a time.
+
+Started as `python -m vigil.runner.workers.worker FD` by `vigil.runner.workers.pool`, with one end of a socket pair. It
+ends when the other end is closed.
+"""
+
+import faulthandler
+import hashlib
+import signal
+import sys
+import traceback
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import NoReturn
+
+from vigil.actions import Reply
+from vigil.agents.agent import Agent, Closeable
+from vigil.agents.choose import is_exec, make_agent
+from vigil.agents.picture import encode
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.observation import Observation
+from vigil.pack import Pack
+from vigil.record import EpisodeRecord
+from vigil.runner.models.redaction import Secrets
+from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.messages import (
+    AboutToShowFrame,
+    Advance,
+    Assignment,
+    Begin,
+    Done,
+    Drop,
+    EncodedObservation,
+    Fail,
+    Failed,
+    GetSimulatorFacts,
+    Heartbeat,
+    Play,
+    Request,
+    Resimulate,
+    SimulatorFacts,
+    WorkerPlan,
+)
+from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
+from vigil.sim import make_simulator
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.protocol import Simulator
+
+
+@dataclass(slots=True)
+class EnvSlot:
+    """A simulator with its Env and the episode that is being played in it."""
+
+    simulator: Simulator
+    env: Env
+    assignment: Assignment | None = None
+    observation: Observation | None = None
+
+
+class WorkerChannel:
+    """Messages from a worker to the main process while it handles a request."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def beat(self, reply: Reply | None = None) -> None:
+        """Says that the worker is alive, and what the agent in it has replied."""
+        self._connection.send(Heartbeat(reply))
+
+    def shows(self) -> None:
+        """Says that the agent is about to be shown the first frame, and waits until that is on disk."""
+        self._connection.send(AboutToShowFrame())
+        self._connection.recv()
+
+
+class RequestHandler:
+    """Answers requests in one worker: holds the pack, the live episodes, and the agent that plays there."""
+
+    def __init__(self, plan: WorkerPlan, line: "WorkerChannel") -> None:
+        self._plan = plan
+        self._line = line
+        self._hide = Secrets.of_command(plan.agent).hide
+        self._pack = Pack.load(plan.pack)
+        self._assets = AssetDatabase.of(plan.asset_database)
+        self._frames = FrameStore(plan.frames) if plan.frames else None
+        self._live: dict[int, EnvSlot] = {}
+        self._spare: list[EnvSlot] = []
+        self._agents: dict[int, Agent] = {}
+
+    def answer(self, request: Request) -> object:
+        """Returns what `request` asks for. Raises VigilError."""
+        match request:
+            case GetSimulatorFacts():
+                return self._facts()
+            case Play(assignment, earlier):
+                return self._play(assignment, earlier)
+            case Begin(session, assignment):
+                return self._begin(session, assignment)
+            case Advance(session, reply):
+                slot = self._live[session]
+                slot.observation = slot.env.step(reply)
+                return self._view_or_record(slot)
+            case Fail(session, boundary, message):
+                slot = self._live[session]
+                slot.env.fail(boundary, message)
+                return self._record(slot)
+            case Drop(session):
+                return self._drop(session)
+            case Resimulate():
+                return self._resimulate(request)
+
+    def close(self) -> None:
+        """Ends the agents' programs and frees the simulators."""
+        for agent in self._agents.values():
+            if isinstance(agent, Closeable):
+                agent.close()
+        for slot in [*self._live.values(), *self._spare]:
+            slot.simulator.close()
+
+    def _facts(self) -> SimulatorFacts:
+        slot = self._take_slot()
+        self._spare.append(slot)
+        return SimulatorFacts(slot.simulator.name, slot.simulator.renderer())
+
+    def _play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
+        slot = self._take_slot()
+        slot.assignment = assignment
+        try:
+            agent = self._agent_for(assignment, slot.simulator)
+            play(assignment.episode, slot.env, agent, EpisodeObserver(self._line.shows, self._answered), earlier)
+            return self._record(slot)
+        finally:
+            self._release(slot)
+
+    def _answered(self, observation: Observation, reply: Reply) -> None:
+        self._line.beat(reply)
+        if self._frames is not None:
+            self._frames.keep(observation.rgb)
+
+    def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Agent:
+        plan = self._plan
+        if plan.agent_factory is not None:
+            if not isinstance(simulator, EmbeddedSimulator):
+                raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
+            return plan.agent_factory(plan.agent, assignment.episode, simulator)
+        seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, assignment.epoch)
+        if seed not in self._agents:
+            self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds, self._hide)
+        return self._agents[seed]
+
+    def _begin(self, session: int, assignment: Assignment) -> EncodedObservation | EpisodeRecord:
+        slot = self._take_slot()
+        self._live[session] = slot
+        slot.assignment = assignment
+        slot.observation = slot.env.reset(assignment.episode)
+        return self._view_or_record(slot)
+
+    def _view_or_record(self, slot: EnvSlot) -> EncodedObservation | EpisodeRecord:
+        observation = slot.observation
+        if observation is None:
+            return self._record(slot)
+        rgb = observation.rgb
+        if self._frames is not None:
+            self._frames.keep(rgb)
+        return EncodedObservation(encode(rgb, self._plan.profile.image_format), observation.feedback)
+
+    def _record(self, slot: EnvSlot) -> EpisodeRecord:
+        assignment = slot.assignment
+        assert assignment is not None
+        return slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
+
+    def _drop(self, session: int) -> None:
+        slot = self._live.pop(session, None)
+        if slot is None:
+            return
+        self._release(slot)
+
+    def _release(self, slot: EnvSlot) -> None:
+        """Keeps a stage for the next episode, unless there is one already or something went wrong on it."""
+        slot.observation = None
+        if self._spare or slot.env.end in (None, "error"):
+            slot.simulator.close()
+        else:
+            self._spare.append(slot)
+
+    def _resimulate(self, request: Resimulate) -> list[FactDifference]:
+        slot = self._take_slot()
+        try:
+            how = ComparisonSettings(frames=request.frames, exact=request.exact, beat=self._line.beat)
+            return resimulate(request.assignment.episode, request.record, slot.env, how)
+        finally:
+            self._release(slot)
+
+    def _take_slot(self) -> EnvSlot:
+        """Returns a free stage; one is kept at hand, since building a simulator takes time and memory."""
+        if self._spare:
+            return self._spare.pop()
+        plan = self._plan
+        if plan.simulator_factory is not None:
+            simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
+        else:
+            simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
+        return EnvSlot(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
+
+
+def _seed_of(seed: int, epoch: int) -> int:
+    """Returns the seed of an epoch: the run's own in the first, none of a run with a seed beside it in the others."""
+    if epoch == 1:
+        return seed
+    return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")
+
+
+def serve(connection: Connection) -> None:
+    """Answers requests until the other end closes the connection."""
+    plan, line = connection.recv(), WorkerChannel(connection)
+    handler: RequestHandler | None = None
+    try:
+        while True:
+            request = connection.recv()
+            try:
+                if handler is None:
+                    handler = RequestHandler(plan, line)
+                    line.beat()
+                answer: Done | Failed = Done(handler.answer(request))
+            except VigilError as error:
+                answer = Failed(error)
+            except Exception:  # noqa: BLE001 - a fault of the simulator's is told, and the worker lives on
+                answer = Failed(SimulatorError(traceback.format_exc(limit=-8)))
+            connection.send(answer)
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return  # the main process has gone or wants no more
+    finally:
+        if handler is not None:
+            handler.close()
+
+
+def _leave(*_: object) -> NoReturn:
+    """Unwinds what goes on, so that the agents' programs end too."""
+    raise SystemExit
+
+
+if __name__ == "__main__":
+    faulthandler.enable()
+    signal.signal(signal.SIGTERM, _leave)
+    serve(Connection(int(sys.argv[1])))

@@ -1,0 +1,192 @@
+"""House -> Scene: every object with its asset, children resting on what carries them, doors and windows in their holes.
+
+A house gives bounding-box centres. Children of ProcTHOR's houses hover a few centimetres over what they stand on, and
+things inside others (a fridge's shelf, a seat) lie at heights that the asset is asked to have a surface at.
+"""
+
+import math
+import re
+
+import numpy as np
+
+from vigil.assets import make
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Asset, Surface
+from vigil.assets.sizes import AssetDatabase, AssetEntry
+from vigil.errors import HouseError
+from vigil.house import Door, House, HouseObject, Opening
+from vigil.pose import Vec3, wrap_deg
+from vigil.scene.geometry import Motion, rotation_matrix, whole_box
+from vigil.scene.partitions import Partitions
+from vigil.scene.supports import level_surfaces, offset_from
+from vigil.scene.things import Scene, Thing, WallPanel
+from vigil.scene.walls import panels_of, place_of_opening, rooms_of
+from vigil.world import OPEN_ABOVE
+
+ON_UNLESS_SAID = frozenset({"LightSwitch"})
+"""What is on when a house does not say: rooms are lit."""
+HOVER_M = 0.07
+"""Heights of children nearer than this are one level: in ProcTHOR's houses children hover up to 6 cm."""
+ADAPT_M, FALL_M = 0.25, 2.0
+"""How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
+SURFACE_EDGE_M = 0.1
+OVERHANG_M = 0.01
+"""How far a thing behind a door or in a drawer may stand out over the edge of what it lies on."""
+LEVEL_STEP_M = 0.005
+TURN_BACK = 0.02
+"""Steps of openness in which a leaf that a house has through a wall is turned back."""
+
+
+def build_scene(house: House, assets: AssetDatabase) -> Scene:
+    """Returns the scene of a house. Raises HouseError."""
+    scene = Scene(rooms=rooms_of(house), panels=panels_of(house))
+    panels = {panel.id: panel for panel in scene.panels}
+    openings = [_opening_thing(house, each, panels) for each in [*house.document.doors, *house.document.windows]]
+    shell = Scene(rooms=scene.rooms, panels=scene.panels, things={thing.id: thing for thing in openings})
+    partitions = Partitions(shell)
+    for opening in openings:
+        scene.notes += _turned_back(opening, partitions)
+    for node in house.document.objects:
+        _add(scene, node, None, assets, partitions)
+    for opening in openings:
+        if opening.id in scene.things:
+            raise HouseError(f"House {house.name!r}: opening {opening.id!r} has another's id; ids must be unique.")
+        scene.things[opening.id] = opening
+    return scene
+
+
+def _turned_back(thing: Thing, partitions: Partitions) -> list[str]:
+    """Turns a leaf that reaches through a wall back to where it does not and is open still, else shuts it; says so."""
+    wanted = thing.openness
+    if wanted == 0.0 or partitions.sticks_through(thing, wanted) is None:
+        return []
+    steps = [round(wanted - TURN_BACK * step, 4) for step in range(1, int(1 / TURN_BACK))]
+    fitting = (step for step in steps if step > OPEN_ABOVE and partitions.sticks_through(thing, step) is None)
+    thing.openness = next(fitting, 0.0)
+    return [f"{thing.id}: openness {wanted:g} reaches into the next room; {thing.openness:g} is taken"]
+
+
+def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDatabase, partitions: Partitions) -> None:
+    entry = assets.look_up(node.asset_id, node.id)
+    if entry.note is not None:
+        scene.notes.append(f"{node.id}: {entry.note}")
+    asset = make(entry.category, entry.size, entry.variant, _levels(node, entry, assets))
+    thing = _thing(node, asset, entry.category)
+    if parent is not None:
+        thing.parent = parent.id
+        settle(thing, parent)
+    if thing.surface is None and (parent is None or _lies_under(thing, parent)):
+        thing.parent = None
+        _settle_on_floor(thing, HOVER_M if parent is None else FALL_M)
+    scene.notes += _turned_back(thing, partitions)
+    scene.things[thing.id] = thing
+    for child in node.children:
+        _add(scene, child, thing, assets, partitions)
+
+
+def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:
+    kind = CATALOG[category]
+    openable = kind.is_openable and asset.can_open
+    return Thing(
+        id=node.id,
+        category=category,
+        asset=asset,
+        position=node.position.vec,
+        rotation=Vec3(node.rotation.x, wrap_deg(node.rotation.y), node.rotation.z),
+        is_pickupable=kind.is_pickupable,
+        is_openable=openable,
+        is_toggleable=kind.is_toggleable,
+        is_receptacle=kind.is_receptacle and bool(asset.surfaces),
+        openness=min(1.0, max(0.0, node.openness or 0.0)) if openable else 0.0,
+        is_toggled=kind.is_toggleable and (category in ON_UNLESS_SAID if node.is_on is None else node.is_on),
+    )
+
+
+def _opening_thing(house: House, opening: Opening, panels: dict[str, WallPanel]) -> Thing:
+    position, yaw, size = place_of_opening(house, opening, panels)
+    category = _opening_category(opening)
+    asset = make(category, size, _number(opening.asset_id))
+    leaf = opening if isinstance(opening, Door) and asset.can_open else None
+    return Thing(
+        id=opening.id,
+        category=category,
+        asset=asset,
+        position=position,
+        rotation=Vec3(0.0, yaw, 0.0),
+        is_openable=leaf is not None and bool(leaf.openable),
+        openness=min(1.0, max(0.0, leaf.openness or 0.0)) if leaf else 0.0,
+        is_structure=True,
+    )
+
+
+def _opening_category(opening: Opening) -> str:
+    if not isinstance(opening, Door):
+        return "Window"
+    return "Doorframe" if opening.asset_id.lower().startswith("doorframe") or opening.openable is None else "Doorway"
+
+
+def _number(asset_id: str) -> int:
+    digits = re.search(r"(\d+)$", asset_id)
+    return int(digits.group(1)) if digits else 0
+
+
+def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tuple[float, ...]:
+    """Returns the heights above the asset's bottom at which children rest inside its box, hovering pairs merged."""
+    base = node.position.y - entry.size.y / 2
+    bottoms = sorted(_bottom(child, assets.look_up(child.asset_id, child.id).size) - base for child in node.children)
+    levels: list[float] = []
+    for height in bottoms:
+        is_new = not levels or height > levels[-1] + HOVER_M
+        if is_new and 0.0 <= height < entry.size.y - LEVEL_STEP_M:
+            levels.append(round(round(height / LEVEL_STEP_M) * LEVEL_STEP_M, 4))
+    return tuple(levels)
+
+
+def _bottom(node: HouseObject, size: Vec3) -> float:
+    turn = rotation_matrix(Vec3(node.rotation.x, node.rotation.y, node.rotation.z))
+    return node.position.y - float(np.abs(turn[1]) @ np.array(size)) / 2
+
+
+def settle(thing: Thing, parent: Thing) -> None:
+    """Rests `thing` on the parent's surface whose height is nearest to its bottom, when one is near enough."""
+    bottom = whole_box(thing).bottom
+    low = Vec3(thing.position.x, bottom, thing.position.z)
+    best: tuple[float, float, Surface, Motion] | None = None
+    for surface, frame in level_surfaces(parent):
+        x, height, z = offset_from(frame, low)
+        within = abs(x) <= surface.size_x / 2 + SURFACE_EDGE_M and abs(z) <= surface.size_z / 2 + SURFACE_EDGE_M
+        if within and -ADAPT_M < height < FALL_M and (best is None or abs(height) < best[0]):
+            best = (abs(height), height, surface, frame)
+    if best is not None:
+        _, height, surface, frame = best
+        thing.surface, thing.parent_joint = surface.name, surface.joint
+        thing.position = Vec3(thing.position.x, thing.position.y - height, thing.position.z)
+        if surface.needs_opening:
+            _push_inside(thing, surface, frame)
+
+
+def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
+    """Moves a thing that would stick out of a closed drawer or door to where it does not, or does least."""
+    box, local = whole_box(thing), offset_from(frame, thing.position)
+    turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
+    cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
+    reach = (box.size.x * cos + box.size.z * sin) / 2, (box.size.x * sin + box.size.z * cos) / 2
+    shift = np.zeros(3)
+    for axis, side, length in ((0, surface.size_x, reach[0]), (2, surface.size_z, reach[1])):
+        room = max(0.0, side / 2 - length)
+        if abs(local[axis]) > room + OVERHANG_M:
+            shift[axis] = math.copysign(room, local[axis]) - local[axis]
+    if shift.any():
+        thing.position = Vec3(*(float(value) for value in np.array(thing.position) + frame.turn @ shift))
+
+
+def _lies_under(thing: Thing, parent: Thing) -> bool:
+    """Whether a child lies below all that could carry it, as some of ProcTHOR's lie under their table."""
+    heights = [float(frame.shift[1]) for _, frame in level_surfaces(parent)]
+    return bool(heights) and whole_box(thing).bottom < min(heights) - ADAPT_M
+
+
+def _settle_on_floor(thing: Thing, within_m: float) -> None:
+    gap = whole_box(thing).bottom
+    if 0.0 < gap < within_m:
+        thing.position = Vec3(thing.position.x, thing.position.y - gap, thing.position.z)

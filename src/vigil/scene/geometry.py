@@ -1,0 +1,242 @@
+"""Solid geometry of things: how a place, a rotation and an openness move an asset's prisms, boxes and surfaces.
+
+The one place where an asset's frame meets the house's (`vigil.pose`). No engine and no state is here.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import shapely
+
+from vigil.assets.kernel.asset import Asset, Joint, Solid
+from vigil.assets.kernel.meshes import turn_about
+from vigil.pose import Box, Vec3, wrap_deg
+from vigil.scene.things import Thing
+
+UPRIGHT_WITHIN = 1e-6
+"""How far the vertical component of a rotated vertical axis may be from 1 for a prism to stay a prism."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prism:
+    """An upright convex prism in the house's frame."""
+
+    polygon: np.ndarray
+    """(n, 2) corners x, z."""
+    bottom: float
+    top: float
+    joint: str | None = None
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Least x and z, greatest x and z."""
+        low, high = self.polygon.min(axis=0), self.polygon.max(axis=0)
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A rigid motion: `point @ turn.T + shift`."""
+
+    turn: np.ndarray
+    """(3, 3)."""
+    shift: np.ndarray
+    """(3,)."""
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Returns (n, 3) points moved."""
+        return points @ self.turn.T + self.shift
+
+    def after(self, first: "Motion") -> "Motion":
+        """Returns the motion that does `first`, then this one."""
+        return Motion(self.turn @ first.turn, self.turn @ first.shift + self.shift)
+
+    def inverse(self) -> "Motion":
+        """Returns the motion back."""
+        return Motion(self.turn.T, -(self.turn.T @ self.shift))
+
+
+STILL = Motion(np.eye(3), np.zeros(3))
+
+
+@lru_cache(maxsize=4096)
+def axis_turn(axis: Vec3, angle_deg: float) -> np.ndarray:
+    """Returns the (3, 3) rotation about a unit axis, as `assets.asset.Joint` defines it; not to be written to."""
+    return turn_about(axis, angle_deg)
+
+
+@lru_cache(maxsize=4096)
+def rotation_matrix(rotation: Vec3) -> np.ndarray:
+    """Returns the (3, 3) matrix of Euler angles applied z, then x, then y."""
+    turn_x, turn_y, turn_z = (axis_turn(axis, angle) for axis, angle in zip(_AXES, rotation, strict=True))
+    return turn_y @ turn_x @ turn_z
+
+
+_AXES = (Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0))
+
+
+def euler_angles(turn: np.ndarray) -> Vec3:
+    """Returns the Euler angles (deg) of a rotation matrix, the inverse of `rotation_matrix`."""
+    pitch = math.asin(max(-1.0, min(1.0, -float(turn[1, 2]))))
+    if abs(turn[1, 2]) > 1.0 - 1e-9:
+        return Vec3(math.degrees(pitch), wrap_deg(math.degrees(math.atan2(-turn[2, 0], turn[0, 0]))), 0.0)
+    yaw = math.atan2(turn[0, 2], turn[2, 2])
+    roll = math.atan2(turn[1, 0], turn[1, 1])
+    return Vec3(math.degrees(pitch), wrap_deg(math.degrees(yaw)), math.degrees(roll))
+
+
+def place_of(thing: Thing) -> Motion:
+    """Returns the motion from the thing's asset frame to the house."""
+    return Motion(rotation_matrix(thing.rotation), np.array(thing.position))
+
+
+def joint_motion(joint: Joint, openness: float) -> Motion:
+    """Returns how a joint moves what it carries, in the asset frame."""
+    if joint.kind == "slide":
+        return Motion(np.eye(3), np.array(joint.axis) * joint.travel * openness)
+    turn = axis_turn(joint.axis, joint.travel * openness)
+    origin = np.array(joint.origin)
+    return Motion(turn, origin - turn @ origin)
+
+
+def joint_of(asset: Asset, name: str | None) -> Joint | None:
+    """Returns the joint of that name; None for the body."""
+    if name is None:
+        return None
+    return next((joint for joint in asset.joints if joint.name == name), None)
+
+
+def part_motion(thing: Thing, joint_name: str | None, openness: float | None = None) -> Motion:
+    """Returns the motion from the asset frame (closed) to the house of what a joint carries."""
+    place, joint = place_of(thing), joint_of(thing.asset, joint_name)
+    if joint is None:
+        return place
+    return place.after(joint_motion(joint, thing.openness if openness is None else openness))
+
+
+def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
+    """Returns the thing's solids where they are now, or would be at another openness, moved `along` with a carrier."""
+    return _prisms(thing, thing.asset.solids, openness, along)
+
+
+def moving_prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
+    """Returns those of the thing's solids that its joints carry, as `prisms_of` does."""
+    return _prisms(thing, [solid for solid in thing.asset.solids if solid.joint], openness, along)
+
+
+def _prisms(thing: Thing, solids: Sequence[Solid], openness: float | None, along: Motion) -> list[Prism]:
+    motions = {joint: along.after(part_motion(thing, joint, openness)) for joint in {solid.joint for solid in solids}}
+    return [_moved(solid, motions[solid.joint]) for solid in solids]
+
+
+@lru_cache(maxsize=16384)
+def solid_corners(solid: Solid) -> np.ndarray:
+    """Returns the (2 n, 3) corners of a solid in the asset frame, the lower n first."""
+    flat = np.array(solid.polygon)
+    ring = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
+    return np.concatenate(ring)
+
+
+def _moved(solid: Solid, motion: Motion) -> Prism:
+    points = motion(solid_corners(solid))
+    bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
+    if _keeps_upright(motion.turn):
+        return Prism(points[: len(solid.polygon), [0, 2]], bottom, top, solid.joint)
+    return Prism(convex_hull(points[:, [0, 2]]), bottom, top, solid.joint)
+
+
+def is_upright(thing: Thing) -> bool:
+    """Whether the thing stands upright, so that its prisms are exact."""
+    return _keeps_upright(rotation_matrix(thing.rotation))
+
+
+def _keeps_upright(turn: np.ndarray) -> bool:
+    return bool(turn[1, 1] > 1.0 - UPRIGHT_WITHIN)
+
+
+def convex_hull(points: np.ndarray) -> np.ndarray:
+    """Returns the corners (n, 2) of the convex hull of (m, 2) points."""
+    hull = shapely.MultiPoint(points).convex_hull
+    corners = shapely.get_coordinates(hull)
+    return corners[:-1] if isinstance(hull, shapely.Polygon) else corners
+
+
+def box_of(thing: Thing) -> Box:
+    """Returns the upright box of the thing's body without moving leaves."""
+    if thing.asset.body is None:
+        return whole_box(thing)
+    low, high = thing.asset.body
+    return upright_box(thing, np.array(low), np.array(high))
+
+
+def whole_box(thing: Thing) -> Box:
+    """Returns the upright box of the whole asset, closed."""
+    half = np.array(thing.asset.size) / 2
+    return upright_box(thing, -half, half)
+
+
+def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
+    """Returns the upright box, turned by the thing's yaw, around a box given in its asset frame."""
+    turn_x, turn_z = axis_turn(_AXES[0], thing.rotation.x), axis_turn(_AXES[2], thing.rotation.z)
+    tilt = turn_x @ turn_z
+    size = np.abs(tilt) @ (high - low)
+    middle = place_of(thing)(((low + high) / 2)[None])[0]
+    return Box(center=Vec3(*map(float, middle)), size=Vec3(*map(float, size)), yaw=wrap_deg(thing.rotation.y))
+
+
+def penetration(a: Prism, b: Prism) -> float:
+    """Returns how far (m) one must be moved for two convex prisms to part; 0 or less when they do not overlap.
+
+    By separating axes, so thin leaves count as deep as their edge reaches in.
+    """
+    depth = min(a.top - b.bottom, b.top - a.bottom)
+    if depth <= 0.0:
+        return depth
+    axes = np.concatenate([_edge_normals(a.polygon), _edge_normals(b.polygon)])
+    along_a, along_b = a.polygon @ axes.T, b.polygon @ axes.T
+    overlap = np.minimum(along_a.max(axis=0) - along_b.min(axis=0), along_b.max(axis=0) - along_a.min(axis=0))
+    return min(depth, float(overlap.min()))
+
+
+def penetrations(prisms: list[Prism], others: list[Prism]) -> np.ndarray:
+    """Returns (len(prisms), len(others)) penetrations (m); -1 where the bounds on the floor tell that there is none."""
+    bounds = np.array([other.bounds for other in others]).reshape(-1, 4)
+    depths = np.full((len(prisms), len(others)), -1.0)
+    for row, prism in enumerate(prisms):
+        left, front, right, back = prism.bounds
+        near = (bounds[:, 0] < right) & (bounds[:, 2] > left) & (bounds[:, 1] < back) & (bounds[:, 3] > front)
+        for column in np.flatnonzero(near):
+            depths[row, column] = penetration(prism, others[column])
+    return depths
+
+
+def _edge_normals(polygon: np.ndarray) -> np.ndarray:
+    edges = np.concatenate([polygon[1:], polygon[:1]]) - polygon
+    lengths = np.hypot(edges[:, 0], edges[:, 1])
+    edges = edges[lengths > 1e-9] / lengths[lengths > 1e-9, None]
+    normals = np.column_stack([edges[:, 1], -edges[:, 0]])
+    return np.concatenate([normals, edges]) if len(polygon) == 2 else normals
+
+
+@lru_cache(maxsize=8192)
+def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray], ...]:
+    """Returns (joint, lowest corner, highest corner) of all meshes that each joint, or the body, carries."""
+    corners: dict[str | None, list[np.ndarray]] = {}
+    for part in asset.parts:
+        if len(part.mesh.vertices):
+            extremes = np.stack([part.mesh.vertices.min(axis=0), part.mesh.vertices.max(axis=0)]).astype(float)
+            corners.setdefault(part.joint, []).append(extremes)
+    if not corners:
+        half = np.array(asset.size) / 2
+        return ((None, -half, half),)
+    stacked = {joint: np.concatenate(found) for joint, found in corners.items()}
+    return tuple((joint, points.min(axis=0), points.max(axis=0)) for joint, points in stacked.items())
+
+
+def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Returns the (8, 3) corners of a box; corner i takes x, y, z from `high` by the bits 4, 2, 1 of i."""
+    picks = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(8)], dtype=bool)
+    return np.where(picks, high, low)

@@ -1,0 +1,80 @@
+"""Outlines: floors, walls and things as shapes on the floor plane, and which of them a standing body meets."""
+
+import numpy as np
+import shapely
+
+from vigil.house import Room
+from vigil.pose import Box
+from vigil.scene.geometry import Prism, prisms_of
+from vigil.scene.things import RoomShape, Thing, WallPanel
+
+BODY_RADIUS_M = 0.2
+BODY_LOW_M = 0.05
+BODY_HIGH_M = 1.8
+GRID_M = 0.25
+"""Step of the grid on which agents walk."""
+FLOOR_GROWTH_M = 0.005
+"""How far the floor reaches under its walls, so that a body passes where two rooms meet."""
+
+
+def floor_of(room: Room) -> shapely.Polygon:
+    """Returns the floor of a document's room."""
+    return shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
+
+
+def whole_floor(rooms: list[RoomShape]) -> shapely.Geometry:
+    """Returns the floor of all rooms together."""
+    floors = shapely.unary_union([shapely.Polygon(room.polygon).buffer(0) for room in rooms])
+    return floors.buffer(FLOOR_GROWTH_M, join_style="mitre")
+
+
+def footprint(box: Box) -> shapely.Polygon:
+    """Returns the floor shape of an upright box."""
+    return shapely.Polygon(floor_corners(box))
+
+
+def floor_corners(box: Box) -> np.ndarray:
+    """Returns the corners (4, 2) of an upright box on the floor plane, those of its front last."""
+    return np.array([(corner.x, corner.z) for corner in box.corners()[:4]])
+
+
+def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
+    """Returns the prism's floor shape; a line when it has no width."""
+    return shapely.Polygon(prism.polygon) if len(prism.polygon) > 2 else shapely.LineString(prism.polygon)
+
+
+def meets_body(prism: Prism) -> bool:
+    """Whether a solid reaches into the heights that a standing body takes."""
+    return prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M
+
+
+def thing_shapes(thing: Thing) -> list[shapely.Geometry]:
+    """Returns the floor shapes of the thing's solids that a body can meet."""
+    return [polygon_of(prism) for prism in prisms_of(thing) if meets_body(prism)]
+
+
+def wall_shapes(panel: WallPanel) -> list[shapely.Geometry]:
+    """Returns the floor shapes of what is left of a panel where a body can meet it."""
+    return [polygon_of(prism) for prism in wall_prisms(panel) if meets_body(prism)]
+
+
+def wall_prisms(panel: WallPanel) -> list[Prism]:
+    """Returns what is left of a panel around its holes, as prisms without thickness."""
+    start, end = np.array(panel.start), np.array(panel.end)
+    length = float(np.hypot(*(end - start)))
+    if length < 1e-9:
+        return []
+    direction, top = (end - start) / length, panel.bottom + panel.height
+    spans: list[tuple[float, float, float, float]] = []
+    along = 0.0
+    for hole in panel.holes:
+        spans.append((along, hole.left, panel.bottom, top))
+        spans.append((hole.left, hole.right, panel.bottom, panel.bottom + hole.bottom))
+        spans.append((hole.left, hole.right, panel.bottom + hole.top, top))
+        along = max(along, hole.right)
+    spans.append((along, length, panel.bottom, top))
+    return [
+        Prism(np.array([start + direction * left, start + direction * right]), low, high)
+        for left, right, low, high in spans
+        if right - left > 1e-6 and high - low > 1e-6
+    ]

@@ -1,0 +1,150 @@
+"""What parts the rooms, and whether a shape reaches through it.
+
+Partitions are the walls without thickness: windows fill their holes, and shut doors theirs; an open doorway is free. A
+shape that reaches less than `THROUGH_M` through one stays on its side.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import shapely
+from scipy.spatial import ConvexHull, QhullError
+
+from vigil.assets.kernel.asset import Asset
+from vigil.scene.geometry import (
+    Prism,
+    box_corners,
+    convex_hull,
+    joint_motion,
+    part_boxes,
+    part_motion,
+    penetrations,
+    place_of,
+)
+from vigil.scene.outlines import polygon_of, wall_prisms
+from vigil.scene.things import Scene, Thing
+from vigil.world import CLOSED_BELOW
+
+THROUGH_M = 0.0005
+"""How deep a moving part may reach into a partition: half of what the walls are checked to."""
+SWEEP = np.linspace(0.0, 1.0, 65)
+"""Openness at which moving parts are looked at to find whether, and how far, they can open."""
+BETWEEN_M = 0.005
+"""A part 4 m long is nowhere further out than this between two steps of half as many."""
+KEPT_ANSWERS = 4096
+"""How many answers about what sticks through are remembered in a scene."""
+
+
+class Partitions:
+    """The walls, windows and shut doors of a scene as upright planes."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._walls = [(panel.id, prism) for panel in scene.panels for prism in wall_prisms(panel)]
+        self._answers: dict[tuple, str | None] = {}
+
+    def now(self) -> list[tuple[str, Prism]]:
+        """Returns (id, plane) of every wall, window and shut door."""
+        things = (thing for thing in self._scene.things.values() if thing.is_structure)
+        return self._walls + [(thing.id, _plane_of(thing)) for thing in things if _fills_its_hole(thing)]
+
+    def blocker(self, thing: Thing, path: list[float]) -> str | None:
+        """Returns the id of what the thing's moving parts would reach through on a path of openness; None if nothing.
+
+        Where they reach through something at the path's first openness, they may do so as deep as that.
+        """
+        within = _within(thing)
+        near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _meets(within, plane)]
+        if not near:
+            return None
+        hulls = [_leaves(thing, openness) for openness in path]
+        planes = [plane for _, plane in near]
+        deepest = penetrations(hulls[0], planes).max(axis=0, initial=0.0) + THROUGH_M
+        for leaves in hulls:
+            excess = penetrations(leaves, planes).max(axis=0, initial=-1.0) - deepest
+            if excess.max() > 0.0:
+                return near[int(excess.argmax())][0]
+        return None
+
+    def sticks_through(self, thing: Thing, openness: float) -> str | None:
+        """Returns the id of what the thing's parts reach through at an openness, deeper than shut; None if nothing.
+
+        Every reset asks the same of the same things, so the answers are kept.
+        """
+        shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
+        key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut
+        if key not in self._answers:
+            if len(self._answers) >= KEPT_ANSWERS:
+                self._answers.clear()
+            self._answers[key] = self.blocker(thing, [0.0, openness])
+        return self._answers[key]
+
+    def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
+        """Returns which of n floor shapes, over `bottoms` (n,) and so high, touch a partition."""
+        is_hit = np.zeros(len(bottoms), dtype=bool)
+        left, low, right, high = shapely.total_bounds(footprints)
+        for _, plane in self.now():
+            if _meets((left, low, right, high), plane):
+                is_level = (plane.bottom < bottoms + height) & (plane.top > bottoms)
+                is_hit |= is_level & shapely.intersects(footprints, polygon_of(plane))
+        return is_hit
+
+
+def _fills_its_hole(thing: Thing) -> bool:
+    return thing.category == "Window" or (thing.category == "Doorway" and thing.openness < CLOSED_BELOW)
+
+
+def _plane_of(thing: Thing) -> Prism:
+    half_x, half_y = thing.asset.size.x / 2, thing.asset.size.y / 2
+    ends = place_of(thing)(np.array([[-half_x, 0.0, 0.0], [half_x, 0.0, 0.0]]))
+    return Prism(ends[:, [0, 2]], thing.position.y - half_y, thing.position.y + half_y)
+
+
+@lru_cache(maxsize=4096)
+def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
+    """Returns (joint, corners of the convex hull of all it carries, (n, 3), closed) of an asset."""
+    found: list[tuple[str, np.ndarray]] = []
+    for joint in asset.joints:
+        meshes = [part.mesh.vertices for part in asset.parts if part.joint == joint.name and len(part.mesh.vertices)]
+        if meshes:
+            found.append((joint.name, _hull_corners(np.unique(np.concatenate(meshes).astype(np.float64), axis=0))))
+    return tuple(found)
+
+
+def _hull_corners(points: np.ndarray) -> np.ndarray:
+    try:
+        return points[np.sort(ConvexHull(points).vertices)]
+    except (QhullError, ValueError):  # flat: every point counts
+        return points
+
+
+def _leaves(thing: Thing, openness: float) -> list[Prism]:
+    prisms: list[Prism] = []
+    for joint, corners in leaf_points(thing.asset):
+        points = part_motion(thing, joint, openness)(corners)
+        heights = points[:, 1]
+        prisms.append(Prism(convex_hull(points[:, [0, 2]]), float(heights.min()), float(heights.max()), joint))
+    return prisms
+
+
+@lru_cache(maxsize=4096)
+def _swept(asset: Asset) -> np.ndarray:
+    """Returns the corners (8, 3), in the asset frame, of a box about all places of an asset's moving parts."""
+    joints = {joint.name: joint for joint in asset.joints}
+    boxes = [(joints[name], box_corners(low, high)) for name, low, high in part_boxes(asset) if name in joints]
+    places = [joint_motion(joint, openness)(corners) for joint, corners in boxes for openness in SWEEP[::2].tolist()]
+    points = np.concatenate([np.zeros((1, 3)), *places])
+    return box_corners(points.min(axis=0) - BETWEEN_M, points.max(axis=0) + BETWEEN_M)
+
+
+def _within(thing: Thing) -> tuple[float, float, float, float]:
+    """Returns least x and z, greatest x and z of where the thing's moving parts can ever be."""
+    corners = place_of(thing)(_swept(thing.asset))
+    x, _, z = corners.min(axis=0).tolist()
+    right, _, back = corners.max(axis=0).tolist()
+    return x, z, right, back
+
+
+def _meets(within: tuple[float, float, float, float], plane: Prism) -> bool:
+    x0, z0, x1, z1 = plane.bounds
+    return x0 <= within[2] and x1 >= within[0] and z0 <= within[3] and z1 >= within[1]

@@ -1,0 +1,145 @@
+"""What rests on what: surfaces in the house's frame, contents, and chains of support."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vigil.assets.kernel.asset import Asset, Surface
+from vigil.pose import Vec3
+from vigil.scene.geometry import Motion, joint_of, part_motion, whole_box
+from vigil.scene.things import Scene, Thing
+from vigil.world import CLOSED_BELOW
+
+LEVEL_WITHIN = 0.99
+"""Least vertical component of a surface's upward axis for things to rest on it."""
+OVER_M = 0.1
+"""Tolerance of `object_at_receptacle` (protocol.md section 4): height above a surface, and growth of its rectangle."""
+LEVEL_SLACK_M = 1e-3
+"""How far a thing may be sunk into the surface that it lies on, or stand below the rim that it lies on."""
+
+
+def surface_named(thing: Thing, name: str | None) -> Surface | None:
+    """Returns the thing's surface of that name, if it has one."""
+    return next((surface for surface in thing.asset.surfaces if surface.name == name), None)
+
+
+def surface_frame(thing: Thing, surface: Surface, openness: float | None = None) -> Motion:
+    """Returns the motion from the surface's own frame (origin at its middle) to the house."""
+    motion = part_motion(thing, surface.joint, openness)
+    return Motion(motion.turn, motion(np.array(surface.center)[None])[0])
+
+
+def is_level(frame: Motion) -> bool:
+    """Whether a surface with that frame lies flat, facing up."""
+    return float(frame.turn[1, 1]) >= LEVEL_WITHIN
+
+
+def offset_from(frame: Motion, point: Vec3) -> Vec3:
+    """Returns a point in a surface's own frame: y is its height above the surface."""
+    x, y, z = frame.inverse()(np.array(point)[None])[0]
+    return Vec3(float(x), float(y), float(z))
+
+
+def is_shut(thing: Thing) -> bool:
+    """Whether what is inside the thing cannot be reached."""
+    return bool(thing.asset.joints) and thing.openness < CLOSED_BELOW
+
+
+def is_shut_in(scene: Scene, thing: Thing) -> bool:
+    """Whether the thing lies inside something shut, however deep."""
+    return any(surface.needs_opening and is_shut(parent) for parent, surface in _rests(scene, thing))
+
+
+def around(scene: Scene, thing: Thing) -> list[Thing]:
+    """Returns what the thing lies inside of, nearest first.
+
+    It, or something below it in its chain of supports, rests on a surface inside each of them.
+    """
+    return [parent for parent, surface in _rests(scene, thing) if surface.is_inside]
+
+
+def _rests(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface]]:
+    """Yields what the thing rests on with the surface, what that rests on, and so on; those without a surface not."""
+    for each in [thing, *ancestors(scene, thing)]:
+        parent = scene.things.get(each.parent or "")
+        surface = parent and surface_named(parent, each.surface)
+        if parent and surface:
+            yield parent, surface
+
+
+def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
+    """Returns what the thing rests on, what that rests on, and so on."""
+    chain: list[Thing] = []
+    while thing.parent is not None and thing.parent in scene.things:
+        thing = scene.things[thing.parent]
+        chain.append(thing)
+    return chain
+
+
+def children(scene: Scene, parent_id: str) -> list[Thing]:
+    """Returns what rests directly on or in a thing and is present, in the scene's order."""
+    return [thing for thing in scene.things.values() if thing.parent == parent_id and thing.is_present]
+
+
+def contents(scene: Scene, thing_id: str) -> list[Thing]:
+    """Returns all that rests on or in a thing, however deep, nearest first."""
+    found = children(scene, thing_id)
+    for child in found:
+        found.extend(children(scene, child.id))
+    return found
+
+
+def carried_by(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
+    """Returns what moves along with one of the thing's joints, however deep."""
+    direct = [child for child in children(scene, thing.id) if child.parent_joint == joint]
+    return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
+
+
+def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:
+    """Whether the thing lies over a surface of the receptacle (with `inside`: an interior one) by the goal's rule.
+
+    The rectangle is grown only for a thing whose support is not known: what rests on a neighbour lies on the neighbour.
+    """
+    box = whole_box(thing)
+    low = Vec3(thing.position.x, box.bottom, thing.position.z)
+    growth = OVER_M if thing.parent is None else 0.0
+    return any(
+        _is_over(surface, offset_from(frame, low), growth) and _is_in_hollow(receptacle, surface, frame, low)
+        for surface, frame in level_surfaces(receptacle)
+        if surface.is_inside or not inside
+    )
+
+
+def _is_over(surface: Surface, point: Vec3, growth: float) -> bool:
+    """Whether a point in the surface's frame lies over the grown surface, at most `OVER_M` up."""
+    is_beside = abs(point.x) > surface.size_x / 2 + growth or abs(point.z) > surface.size_z / 2 + growth
+    return not is_beside and -1e-6 <= point.y + LEVEL_SLACK_M <= OVER_M + LEVEL_SLACK_M
+
+
+def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> bool:
+    """Whether a point over an interior surface is below its ceiling or rim and within the receptacle's own box."""
+    if not surface.is_inside:
+        return True
+    x, height, z = offset_from(frame, point)
+    size, center = receptacle.asset.size, surface.center
+    is_in_box = abs(center.x + x) <= size.x / 2 and abs(center.z + z) <= size.z / 2
+    return is_in_box and height < headroom(receptacle.asset, surface) - LEVEL_SLACK_M
+
+
+def headroom(asset: Asset, surface: Surface) -> float:
+    """Returns the height (m) of the hollow over an interior surface: up to what is above it, or to the asset's rim."""
+    return min(surface.clearance, asset.size.y / 2 - surface.center.y)
+
+
+def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
+    """Yields the thing's surfaces that lie flat now, with their frames."""
+    for surface in thing.asset.surfaces:
+        frame = surface_frame(thing, surface)
+        if is_level(frame):
+            yield surface, frame
+
+
+def joint_is_hinge(thing: Thing, joint: str | None) -> bool:
+    """Whether a joint turns what it carries."""
+    found = joint_of(thing.asset, joint)
+    return found is not None and found.kind == "hinge"

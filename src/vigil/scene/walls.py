@@ -1,0 +1,193 @@
+"""The shell of a house: wall panels with their holes, rooms, and where doors and windows sit.
+
+ProcTHOR's odd ways with walls are handled here and nowhere else: bottom points first for rooms but top points first for
+the outside; two coincident panels of opposite direction between rooms; holes given along the first panel only.
+"""
+
+import math
+
+import numpy as np
+import shapely
+
+from vigil.errors import HouseError
+from vigil.house import House, HouseDocument, Light, MaterialRef, Opening, Wall
+from vigil.house import Room as RoomNode
+from vigil.pose import Vec3, wrap_deg, yaw_towards
+from vigil.scene.outlines import floor_of
+from vigil.scene.things import Hole, RoomShape, WallPanel
+
+EXTERIOR = "exterior"
+DEFAULT_HEIGHT_M = 2.6
+LIGHT_DROP_M = 0.2
+DOOR_DEPTH_M = 0.14
+WINDOW_DEPTH_M = 0.09
+PROBE_M = 0.01
+LEAST_FLOOR_M2 = 0.01
+LEAST_WALL_M = 1e-4
+FARTHEST_SHELL_M = 200.0
+"""No room, wall or opening is beyond this; floors and walls are drawn in cells of half a metre."""
+
+
+def rooms_of(house: House) -> list[RoomShape]:
+    """Returns the rooms with heights from their walls and lights from the document, else from their middle.
+
+    Raises HouseError when a floor crosses itself, has no area, or the house is absurdly large.
+    """
+    document = house.document
+    _check_extent(house)
+    for room in document.rooms:
+        if not (floor := floor_of(room)).is_valid:
+            raise HouseError(
+                f"House {house.name!r}: room {room.id!r}: its floor is no simple polygon "
+                f"({shapely.is_valid_reason(floor)}). Put its corners in their order round the room."
+            )
+        if floor.area < LEAST_FLOOR_M2:
+            raise HouseError(
+                f"House {house.name!r}: room {room.id!r}: its floor has {floor.area:.2g} m2, expected at least "
+                f"{LEAST_FLOOR_M2:g}. Mend its corners, or leave the room out."
+            )
+    points = [light for light in document.procedural_parameters.lights if light.type == "point"]
+    return [_room(room, document, points) for room in document.rooms]
+
+
+def _check_extent(house: House) -> None:
+    """Raises HouseError when a room, wall or hole is so far away that the house could not be held in memory."""
+    document = house.document
+    shapes = [(f"room {room.id!r}", room.floor_polygon) for room in document.rooms]
+    shapes += [(f"wall {wall.id!r}", wall.polygon) for wall in document.walls]
+    shapes += [(f"opening {each.id!r}", each.hole_polygon) for each in [*document.doors, *document.windows]]
+    for name, points in shapes:
+        reach = max(abs(value) for point in points for value in point.vec)
+        if reach > FARTHEST_SHELL_M:
+            raise HouseError(
+                f"House {house.name!r}: {name} reaches {reach:g} m from the origin, more than the limit of "
+                f"{FARTHEST_SHELL_M:g} m. Are its coordinates metres?"
+            )
+
+
+def panels_of(house: House) -> list[WallPanel]:
+    """Returns the wall panels with the holes of all doors and windows.
+
+    Raises HouseError on a wall without length or height.
+    """
+    document = house.document
+    for wall in document.walls:
+        heights = [point.y for point in wall.polygon]
+        if math.dist(*_ends(wall)) < LEAST_WALL_M or max(heights) - min(heights) < LEAST_WALL_M:
+            raise HouseError(
+                f"House {house.name!r}: wall {wall.id!r} has no length or no height. Mend its corners, or leave it out."
+            )
+    walls = {wall.id: wall for wall in document.walls}
+    rooms = {room.id: floor_of(room) for room in document.rooms}
+    holes: dict[str, list[Hole]] = {}
+    for opening in [*document.doors, *document.windows]:
+        for wall_id in dict.fromkeys((opening.wall0, opening.wall1)):
+            if wall_id in walls:
+                holes.setdefault(wall_id, []).append(_hole_in(walls[wall_id], opening, walls[opening.wall0]))
+    return [_panel(wall, tuple(holes.get(wall.id, ())), rooms) for wall in document.walls]
+
+
+def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel]) -> tuple[Vec3, float, Vec3]:
+    """Returns an opening's centre, its yaw (front towards its first room) and the size that fits its hole."""
+    panel = panels[opening.wall0]
+    xs, ys = _hole_extent(opening)
+    start, direction = np.array(panel.start), _direction(panel.start, panel.end)
+    x, z = start + direction * (sum(xs) / 2)
+    yaw = yaw_towards(Vec3(0.0, 0.0, 0.0), Vec3(panel.normal[0], 0.0, panel.normal[1]))
+    depth = DOOR_DEPTH_M if opening in house.document.doors else WINDOW_DEPTH_M
+    size = Vec3(round(xs[1] - xs[0], 4), round(ys[1] - ys[0], 4), depth)
+    return Vec3(float(x), panel.bottom + sum(ys) / 2, float(z)), wrap_deg(yaw), size
+
+
+def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomShape:
+    floor = floor_of(room)
+    own = [wall for wall in document.walls if wall.room_id == room.id and not _is_exterior(wall)]
+    height = max((point.y for wall in own or document.walls for point in wall.polygon), default=DEFAULT_HEIGHT_M)
+    light = _light_of(room, floor, lights)
+    if light is None:
+        inner = floor.representative_point() if not floor.contains(floor.centroid) else floor.centroid
+        place, rgb, intensity = Vec3(inner.x, height - LIGHT_DROP_M, inner.y), (1.0, 0.95, 0.9), 0.75
+    else:
+        place, rgb, intensity = light.position.vec, (light.rgb.r, light.rgb.g, light.rgb.b), light.intensity
+    return RoomShape(
+        id=room.id,
+        room_type=room.room_type,
+        polygon=np.array([(point.x, point.z) for point in room.floor_polygon]),
+        height=height,
+        floor_material=room.floor_material,
+        ceiling_material=document.procedural_parameters.ceiling_material,
+        light=place,
+        light_rgb=rgb,
+        light_intensity=intensity,
+    )
+
+
+def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
+    suffix = room.id.rpartition("|")[2]
+    named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
+    inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]
+    return next((light for light in named if light in inside), next(iter(inside), next(iter(named), None)))
+
+
+def _is_exterior(wall: Wall) -> bool:
+    return EXTERIOR in wall.room_id or EXTERIOR in wall.id.split("|")
+
+
+def _ends(wall: Wall) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Returns the two bottom points (x, z) in the document's order."""
+    bottom = min(point.y for point in wall.polygon)
+    low = [(point.x, point.z) for point in wall.polygon if point.y <= bottom + 1e-6]
+    return low[0], low[1] if len(low) > 1 else low[0]
+
+
+def _direction(start: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
+    along = np.subtract(end, start)
+    length = float(np.hypot(*along))
+    return along / length if length > 1e-9 else np.array([1.0, 0.0])
+
+
+def _hole_extent(opening: Opening) -> tuple[tuple[float, float], tuple[float, float]]:
+    xs, ys = [point.x for point in opening.hole_polygon], [point.y for point in opening.hole_polygon]
+    return (min(xs), max(xs)), (min(ys), max(ys))
+
+
+def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
+    """Returns the opening's hole along `wall`, through the house's frame when that is not its first wall."""
+    xs, ys = _hole_extent(opening)
+    if wall.id != first.id:
+        start, end = _ends(first)
+        points = np.array(start) + np.outer(xs, _direction(start, end))
+        start, end = _ends(wall)
+        along = sorted(float(value) for value in (points - np.array(start)) @ _direction(start, end))
+        xs = (along[0], along[1])
+    length = math.dist(*_ends(wall))
+    return Hole(left=max(0.0, xs[0]), right=min(length, xs[1]), bottom=ys[0], top=ys[1])
+
+
+def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon]) -> WallPanel:
+    start, end = _ends(wall)
+    heights = [point.y for point in wall.polygon]
+    exterior = _is_exterior(wall)
+    return WallPanel(
+        id=wall.id,
+        room_id=EXTERIOR if exterior else wall.room_id,
+        start=start,
+        end=end,
+        bottom=min(heights),
+        height=max(heights) - min(heights),
+        normal=_normal(start, end, None if exterior else rooms.get(wall.room_id), list(rooms.values())),
+        material=MaterialRef.model_validate(wall.material.model_dump()),
+        holes=tuple(sorted(holes, key=lambda hole: hole.left)),
+    )
+
+
+def _normal(
+    start: tuple[float, float], end: tuple[float, float], room: shapely.Polygon | None, rooms: list[shapely.Polygon]
+) -> tuple[float, float]:
+    """Returns the unit normal towards the panel's own room; for the outside, away from every room."""
+    direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
+    normal = np.array([direction[1], -direction[0]])
+    probe = shapely.Point(*(middle + PROBE_M * normal))
+    inward = room.contains(probe) if room is not None else not any(other.contains(probe) for other in rooms)
+    sign = 1.0 if inward else -1.0
+    return float(sign * normal[0]), float(sign * normal[1])

@@ -1,0 +1,100 @@
+"""Setting: what a person must know of a value that can be set. It stands in `Annotated`, beside the value's type.
+
+Each setting is declared once: as a field of a dataclass (`runner.settings.RunSettings`) or as an alias that several
+dataclasses and verbs share. The command line makes its options from the declaration, and `check_declared` holds the
+values that come from Python against the same bounds.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING, Field, dataclass, fields
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from vigil.errors import SettingError, did_you_mean
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """How a setting is called, explained and bounded."""
+
+    help: str
+    """Of one that is on by default: what turning it off does."""
+    name: str = ""
+    """Of its option, without the dashes; empty for the name of the field."""
+    least: float | None = None
+    most: float | None = None
+    metavar: str | None = None
+    """What stands for its value in the help; None for the name of its type."""
+    unset: str | None = None
+    """What holds while it is None, in the words of the help."""
+    env: str | None = None
+    """The variable that sets it where no option does."""
+    read: Callable[[Any], Any] | None = None
+    """Returns the value from the option's text, or from all its texts when it `repeats`. Raises SettingError."""
+    repeats: bool = False
+    """Whether `read` takes all texts of an option that may be given several times."""
+    is_option: bool = True
+    """Whether the command line offers it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A setting with its name in Python, its type without `Annotated`, and its default (MISSING without one)."""
+
+    name: str
+    kind: Any
+    setting: Setting
+    default: Any = MISSING
+
+
+def declared(name: str, annotation: Any, default: Any = MISSING) -> Declared | None:
+    """Returns the setting that an annotation declares, or None."""
+    if get_origin(annotation) is not Annotated:
+        return None
+    kind, *notes = get_args(annotation)
+    setting = next((note for note in notes if isinstance(note, Setting)), None)
+    return None if setting is None else Declared(name, kind, setting, default)
+
+
+def declared_in(settings: type) -> Iterator[Declared]:
+    """Yields the settings that a dataclass declares, in its order. Its module evaluates annotations at once."""
+    for field in fields(settings):
+        found = declared(field.name, field.type, _default(field))
+        if found is not None:
+            yield found
+
+
+def _default(field: Field) -> Any:
+    return field.default if field.default_factory is MISSING else field.default_factory()
+
+
+def check_declared(settings: Any) -> None:
+    """Raises SettingError when a value of a dataclass of settings is outside what its declaration allows."""
+    for one in declared_in(type(settings)):
+        value = getattr(settings, one.name)
+        if value is None:
+            continue
+        known = choices(one.kind)
+        if known and value not in known:
+            hint = did_you_mean(str(value), known)
+            raise SettingError(f"Setting {one.name} is {value!r}.{hint} Choose one of: {', '.join(known)}.")
+        if isinstance(value, int | float):
+            _check_number(one, value)
+
+
+def _check_number(one: Declared, value: float) -> None:
+    least, most = one.setting.least, one.setting.most
+    if not math.isfinite(value):
+        raise SettingError(f"Setting {one.name} is {value}; it must be a finite number.")
+    if least is not None and value < least:
+        raise SettingError(f"Setting {one.name} is {value}; it must be {least} or more.")
+    if most is not None and value > most:
+        raise SettingError(f"Setting {one.name} is {value}; it must be {most} or less.")
+
+
+def choices(kind: Any) -> tuple[str, ...]:
+    """Returns the values that a `Literal`, or an optional one, allows; nothing for another type."""
+    if get_origin(kind) in (Union, UnionType):
+        return next(filter(None, map(choices, get_args(kind))), ())
+    return get_args(kind) if get_origin(kind) is Literal else ()

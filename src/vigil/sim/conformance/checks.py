@@ -1,0 +1,50 @@
+"""The checks that every simulator backend must pass, in the trial house.
+
+Each check takes a `Trial` (`vigil.sim.conformance.trial`) and raises AssertionError with what was expected and found.
+They speak to a backend through `vigil.sim.protocol` alone.
+"""
+
+from collections.abc import Callable
+
+from vigil.sim.conformance import handling, moving, seeing
+from vigil.sim.conformance.trial import Trial
+
+Check = Callable[[Trial], None]
+
+CHECKS: tuple[Check, ...] = (
+    moving.walks_whole_steps_then_the_fraction,
+    moving.stops_at_a_wall,
+    moving.caps_long_actions,
+    moving.turns_by_any_angle,
+    moving.clamps_the_pitch,
+    moving.doors_stop_and_let_through,
+    moving.open_leaves_are_obstacles,
+    moving.things_block_by_their_parts,
+    moving.knows_where_the_body_fits,
+    moving.touching_is_no_trap,
+    handling.reaches_a_metre_and_a_half,
+    handling.picks_and_places_where_clicked,
+    handling.refuses_with_the_reason,
+    handling.places_beside_what_is_in_the_way,
+    handling.stacks_and_counts_supports,
+    handling.drops_straight_down,
+    handling.opens_and_closes,
+    handling.inside_and_on_top_are_places_of_their_own,
+    handling.leaves_stop_at_what_is_in_the_way,
+    handling.doors_open_and_close,
+    handling.drawers_carry_their_contents,
+    handling.appliances_interlock,
+    handling.contents_move_along,
+    handling.switches_change_the_state,
+    seeing.counts_visible_pixels,
+    seeing.counts_what_hides_a_thing,
+    seeing.counts_state_pixels,
+    seeing.sees_through_glass_but_clicks_it,
+    seeing.clicks_agree_with_pixels,
+    seeing.says_where_things_are,
+    seeing.draws_frames,
+    seeing.resets_exactly,
+    seeing.repeats_itself,
+    seeing.applies_setups,
+    seeing.refuses_impossible_setups,
+)

@@ -1,0 +1,86 @@
+"""Which kind of place a click on a receptacle means: inside it, on it, or inside what is shut.
+
+A thing is put where the click is or near by, but never from the top into the receptacle or back.
+"""
+
+import math
+from typing import Literal
+
+import shapely
+
+from vigil.assets.kernel.asset import Surface
+from vigil.pose import Vec3, rotate_floor
+from vigil.scene.geometry import Motion, box_of, prisms_of
+from vigil.scene.supports import headroom, is_shut, level_surfaces, offset_from
+from vigil.scene.things import Thing
+
+Kind = Literal["inside", "on", "shut"]
+
+BESIDE_M = 0.1
+"""How far beside a top a click on it may lie: its surface ends a little before its edge."""
+LEAF_M = 0.015
+"""How far from a leaf's solid a click on the leaf may lie."""
+SIDE_M = 0.01
+"""How deep under the side of a body's box its outer side may lie."""
+SLACK_M = 0.003
+
+
+def kind_meant(receptacle: Thing, point: Vec3) -> Kind:
+    """Returns the kind of place that a click at a point of a receptacle means.
+
+    A hollow that the point lies in comes first, then a top that it lies over, then what the leaf or drawer under it
+    shuts; the outer sides of a cupboard belong to its top, all else to what is nearest. `shut` is said of a hollow that
+    must be opened first.
+    """
+    surfaces = list(level_surfaces(receptacle))
+    if not surfaces:
+        return "on"
+    gaps = [_gap(receptacle, surface, frame, point) for surface, frame in surfaces]
+    nearest = surfaces[min(range(len(gaps)), key=gaps.__getitem__)][0]
+    if nearest.is_inside and min(gaps) == 0.0:
+        return _kind(receptacle, nearest)
+    if any(_is_over_top(surface, frame, point) for surface, frame in surfaces):
+        return "on"
+    behind = next((surface for surface, _ in surfaces if surface.needs_opening), None)
+    if behind is not None and _is_on_leaf(receptacle, point):
+        return _kind(receptacle, behind)
+    if behind is not None and _is_on_outer_side(receptacle, point):
+        return "on"
+    return _kind(receptacle, nearest)
+
+
+def _kind(receptacle: Thing, surface: Surface) -> Kind:
+    if surface.needs_opening and is_shut(receptacle):
+        return "shut"
+    return "inside" if surface.is_inside else "on"
+
+
+def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> float:
+    """Returns the distance from a point to the room over a surface: up to the rim or ceiling of a hollow."""
+    local = offset_from(frame, point)
+    above = headroom(receptacle.asset, surface) if surface.is_inside else surface.clearance
+    rise = max(-SLACK_M - local.y, local.y - above, 0.0)
+    return math.hypot(max(abs(local.x) - surface.size_x / 2, 0.0), rise, max(abs(local.z) - surface.size_z / 2, 0.0))
+
+
+def _is_over_top(surface: Surface, frame: Motion, point: Vec3) -> bool:
+    local = offset_from(frame, point)
+    is_beside = abs(local.x) > surface.size_x / 2 + BESIDE_M or abs(local.z) > surface.size_z / 2 + BESIDE_M
+    return not surface.is_inside and not is_beside and -SLACK_M <= local.y <= surface.clearance + SLACK_M
+
+
+def _is_on_outer_side(receptacle: Thing, point: Vec3) -> bool:
+    """Whether a point lies on one of the four sides of the upright box of the body."""
+    box = box_of(receptacle)
+    x, z = rotate_floor(point.x - box.center.x, point.z - box.center.z, -box.yaw)
+    return abs(x) > box.size.x / 2 - SIDE_M or abs(z) > box.size.z / 2 - SIDE_M
+
+
+def _is_on_leaf(receptacle: Thing, point: Vec3) -> bool:
+    place = shapely.Point(point.x, point.z)
+    return any(
+        prism.joint is not None
+        and prism.bottom - LEAF_M <= point.y <= prism.top + LEAF_M
+        and shapely.Polygon(prism.polygon).distance(place) <= LEAF_M
+        for prism in prisms_of(receptacle)
+    )

@@ -1,0 +1,322 @@
+"""The embedded simulator: a house as a scene, motion, manipulation and visibility, over any engine.
+
+It implements `vigil.sim.protocol.Simulator` and `PrivilegedSight`. The engine only draws and casts rays; a step whose
+frame is not requested draws nothing.
+"""
+
+import copy
+import math
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.actions import (
+    HORIZON_DOWN_DEG,
+    HORIZON_UP_DEG,
+    MAX_STEPS_PER_ACTION,
+    MAX_TURN_DEG,
+    STEP_M,
+    InteractPixel,
+    Look,
+    Navigate,
+    PhysicalAction,
+)
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import EpisodeError, SimulatorError
+from vigil.house import House
+from vigil.pose import Pose, Vec3, distance, floor_distance, heading, wrap_deg
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import box_of
+from vigil.scene.supports import ancestors, around, rests_over
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.engine import Engine
+from vigil.sim.core.handling import Click, interact
+from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.setup import apply_setup, unknown_object
+from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting, pixel_of
+from vigil.sim.core.state import SceneState
+from vigil.world import Effect, ObjectState, Setup, WorldState
+
+
+@dataclass(slots=True)
+class _Loaded:
+    house: House
+    state: SceneState
+    sight: Sight
+    initial: dict[str, Thing]
+
+
+class EmbeddedSimulator:
+    """A `Simulator` with `PrivilegedSight` over an engine."""
+
+    def __init__(self, engine: Engine, assets: AssetDatabase) -> None:
+        self.name = engine.name
+        self._engine = engine
+        self._assets = assets
+        self._loaded: _Loaded | None = None
+
+    def load(self, house: House) -> None:
+        """Builds the scene of `house`, replacing any earlier one. Raises HouseError."""
+        scene = build_scene(house, self._assets)
+        self._engine.load(scene)
+        first = scene.rooms[0].polygon[0]
+        nowhere = Pose(position=Vec3(float(first[0]), 0.0, float(first[1])), rotation=0.0)
+        state = SceneState(scene, nowhere, CollisionMap(scene))
+        initial = {thing_id: copy.copy(thing) for thing_id, thing in scene.things.items()}
+        self._loaded = _Loaded(house, state, Sight(self._engine, scene.things), initial)
+
+    def reset(self, start: Pose, setup: Setup) -> None:
+        """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
+        loaded = self._now()
+        state = loaded.state
+        state.agent, state.held = start, None
+        for thing_id, thing in state.scene.things.items():
+            if _restore(thing, loaded.initial[thing_id]):
+                state.mark(thing)
+        apply_setup(state, setup, loaded.house.name)
+        self._flush()
+        if not state.plan.centre_is_free(start.position):
+            x, _, z = start.position
+            raise EpisodeError(
+                f"House {loaded.house.name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every "
+                "room. Choose a start from the free places (`can_stand`)."
+            )
+
+    def step(self, action: PhysicalAction) -> Effect:
+        """Carries out one action, or refuses it; never raises for what an agent did."""
+        if isinstance(action, Navigate):
+            effect = self._turn(action) if action.mode.startswith("turn") else self._walk(action)
+        elif isinstance(action, Look):
+            effect = self._look(action)
+        else:
+            effect = self._interact(action)
+        self._now().state.carry_along()
+        self._flush()
+        return effect
+
+    def frame(self) -> np.ndarray:
+        """Returns the current egocentric frame, (480, 640, 3) uint8."""
+        state = self._now().state
+        return self._engine.draw(state.agent, state.held)
+
+    def object_at(self, x: int, y: int) -> str | None:
+        """Returns the id of the object under a pixel; None for structure without an id and sky."""
+        loaded = self._now()
+        thing, _ = loaded.sight.click(loaded.state.agent, x, y)
+        return thing.id if thing else None
+
+    def world(self, object_ids: Iterable[str]) -> WorldState:
+        """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        loaded = self._now()
+        things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
+        seen = loaded.sight.see(loaded.state.agent, things)
+        objects = {thing.id: self._object_state(thing, seen[thing.id], things) for thing in things}
+        return WorldState(agent=loaded.state.agent, held=loaded.state.held, objects=objects)
+
+    def renderer(self) -> str:
+        """Returns the GL renderer string; "none" when no frame can be drawn."""
+        return self._engine.renderer()
+
+    def close(self) -> None:
+        """Frees what the scene holds; the simulator can load again."""
+        self._engine.close()
+        self._loaded = None
+
+    # PrivilegedSight: for solvers, validators and authoring alone.
+
+    def object_ids(self) -> list[str]:
+        """Returns the ids of all objects present, sorted."""
+        return sorted(thing.id for thing in self._now().state.scene.things.values() if thing.is_present)
+
+    def pixels_of(self, object_id: str) -> np.ndarray:
+        """Returns the pixels (n, 2) of x, y on which a click hits the object, maybe strided; n = 0 when none."""
+        loaded = self._now()
+        return loaded.sight.clickable(loaded.state.agent, self._thing(object_id))
+
+    def pixel_of(self, point: Vec3) -> tuple[int, int] | None:
+        """Returns the pixel that a world point projects to; None outside the frame or behind."""
+        return pixel_of(self._now().state.agent, point)
+
+    def can_stand(self, position: Vec3) -> bool:
+        """Whether the agent's body fits there."""
+        return self._now().state.plan.can_stand(position)
+
+    def path_is_free(self, start: Vec3, end: Vec3) -> bool:
+        """Whether the body can be swept straight from one place to the other."""
+        return self._now().state.plan.path_is_free(start, end)
+
+    def reachable(self, start: Vec3, step_m: float = STEP_M) -> np.ndarray:
+        """Returns the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
+        return self._now().state.plan.reachable(start, step_m)
+
+    def scene(self) -> Scene:
+        """Returns the scene as it is now: rooms, panels, and every thing with its category, asset, surfaces and state.
+
+        To look at, never to change.
+        """
+        return self._now().state.scene
+
+    def room_at(self, position: Vec3) -> str | None:
+        """Returns the id of the room whose floor holds a place; None outside."""
+        return self._now().state.plan.room_at(position)
+
+    def sees_from(self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False) -> np.ndarray:
+        """Returns which of n points on an object rays from `eye`, which may be anywhere, meet before all else."""
+        offsets = points - np.array(eye)
+        away = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
+        rays, thing = offsets / away[:, None], self._thing(object_id)
+        return self._now().sight.meets(eye, rays, thing, through_glass=through_glass)
+
+    @contextmanager
+    def rehearsal(self) -> Iterator[None]:
+        """Undoes at its end all that is done inside."""
+        state = self._now().state
+        agent, held = state.agent, state.held
+        before = {thing_id: copy.copy(thing) for thing_id, thing in state.scene.things.items()}
+        try:
+            yield
+        finally:
+            state.agent, state.held = agent, held
+            for thing_id, thing in state.scene.things.items():
+                if _restore(thing, before[thing_id]):
+                    state.mark(thing)
+            self._flush()
+
+    @contextmanager
+    def standing_at(self, pose: Pose) -> Iterator[None]:
+        """Stands the agent elsewhere for the time being, wherever that is."""
+        with self.rehearsal():
+            state = self._now().state
+            state.agent = pose
+            state.carry_along()
+            self._flush()
+            yield
+
+    def _now(self) -> _Loaded:
+        if self._loaded is None:
+            raise SimulatorError(f"Simulator {self.name!r} has no house: call `load` first.")
+        return self._loaded
+
+    def _thing(self, object_id: str) -> Thing:
+        loaded = self._now()
+        thing = loaded.state.scene.things.get(object_id)
+        if thing is None:
+            raise EpisodeError(unknown_object(object_id, loaded.state.scene, loaded.house.name))
+        return thing
+
+    def _flush(self) -> None:
+        state = self._now().state
+        changed = state.flush()
+        if changed:
+            self._engine.update(state.scene, changed)
+
+    def _walk(self, action: Navigate) -> Effect:
+        state = self._now().state
+        magnitude = min(action.magnitude, float(MAX_STEPS_PER_ACTION))
+        sign = 1.0 if action.mode == "forward" else -1.0
+        ahead_x, ahead_z = heading(state.agent.rotation)
+        moved_m, blocker = 0.0, None
+        for length_m in _sweeps(magnitude):
+            x, y, z = state.agent.position
+            end = Vec3(x + sign * length_m * ahead_x, y, z + sign * length_m * ahead_z)
+            blocker = state.plan.blocker(state.agent.position, end)
+            if blocker is not None:
+                break
+            state.agent = state.agent.model_copy(update={"position": end})
+            moved_m += length_m
+        return Effect(
+            moved_m=moved_m,
+            path_blocked=blocker is not None,
+            blocked_by=blocker,
+            refusal="path_blocked" if blocker is not None and moved_m == 0.0 else None,
+            capped=action.magnitude > MAX_STEPS_PER_ACTION,
+        )
+
+    def _turn(self, action: Navigate) -> Effect:
+        state = self._now().state
+        angle = min(action.magnitude, MAX_TURN_DEG) * (1.0 if action.mode == "turn_right" else -1.0)
+        state.agent = state.agent.model_copy(update={"rotation": wrap_deg(state.agent.rotation + angle)})
+        return Effect(turned_deg=angle, capped=action.magnitude > MAX_TURN_DEG)
+
+    def _look(self, action: Look) -> Effect:
+        state = self._now().state
+        wanted = state.agent.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
+        horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
+        pitched = horizon - state.agent.horizon
+        state.agent = state.agent.model_copy(update={"horizon": horizon})
+        return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
+
+    def _interact(self, action: InteractPixel) -> Effect:
+        loaded = self._now()
+        state = loaded.state
+        if action.x is None or action.y is None or action.intent == "drop":
+            result = interact(state, action.intent, Click(None, None))
+            return Effect(refusal=result.refusal, changed=result.changed)
+        if not (0 <= action.x < WIDTH and 0 <= action.y < HEIGHT):
+            return Effect(refusal="nothing_hit")
+        thing, point = loaded.sight.click(state.agent, action.x, action.y)
+        near = loaded.sight.near(state.agent, action.x, action.y)
+        result = interact(state, action.intent, Click(thing, point))
+        return Effect(
+            hit=thing.id if thing else None,
+            hit_category=thing.category if thing else None,
+            near=near,
+            click_m=None if point is None else floor_distance(state.agent.position, point),
+            too_far=result.refusal == "too_far",
+            blocked_by=result.blocked_by,
+            refusal=result.refusal,
+            changed=result.changed,
+        )
+
+    def _object_state(self, thing: Thing, seen: Sighting, asked: list[Thing]) -> ObjectState:
+        state = self._now().state
+        box = box_of(thing)
+        return ObjectState(
+            category=thing.category,
+            position=thing.position,
+            box=box,
+            openness=thing.openness if thing.is_openable else None,
+            is_toggled=thing.is_toggled if thing.is_toggleable else None,
+            is_held=state.held == thing.id,
+            visible=seen.visible,
+            visible_px=seen.visible_px,
+            open_px=seen.open_px,
+            toggle_px=seen.toggle_px,
+            nearest_visible_m=seen.nearest_m,
+            box_distance_m=box.floor_distance(state.agent.position),
+            center_distance_m=distance(state.agent.position, thing.position),
+            parent=thing.parent,
+            support_chain=tuple(below.id for below in ancestors(state.scene, thing)),
+            inside=tuple(other.id for other in around(state.scene, thing)),
+            over=_over(thing, asked, inside=False),
+            over_inside=_over(thing, asked, inside=True),
+        )
+
+
+def _over(thing: Thing, asked: list[Thing], *, inside: bool) -> tuple[str, ...]:
+    if thing.is_held or not thing.is_present:
+        return ()
+    receptacles = (other for other in asked if other.is_receptacle and other.is_present and not other.is_held)
+    others = (other for other in receptacles if other is not thing)
+    return tuple(sorted(other.id for other in others if rests_over(thing, other, inside=inside)))
+
+
+def _sweeps(magnitude: float) -> list[float]:
+    """Returns the lengths (m) of a walk: whole steps, then the fraction."""
+    whole = math.floor(magnitude + 1e-9)
+    rest = magnitude - whole
+    return [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else [])
+
+
+_PLACE = ("position", "rotation", "parent", "parent_joint", "surface")
+_STATE = ("openness", "is_toggled", "is_held", "from_hand", "is_present")
+
+
+def _restore(thing: Thing, initial: Thing) -> bool:
+    """Makes a thing as it was when loaded. Returns whether that changed it."""
+    changed = [name for name in (*_PLACE, *_STATE) if getattr(thing, name) != getattr(initial, name)]
+    for name in changed:
+        setattr(thing, name, getattr(initial, name))
+    return bool(changed)

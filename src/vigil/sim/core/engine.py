@@ -1,0 +1,52 @@
+"""The seam between the engine-neutral simulator and what draws and casts rays for it."""
+
+# pyright: reportReturnType=false
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene
+
+BEARS_OPEN = 1
+BEARS_TOGGLE = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RayHits:
+    """What n rays met."""
+
+    things: np.ndarray
+    """(n,) int32: index of the thing in the scene's order; -1 for structure without an id or nothing."""
+    roles: np.ndarray
+    """(n,) uint8: bits BEARS_OPEN and BEARS_TOGGLE of the part that was hit."""
+    distances: np.ndarray
+    """(n,) float64 metres from the origin; inf where nothing was met."""
+
+
+class Engine(Protocol):
+    """Draws a scene and casts rays into it; keeps no world state of its own."""
+
+    name: str
+    """With version, for run headers."""
+
+    def load(self, scene: Scene) -> None:
+        """Builds `scene`, replacing any earlier one."""
+
+    def update(self, scene: Scene, ids: set[str]) -> None:
+        """Takes over the present places and states of the named things."""
+
+    def cast(self, origin: Vec3, directions: np.ndarray, *, through_glass: bool, only: str | None = None) -> RayHits:
+        """Casts rays along unit `directions` (n, 3). Held and absent things are never met; with `only`
+        nothing but that thing is."""
+
+    def draw(self, agent: Pose, held: str | None) -> np.ndarray:
+        """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+
+    def renderer(self) -> str:
+        """Returns the GL renderer string; "none" when there is no GL."""
+
+    def close(self) -> None:
+        """Frees the scene."""

@@ -1,0 +1,152 @@
+"""Where the body fits and how far it gets: a vertical cylinder swept through the floor plan.
+
+Obstacles are the solids of things that reach into 0.05 .. 1.8 m above the floor, leaves at their present openness
+included, and walls but for holes that a body passes through. A sweep is free when no obstacle comes nearer than the
+body's radius. **Touching at the start**: an obstacle that is already nearer than the radius (a leaf that was closed
+against the body, a start pose at a table's edge) only blocks a sweep that would come nearer still, so the
+body can always walk away from it and is never stuck for ever.
+"""
+
+import math
+
+import numpy as np
+import shapely
+
+from vigil.pose import Vec3
+from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.things import Scene
+
+TOUCH_M = 1e-6
+"""Slack of the distance test: exact contact is free."""
+EXTERIOR = "exterior"
+
+
+class CollisionMap:
+    """The obstacles of a scene in the floor plane, kept up to date thing by thing."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._inside = whole_floor(scene.rooms)
+        shapely.prepare(self._inside)
+        self._wall_shapes = [(panel.id, shape) for panel in scene.panels for shape in wall_shapes(panel)]
+        self._thing_shapes: dict[str, list[shapely.Geometry]] = {}
+        self._tree: shapely.STRtree | None = None
+        self._shapes = np.empty(0, dtype=object)
+        self._owners: list[str] = []
+
+    def refresh(self, ids: set[str]) -> None:
+        """Takes over the present places and states of the named things."""
+        for thing_id in ids:
+            self._thing_shapes.pop(thing_id, None)
+        self._tree = None
+
+    def room_at(self, position: Vec3) -> str | None:
+        """Returns the id of the room whose floor holds a place; None outside."""
+        point = shapely.Point(position.x, position.z)
+        return next((room.id for room in self._scene.rooms if shapely.Polygon(room.polygon).covers(point)), None)
+
+    def can_stand(self, position: Vec3) -> bool:
+        """Whether the body fits there."""
+        point = shapely.Point(position.x, position.z)
+        return bool(self._inside.contains(point)) and not len(self._near(point))
+
+    def is_inside(self, shape: shapely.Geometry) -> bool:
+        """Whether a floor shape lies inside the rooms."""
+        return bool(self._inside.covers(shape))
+
+    def centre_is_free(self, position: Vec3) -> bool:
+        """Whether at least the body's axis is inside a room and in no obstacle."""
+        point = shapely.Point(position.x, position.z)
+        return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * 0.25))
+
+    def blocker(self, start: Vec3, end: Vec3) -> str | None:
+        """Returns the id of what stops the body between two places, the nearest to `start`; None when free."""
+        sweep = shapely.LineString([(start.x, start.z), (end.x, end.z)])
+        origin = shapely.Point(start.x, start.z)
+        hits = self._near(sweep)
+        if len(hits):
+            owners = sorted({self._owners[hit] for hit in hits})
+            before, during, ending = (
+                self._gaps(owners, hits, shape) for shape in (origin, sweep, shapely.Point(end.x, end.z))
+            )
+            deeper = during < np.minimum(before, BODY_RADIUS_M) - TOUCH_M
+            deeper |= (before <= TOUCH_M) & (ending <= TOUCH_M)
+            if deeper.any():
+                return min(
+                    (gap, owner) for gap, owner, is_deeper in zip(before, owners, deeper, strict=True) if is_deeper
+                )[1]
+        return None if self._inside.covers(sweep) else EXTERIOR
+
+    def path_is_free(self, start: Vec3, end: Vec3) -> bool:
+        """Whether the body can be swept straight from one place to the other."""
+        return self.blocker(start, end) is None
+
+    def reachable(self, start: Vec3, step_m: float = GRID_M) -> np.ndarray:
+        """Returns the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
+        cells, free = self._free_grid(start, step_m)
+        index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
+        edges = [(a, index[near]) for (i, k), a in index.items() for near in ((i + 1, k), (i, k + 1)) if near in index]
+        links: dict[int, list[int]] = {}
+        if edges:
+            pairs = np.array(edges)
+            sweeps = np.array(shapely.linestrings(np.stack([free[pairs[:, 0]], free[pairs[:, 1]]], axis=1)), ndmin=1)
+            blocked = self._any_near(sweeps) | ~shapely.covers(self._inside, sweeps)
+            for edge in np.flatnonzero((pairs == index[0, 0]).any(axis=1)):  # the start may touch something
+                near = free[pairs[edge][pairs[edge] != index[0, 0]][0]]
+                blocked[edge] = self.blocker(start, Vec3(float(near[0]), start.y, float(near[1]))) is not None
+            for a, b in pairs[~blocked]:
+                links.setdefault(int(a), []).append(int(b))
+                links.setdefault(int(b), []).append(int(a))
+        return free[_flood(index.get((0, 0)), links)]
+
+    def _free_grid(self, start: Vec3, step_m: float) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the cells (n, 2) in which the body fits, counted from `start`, with their places."""
+        left, low, right, high = self._inside.bounds
+        columns = np.arange(math.ceil((left - start.x) / step_m), math.floor((right - start.x) / step_m) + 1)
+        rows = np.arange(math.ceil((low - start.z) / step_m), math.floor((high - start.z) / step_m) + 1)
+        cells = np.stack(np.meshgrid(columns, rows, indexing="ij"), axis=-1).reshape(-1, 2)
+        places = np.array([start.x, start.z]) + cells * step_m
+        points = np.array(shapely.points(places), ndmin=1)
+        fits = shapely.contains(self._inside, points) & ~self._any_near(points)
+        fits |= (cells == 0).all(axis=1)
+        return cells[fits], places[fits]
+
+    def _gaps(self, owners: list[str], hits: np.ndarray, shape: shapely.Geometry) -> np.ndarray:
+        """Returns each owner's distance (m) to a shape, over its parts that a sweep comes near to."""
+        gaps = shapely.distance(self._shapes[hits], shape)
+        names = np.array([self._owners[hit] for hit in hits])
+        return np.array([gaps[names == owner].min() for owner in owners])
+
+    def _any_near(self, shapes: np.ndarray) -> np.ndarray:
+        tree = self._indexed()
+        near = np.zeros(len(shapes), dtype=bool)
+        near[tree.query(shapes, predicate="dwithin", distance=BODY_RADIUS_M - TOUCH_M)[0]] = True
+        return near
+
+    def _near(self, shape: shapely.Geometry, within_m: float = BODY_RADIUS_M) -> np.ndarray:
+        return np.sort(self._indexed().query(shape, predicate="dwithin", distance=within_m - TOUCH_M))
+
+    def _indexed(self) -> shapely.STRtree:
+        if self._tree is None:
+            owned = list(self._wall_shapes)
+            for thing in self._scene.things.values():
+                if thing.is_present and not thing.is_held:
+                    if thing.id not in self._thing_shapes:
+                        self._thing_shapes[thing.id] = thing_shapes(thing)
+                    owned.extend((thing.id, shape) for shape in self._thing_shapes[thing.id])
+            self._owners = [owner for owner, _ in owned]
+            self._shapes = np.array([shape for _, shape in owned] or [], dtype=object)
+            self._tree = shapely.STRtree(self._shapes)
+        return self._tree
+
+
+def _flood(first: int | None, links: dict[int, list[int]]) -> list[int]:
+    if first is None:
+        return []
+    seen, queue = {first}, [first]
+    for cell in queue:
+        for near in links.get(cell, ()):
+            if near not in seen:
+                seen.add(near)
+                queue.append(near)
+    return sorted(seen)

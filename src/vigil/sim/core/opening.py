@@ -1,0 +1,160 @@
+"""Opening and closing: a leaf, lid or drawer moves all the way, or not at all when something is in its way.
+
+The moving solids are sampled finely along their motion. They stop for another thing's solid or the agent's body when
+they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or overlap
+a little at rest, as furniture in generated houses does, keep nothing shut. What hangs in or on a wall has a wider
+tolerance. Walls, windows and shut doors have none: no part, handles included, reaches into the next room
+(`vigil.scene.partitions`).
+
+A drawer takes along what lies in it, the open cover of a book too: that cover must not get into the carrier's own body,
+nor into anything else.
+"""
+
+import math
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG, WALL
+from vigil.scene.geometry import Prism, joint_of, moving_prisms_of, part_motion, penetrations, prisms_of
+from vigil.scene.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
+from vigil.scene.things import Thing
+from vigil.sim.core.state import AGENT, SceneState
+
+TOLERANCE_M = 0.015
+WALL_TOLERANCE_M = 0.05
+SAMPLE_M = 0.02
+MOVED_WITHIN = 0.005
+
+
+def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
+    """Returns the id of what stops the thing's parts on their way to openness `target`; None when nothing does."""
+    rider = _rider(state, thing)
+    if rider is not None:
+        return rider
+    samples = _samples(thing, target)
+    partition = state.partitions.blocker(thing, samples)
+    if partition is not None:
+        return partition
+    obstacles = _obstacles(state, thing)
+    struck = _struck(state, [moving_prisms_of(thing, openness) for openness in samples], obstacles)
+    return struck or _struck_by_carried(state, thing, samples, obstacles)
+
+
+def _struck(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
+    """Returns the owner of the solid that stops others on their path; None when nothing does."""
+    if not path[0]:
+        return None
+    obstacles = _within_reach(obstacles, path)
+    if not obstacles:
+        return None
+    solids = [solid for _, solid in obstacles]
+    at_rest = penetrations(path[0], solids)
+    slack = np.array([_tolerance(state, owner) for owner, _ in obstacles])
+    for prisms in path[1:]:
+        excess = penetrations(prisms, solids) - np.maximum(at_rest, 0.0) - slack
+        if float(excess.max()) > 0.0:
+            return obstacles[int(np.unravel_index(int(excess.argmax()), excess.shape)[1])][0]
+    return None
+
+
+def _struck_by_carried(
+    state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
+) -> str | None:
+    """Returns what stops the open leaves of things that move along; of the thing's own body, the id of what is open."""
+    body = [prism for prism in prisms_of(thing) if prism.joint is None]
+    for joint in thing.asset.joints:
+        before = part_motion(thing, joint.name).inverse()
+        motions = [part_motion(thing, joint.name, openness).after(before) for openness in samples]
+        for carried in carried_by(state.scene, thing, joint.name):
+            if carried.openness == 0.0:
+                continue
+            path = [moving_prisms_of(carried, along=motion) for motion in motions]
+            struck = _struck(state, path, [*obstacles, *((carried.id, prism) for prism in body)])
+            if struck is not None:
+                return struck
+    return None
+
+
+def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
+    """Returns the id of what a thing lies inside of whose own body its open leaf sticks in, deeper than shut."""
+    if thing.openness == 0.0:
+        return None
+    shut, now = (moving_prisms_of(thing, openness) for openness in (0.0, thing.openness))
+    for carrier in around(state.scene, thing):
+        body = [(carrier.id, prism) for prism in prisms_of(carrier) if prism.joint is None]
+        struck = _struck(state, [shut, now], body)
+        if struck is not None:
+            return struck
+    return None
+
+
+def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
+    """Opens or closes without asking whether it can, drawers' contents along. Returns what changed, the thing first."""
+    moved: list[Thing] = []
+    for joint in thing.asset.joints:
+        along = carried_by(state.scene, thing, joint.name)
+        before, after = part_motion(thing, joint.name), part_motion(thing, joint.name, target)
+        moved += state.shift(along, after.after(before.inverse()))
+    thing.openness = target
+    state.mark(thing)
+    return [thing, *moved]
+
+
+def _rider(state: SceneState, thing: Thing) -> str | None:
+    """Returns the id of what lies on a lid or cover, on no surface of its own (a pen on a laptop)."""
+    if not any(joint.kind == "hinge" for joint in thing.asset.joints):
+        return None
+    riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
+    return next((rider for rider in riders if state.scene.things[rider].surface is None), None)
+
+
+def _samples(thing: Thing, target: float) -> list[float]:
+    reach = max((_travel_m(thing, joint.name) for joint in thing.asset.joints), default=0.0)
+    count = max(2, math.ceil(reach * abs(target - thing.openness) / SAMPLE_M) + 1)
+    return [float(value) for value in np.linspace(thing.openness, target, count)]
+
+
+def _travel_m(thing: Thing, name: str) -> float:
+    """Returns the greatest distance that a joint's solids travel."""
+    joint = joint_of(thing.asset, name)
+    if joint is None or joint.kind == "slide":
+        return abs(joint.travel) if joint else 0.0
+    carried = [solid for solid in thing.asset.solids if solid.joint == name]
+    corners = [(x, y, z) for solid in carried for x, z in solid.polygon for y in (solid.bottom, solid.top)]
+    arm = max((math.dist(corner, joint.origin) for corner in corners), default=0.0)
+    return arm * math.radians(abs(joint.travel))
+
+
+def _obstacles(state: SceneState, thing: Thing) -> list[tuple[str, Prism]]:
+    """Returns what can stop the thing's parts besides partitions: not itself, what moves along, or what lies inside."""
+    ignored = {thing.id}
+    for child in children(state.scene, thing.id):
+        if _goes_along_or_lies_inside(thing, child):
+            ignored.update(each.id for each in [child, *contents(state.scene, child.id)])
+    return [*state.thing_solids(ignored), (AGENT, state.body())]
+
+
+def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
+    surface = surface_named(thing, child.surface)
+    if surface is None:
+        return thing.asset.size.y / 2 > child.position.y - thing.position.y
+    return surface.needs_opening or (surface.joint is not None and not joint_is_hinge(thing, surface.joint))
+
+
+def _tolerance(state: SceneState, owner: str) -> float:
+    thing = state.scene.things.get(owner)
+    is_at_wall = thing is not None and (thing.is_structure or WALL in CATALOG[thing.category].rests_on)
+    return WALL_TOLERANCE_M if is_at_wall else TOLERANCE_M
+
+
+def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> list[tuple[str, Prism]]:
+    corners = np.concatenate([prism.polygon for prisms in path for prism in prisms])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    bottom, top = min(p.bottom for prisms in path for p in prisms), max(p.top for prisms in path for p in prisms)
+    near: list[tuple[str, Prism]] = []
+    for owner, prism in solids:
+        left, front, right, back = prism.bounds
+        is_beside = left >= high[0] or right <= low[0] or front >= high[1] or back <= low[1]
+        if not is_beside and prism.bottom < top and prism.top > bottom:
+            near.append((owner, prism))
+    return near

@@ -1,0 +1,263 @@
+"""Putting things down: at a clicked point, at the nearest free spot, or straight down in front of the body.
+
+"Within 0.3 m" is measured from the clicked point to the place under the thing's middle: in space, but along the floor
+alone where the point lies over the surface. A placed thing keeps the yaw that it has in the house when it fits so, else
+it is turned to the surface's own sides. The search is a fixed grid ordered by distance, so the same state gives the
+same spot.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from vigil.assets.kernel.asset import Surface
+from vigil.pose import Vec3, heading, wrap_deg
+from vigil.scene.geometry import Motion, Prism, place_of, prisms_of
+from vigil.scene.outlines import polygon_of
+from vigil.scene.supports import contents, is_shut, level_surfaces, offset_from
+from vigil.scene.things import Thing
+from vigil.sim.core.click_target import kind_meant
+from vigil.sim.core.state import SceneState
+
+SPOT_WITHIN_M = 0.3
+SPOT_STEP_M = 0.025
+EDGE_INSIDE_M = 0.01
+EDGE_M = 0.03
+"""How far a thing may stand out over the edge of a surface."""
+SLACK_M = 0.003
+WALL_GAP_M = 0.0001
+"""What is put down keeps this from walls, windows and shut doors: it stays in its room."""
+OWN_SLACK_M = 0.01
+"""How far a thing may reach into a back, side or post of what it is put on."""
+BESIDE_M = 0.1
+DROP_AHEAD_M = (0.4, 0.3, 0.5)
+DROP_FROM_M = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldBox:
+    """The upright box of a held stack in the held thing's own frame."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def height(self) -> float:
+        """Of the whole stack (m)."""
+        return float(self.high[1] - self.low[1])
+
+    def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = SLACK_M) -> np.ndarray:
+        """Returns the (n, 4, 2) corners at n places with n yaws, a little drawn in."""
+        low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
+        middle = (low + high) / 2
+        low, high = np.minimum(low, middle - 1e-3), np.maximum(high, middle + 1e-3)
+        corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+        sin, cos = np.sin(np.radians(yaw))[:, None], np.cos(np.radians(yaw))[:, None]
+        turned_x = corners[:, 0] * cos + corners[:, 1] * sin
+        turned_z = corners[:, 1] * cos - corners[:, 0] * sin
+        return np.stack([turned_x + x[:, None], turned_z + z[:, None]], axis=-1)
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """Where a thing can be put down."""
+
+    position: Vec3
+    yaw: float
+    parent: str | None = None
+    surface: str | None = None
+    joint: str | None = None
+
+
+def bulk_of(state: SceneState, held: Thing) -> HeldBox:
+    """Returns the bulk of a thing in the hand with all that rests on it."""
+    inverse = place_of(held).inverse()
+    stack = [held, *contents(state.scene, held.id)]
+    points = [_in_frame(prism, inverse) for thing in stack for prism in prisms_of(thing)]
+    half = np.array(held.asset.size) / 2
+    points.append(np.stack([-half, half]))
+    stacked = np.concatenate(points)
+    return HeldBox(stacked.min(axis=0), stacked.max(axis=0))
+
+
+def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> Spot | None:
+    """Returns the free spot nearest to the clicked point, at most 0.3 m from it: inside or on top, as was clicked."""
+    bulk = bulk_of(state, held)
+    kind = kind_meant(receptacle, clicked)
+    surfaces = [each for each in open_surfaces(receptacle) if kind == ("inside" if each[0].is_inside else "on")]
+    options = [_spots(bulk, held, surface, frame, clicked) for surface, frame in surfaces]
+    candidates = sorted((candidate for found in options for candidate in found), key=lambda item: item[0])
+    for chunk in (candidates[:9], candidates[9:]):
+        free = _first_free(state, bulk, [spot for _, spot in chunk], receptacle, clicked)
+        if free is not None:
+            return Spot(free.position, free.yaw, receptacle.id, free.surface, free.joint)
+    return None
+
+
+def spot_below(state: SceneState, held: Thing) -> Spot | None:
+    """Returns where the held thing comes to rest when dropped; None when no place ahead is free."""
+    bulk = bulk_of(state, held)
+    ahead_x, ahead_z = heading(state.agent.rotation)
+    for ahead_m in DROP_AHEAD_M:
+        x, z = state.agent.position.x + ahead_m * ahead_x, state.agent.position.z + ahead_m * ahead_z
+        if not _is_cut_off(state, x, z):
+            spot = _landing(state, held, bulk, x, z)
+            if spot is not None:
+                return spot
+    return None
+
+
+def put_down(state: SceneState, spot: Spot) -> list[Thing]:
+    """Empties the hand at a spot. Returns what was put down, the held thing first."""
+    held = state.release()[0]
+    held.parent, held.surface, held.parent_joint = spot.parent, spot.surface, spot.joint
+    return state.move(held, spot.position, Vec3(0.0, wrap_deg(spot.yaw), 0.0))
+
+
+def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
+    """Returns the level surfaces that a hand can reach now, with their frames."""
+    shut = is_shut(receptacle)
+    return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
+
+
+def _in_frame(prism: Prism, inverse: Motion) -> np.ndarray:
+    rings = [np.insert(prism.polygon, 1, height, axis=1) for height in (prism.bottom, prism.top)]
+    return inverse(np.concatenate(rings))
+
+
+def _yaw_of(frame: Motion) -> float:
+    return math.degrees(math.atan2(frame.turn[0, 2], frame.turn[2, 2]))
+
+
+def _spots(
+    bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
+) -> list[tuple[tuple[float, ...], Spot]]:
+    """Returns the spots on a surface near the click that its edges and clearance allow, with sort keys."""
+    if bulk.height > surface.clearance + SLACK_M:
+        return []
+    local = offset_from(frame, clicked)
+    half = np.array([surface.size_x, surface.size_z]) / 2
+    nearest = np.clip([local.x, local.z], -half, half)
+    reach = math.floor(SPOT_WITHIN_M / SPOT_STEP_M)
+    steps = np.arange(-reach, reach + 1) * SPOT_STEP_M
+    places = nearest + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    rise = 0.0 if _is_over(surface, local) else local.y
+    gaps = np.sqrt(((places - [local.x, local.z]) ** 2).sum(axis=1) + rise**2)
+    keep = (np.abs(places) <= half + 1e-9).all(axis=1) & (gaps <= SPOT_WITHIN_M + 1e-9)
+    places, gaps = places[keep], np.round(gaps[keep], 6)
+    turn = _yaw_of(frame)
+    found: list[tuple[tuple[float, ...], Spot]] = []
+    edge = half + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
+    for rank, yaw in enumerate(dict.fromkeys((held.rotation.y, wrap_deg(turn), wrap_deg(turn + 90.0)))):
+        corners = bulk.footprint(places[:, 0], places[:, 1], np.full(len(places), yaw - turn))
+        for index in np.flatnonzero((np.abs(corners) <= edge).all(axis=(1, 2))):
+            point = frame(np.array([[places[index, 0], 0.0, places[index, 1]]]))[0]
+            position = Vec3(float(point[0]), float(point[1] - bulk.low[1]), float(point[2]))
+            key = (float(gaps[index]), float(rank), *map(float, places[index]))
+            found.append((key, Spot(position, yaw, None, surface.name, surface.joint)))
+    return found
+
+
+def _is_over(surface: Surface, point: Vec3) -> bool:
+    """Whether a clicked point lies in the free space over a surface, or on what bounds it (a bin's rim, a sofa's back).
+
+    What is put there sinks to the surface, so only the floor-plane distance counts.
+    """
+    is_beside = abs(point.x) > surface.size_x / 2 + BESIDE_M or abs(point.z) > surface.size_z / 2 + BESIDE_M
+    return not is_beside and -SLACK_M <= point.y <= surface.clearance + SLACK_M
+
+
+def _first_free(state: SceneState, bulk: HeldBox, spots: list[Spot], receptacle: Thing, clicked: Vec3) -> Spot | None:
+    if not spots:
+        return None
+    columns = [np.array(values) for values in zip(*((s.position.x, s.position.z, s.yaw) for s in spots), strict=True)]
+    bottoms = np.array([spot.position.y + bulk.low[1] for spot in spots])
+    footprints = shapely.polygons(bulk.footprint(*columns))
+    middles = shapely.points(columns[0], columns[1])
+    is_hit = _parted(state, bulk, columns, bottoms, (clicked.x, clicked.z))
+    bounds = shapely.total_bounds(footprints)
+    for owner, prism in state.solids(set()):
+        left, front, right, back = prism.bounds
+        if left > bounds[2] or right < bounds[0] or front > bounds[3] or back < bounds[1]:
+            continue
+        level = (prism.bottom < bottoms + bulk.height - SLACK_M) & (prism.top > bottoms + SLACK_M)
+        shape = polygon_of(prism)
+        if owner == receptacle.id:  # solids of hollow things are not hollow: what goes in lies inside them
+            level &= ~(shapely.intersects(shape, middles) & (prism.bottom < bottoms - SLACK_M))
+            shape = shape.buffer(-OWN_SLACK_M)
+        is_hit |= level & shapely.intersects(footprints, shape)
+    return next((spot for spot, hit in zip(spots, is_hit, strict=True) if not hit), None)
+
+
+def _parted(
+    state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
+) -> np.ndarray:
+    """Returns which places a wall, window or shut door runs through, or parts from where the hand is."""
+    outlines = shapely.polygons(bulk.footprint(*columns, drawn_in_m=-WALL_GAP_M))
+    places = np.column_stack(columns[:2])
+    ways = shapely.linestrings(np.stack([np.broadcast_to(hand, places.shape), places], axis=1))
+    partitions = state.partitions
+    return partitions.crosses(np.array(outlines), bottoms, bulk.height) | partitions.crosses(
+        np.array(ways), bottoms, bulk.height
+    )
+
+
+def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
+    """Whether something at the hand's height, or a wall, stands between the body and the place."""
+    arm = shapely.LineString([(state.agent.position.x, state.agent.position.z), (x, z)])
+    if state.partitions.crosses(np.array([arm]), np.array([0.0]), DROP_FROM_M).any():
+        return True
+    return any(
+        prism.bottom < DROP_FROM_M < prism.top and polygon_of(prism).intersects(arm) for _, prism in state.solids(set())
+    )
+
+
+def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> Spot | None:
+    """Returns the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
+    yaw = held.rotation.y
+    column = [np.array([value]) for value in (x, z, yaw)]
+    outline = shapely.polygons(bulk.footprint(*column, drawn_in_m=-WALL_GAP_M))
+    if state.partitions.crosses(np.array(outline), np.array([0.0]), DROP_FROM_M + bulk.height).any():
+        return None
+    footprint = shapely.Polygon(bulk.footprint(*column)[0])
+    below = [(owner, prism) for owner, prism in state.solids(set()) if polygon_of(prism).intersects(footprint)]
+    below = [(owner, prism) for owner, prism in below if prism.bottom < DROP_FROM_M + bulk.height]
+    things = {owner: state.scene.things[owner] for owner, _ in below if owner in state.scene.things}
+    if len(things) < len({owner for owner, _ in below}):
+        return None
+    body = polygon_of(state.body())
+    if not things:
+        on_floor = state.plan.is_inside(footprint) and not body.intersects(footprint)
+        return Spot(Vec3(x, state.agent.position.y - float(bulk.low[1]), z), yaw) if on_floor else None
+    landings = [spot for thing in things.values() for spot in _landings_on(thing, bulk, x, z, yaw)]
+    for spot in sorted(landings, key=lambda each: -each.position.y):
+        rest = spot.position.y + float(bulk.low[1])
+        is_clear = all(_lets_through(prism, rest, owner == spot.parent) for owner, prism in below)
+        if is_clear and not body.intersects(footprint):
+            return spot
+        return None
+    return None
+
+
+def _lets_through(prism: Prism, rest: float, is_support: bool) -> bool:
+    """Whether a solid in the column leaves the fall to height `rest` free; a support may have a rim around it."""
+    return prism.top <= rest + SLACK_M or (is_support and prism.bottom < rest - SLACK_M)
+
+
+def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[Spot]:
+    found: list[Spot] = []
+    if not thing.is_receptacle:
+        return found
+    for surface, frame in open_surfaces(thing):
+        local = offset_from(frame, Vec3(x, 0.0, z))
+        if abs(local.x) > surface.size_x / 2 or abs(local.z) > surface.size_z / 2:
+            continue  # a thin thing would lie with its middle over the edge
+        height = float(frame.shift[1])
+        corners = bulk.footprint(np.array([local.x]), np.array([local.z]), np.array([yaw - _yaw_of(frame)]))
+        edge = np.array([surface.size_x, surface.size_z]) / 2 + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
+        if height < DROP_FROM_M and (np.abs(corners) <= edge).all() and bulk.height <= surface.clearance + SLACK_M:
+            position = Vec3(x, height - float(bulk.low[1]), z)
+            found.append(Spot(position, yaw, thing.id, surface.name, surface.joint))
+    return found

@@ -1,0 +1,115 @@
+"""What an episode changes in a house before it starts: openness, switches, places, absences and the hand."""
+
+import difflib
+
+from vigil.errors import EpisodeError
+from vigil.scene.build import settle
+from vigil.scene.supports import ancestors, contents
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.opening import pierced_carrier, set_openness
+from vigil.sim.core.state import SceneState
+from vigil.world import ObjectSetup, Placement, Setup
+
+
+def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
+    """Changes the scene as an episode says. Raises EpisodeError when the house cannot be so."""
+    for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
+        if object_id not in state.scene.things:
+            raise EpisodeError(f"Setup: {unknown_object(object_id, state.scene, house_name)}")
+    wanted = [(state.scene.things[object_id], change) for object_id, change in setup.objects.items()]
+    for thing, change in wanted:
+        _set_states(state, thing, change)
+    placed = [(thing, change.placement) for thing, change in wanted if change.placement is not None]
+    for thing, placement in sorted(placed, key=lambda pair: (len(ancestors(state.scene, pair[0])), pair[0].id)):
+        _put(state, thing, placement, house_name)
+    for thing, change in wanted:
+        if change.is_absent:
+            for gone in [thing, *contents(state.scene, thing.id)]:
+                gone.is_present = False
+                state.mark(gone)
+    for thing, _ in placed:
+        if not thing.is_present:
+            raise EpisodeError(
+                f"Setup: {thing.id!r} is placed on {thing.parent!r}, which is taken out of the scene. Place it "
+                "elsewhere."
+            )
+    if setup.held is not None:
+        _fill_hand(state, state.scene.things[setup.held])
+    _check_walls(state, [thing for thing, _ in wanted])
+    _check_carriers(state, [thing for thing, _ in wanted])
+
+
+def unknown_object(object_id: str, scene: Scene, house_name: str) -> str:
+    """Returns the message for an id that the house does not have."""
+    close = difflib.get_close_matches(object_id, scene.things, n=1)
+    hint = f" Did you mean {close[0]!r}?" if close else f" It has {len(scene.things)} objects."
+    return f"Object {object_id!r} is absent from house {house_name!r}.{hint}"
+
+
+def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
+    if change.openness is not None and change.openness != thing.openness:
+        if not thing.asset.can_open:
+            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
+        set_openness(state, thing, change.openness)
+    if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
+        if not thing.is_toggleable:
+            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
+        thing.is_toggled = change.is_toggled
+        state.mark(thing)
+
+
+def _check_walls(state: SceneState, changed: list[Thing]) -> None:
+    """Raises EpisodeError when a leaf, or a thing put somewhere, reaches into the next room."""
+    if any(thing.is_structure for thing in changed):  # a door that is shut parts more than before
+        changed = list(state.scene.things.values())
+    for thing in changed:
+        if not thing.is_present or thing.is_held or thing.openness == 0.0:
+            continue
+        through = state.partitions.sticks_through(thing, thing.openness)
+        if through is not None:
+            raise EpisodeError(
+                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) reaches through {through!r} "
+                "into the next room. Lower its `openness`, or place it elsewhere."
+            )
+
+
+def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
+    """Raises EpisodeError when the open leaf of a thing inside another sticks out through that one's body."""
+    touched = {each.id: each for thing in changed for each in [thing, *contents(state.scene, thing.id)]}
+    for thing in touched.values():
+        carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None
+        if carrier is not None:
+            raise EpisodeError(
+                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) sticks out through "
+                f"{carrier!r}, inside of which it lies. Lower its `openness`, or place it elsewhere."
+            )
+
+
+def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str) -> None:
+    if thing.is_structure:
+        raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
+    parent = None
+    if placement.parent is not None:
+        parent = state.scene.things.get(placement.parent)
+        if parent is None:
+            missing = unknown_object(placement.parent, state.scene, house_name)
+            raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
+        if parent is thing or thing in ancestors(state.scene, parent):
+            raise EpisodeError(
+                f"Setup: {thing.id!r} cannot rest on {parent.id!r}, which rests on it. Place it on something else."
+            )
+    thing.parent, thing.surface, thing.parent_joint = placement.parent, None, None
+    state.move(thing, placement.position, placement.rotation)
+    if parent is not None:
+        before = thing.position
+        settle(thing, parent)
+        settled, thing.position = thing.position, before
+        if settled != before:
+            state.move(thing, settled, thing.rotation)
+
+
+def _fill_hand(state: SceneState, thing: Thing) -> None:
+    if not thing.is_pickupable or not thing.is_present:
+        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
+    state.take(thing)
+    state.carry_along()

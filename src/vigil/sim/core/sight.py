@@ -1,0 +1,231 @@
+"""What the camera sees, counted by rays: projection, clicks, visible pixels.
+
+The camera: vertical field of view 90 degrees, 640 x 480, at the agent's eye; a ray goes through each pixel's centre
+(u + 0.5, v + 0.5). Nothing here looks at a drawn frame, so nothing depends on a GPU driver. Source: protocol.md
+sections 2.1 and 4.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.pose import Pose, Vec3
+from vigil.scene.geometry import box_corners, part_boxes, part_motion
+from vigil.scene.things import Thing
+from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
+
+WIDTH, HEIGHT = 640, 480
+FOCAL_PX = HEIGHT / 2
+"""Vertical field of view 90 degrees: tan(45) = 1."""
+NEAR_M = 0.02
+RAYS_PER_OBJECT = 1600
+NEAR_CLICK_PX = 3
+VISIBLE_PX = 200
+VISIBLE_SHARE = 0.25
+_EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A rectangle of pixels sampled with a stride: left <= x < right, top <= y < bottom."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+    stride: int
+    is_whole: bool
+    """The projected box lies wholly inside the frame and before the camera."""
+
+    def pixels(self) -> np.ndarray:
+        """Returns the sampled pixels (n, 2), on a lattice fixed in the frame."""
+        first = self.stride // 2
+        xs = np.arange(self.left + (first - self.left) % self.stride, self.right, self.stride)
+        ys = np.arange(self.top + (first - self.top) % self.stride, self.bottom, self.stride)
+        return np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """What is seen of one thing."""
+
+    visible: bool = False
+    visible_px: int = 0
+    open_px: int = 0
+    toggle_px: int = 0
+    nearest_m: float | None = None
+
+
+UNSEEN = Sighting()
+
+
+def camera_axes(agent: Pose) -> np.ndarray:
+    """Returns the (3, 3) rows right, up and forward of the camera in the house's frame."""
+    yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
+    right = (math.cos(yaw), 0.0, -math.sin(yaw))
+    up = (math.sin(yaw) * math.sin(pitch), math.cos(pitch), math.cos(yaw) * math.sin(pitch))
+    forward = (math.sin(yaw) * math.cos(pitch), -math.sin(pitch), math.cos(yaw) * math.cos(pitch))
+    return np.array([right, up, forward])
+
+
+def directions(agent: Pose, pixels: np.ndarray) -> np.ndarray:
+    """Returns the unit directions (n, 3) through the centres of (n, 2) pixels."""
+    right = (pixels[:, 0] + 0.5 - WIDTH / 2) / FOCAL_PX
+    up = (HEIGHT / 2 - pixels[:, 1] - 0.5) / FOCAL_PX
+    rays = np.column_stack([right, up, np.ones(len(pixels))])
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return rays @ camera_axes(agent)
+
+
+def project(agent: Pose, points: np.ndarray) -> np.ndarray:
+    """Returns (n, 3): x and y (pixels, continuous), and depth (m) along the view; only a depth > 0 has an x and y."""
+    local = (points - np.array(agent.eye)) @ camera_axes(agent).T
+    depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
+    x = WIDTH / 2 + FOCAL_PX * local[:, 0] / depth
+    y = HEIGHT / 2 - FOCAL_PX * local[:, 1] / depth
+    return np.column_stack([x, y, local[:, 2]])
+
+
+def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
+    """Returns the pixel that a point projects to; None outside the frame or behind."""
+    x, y, depth = project(agent, np.array([point]))[0]
+    if depth < NEAR_M or not (0 <= x < WIDTH and 0 <= y < HEIGHT):
+        return None
+    return int(x), int(y)
+
+
+def window_of(agent: Pose, thing: Thing) -> Window | None:
+    """Returns the pixels that the thing's boxes, leaves where they are now, can cover; None when outside the frame."""
+    corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(thing.asset)]
+    points, is_before = _clipped(agent, corners)
+    if not len(points):
+        return None
+    flat = project(agent, points)[:, :2]
+    left, top = (math.floor(value - 0.5) for value in flat.min(axis=0))
+    right, bottom = (math.ceil(value + 0.5) for value in flat.max(axis=0))
+    is_whole = is_before and left >= 0 and top >= 0 and right <= WIDTH and bottom <= HEIGHT
+    left, top, right, bottom = max(left, 0), max(top, 0), min(right, WIDTH), min(bottom, HEIGHT)
+    if left >= right or top >= bottom:
+        return None
+    stride = max(1, math.ceil(math.sqrt((right - left) * (bottom - top) / RAYS_PER_OBJECT)))
+    return Window(left, top, right, bottom, stride, is_whole)
+
+
+def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
+    """Returns the corners before the near plane, with the crossings of box edges through it, and whether all were."""
+    forward, eye = camera_axes(agent)[2], np.array(agent.eye)
+    kept: list[np.ndarray] = []
+    is_before = True
+    for corners in boxes:
+        depth = (corners - eye) @ forward
+        before = depth >= NEAR_M
+        is_before = is_before and bool(before.all())
+        kept.append(corners[before])
+        if before.any() and not before.all():
+            for a, b in _EDGES:
+                if before[a] != before[b]:
+                    share = (NEAR_M - depth[a]) / (depth[b] - depth[a])
+                    kept.append((corners[a] + share * (corners[b] - corners[a]))[None])
+    return np.concatenate(kept), is_before
+
+
+class Sight:
+    """Counts what the camera sees of a scene's things."""
+
+    def __init__(self, engine: Engine, things: dict[str, Thing]) -> None:
+        self._engine = engine
+        self._things = list(things.values())
+        self._index = {thing_id: index for index, thing_id in enumerate(things)}
+
+    def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
+        """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
+        rays = directions(agent, np.array([[x, y]]))
+        hits = self._engine.cast(agent.eye, rays, through_glass=False)
+        if not np.isfinite(hits.distances[0]):
+            return None, None
+        point = np.array(agent.eye) + float(hits.distances[0]) * rays[0]
+        thing = self._things[int(hits.things[0])] if hits.things[0] >= 0 else None
+        return thing, Vec3(*(float(value) for value in point))
+
+    def near(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
+        """Returns the sorted ids of the things within 3 px of a pixel."""
+        reach = np.arange(-NEAR_CLICK_PX, NEAR_CLICK_PX + 1)
+        disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
+        pixels = disc[(disc**2).sum(axis=1) <= NEAR_CLICK_PX**2] + np.array([x, y])
+        pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
+        met = np.unique(self._cast(agent, pixels, through_glass=False))
+        return tuple(sorted(self._things[index].id for index in met if index >= 0))
+
+    def clickable(self, agent: Pose, thing: Thing) -> np.ndarray:
+        """Returns the sampled pixels (n, 2) on which a click hits the thing."""
+        window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
+        if window is None:
+            return np.empty((0, 2), dtype=int)
+        pixels = window.pixels()
+        return pixels[self._cast(agent, pixels, through_glass=False) == self._index[thing.id]]
+
+    def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
+        """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
+        hits = self._engine.cast(eye, rays, through_glass=through_glass)
+        is_met = hits.things == self._index[thing.id]
+        if through_glass and _has_glass(thing):
+            alone = self._engine.cast(eye, rays, through_glass=False, only=thing.id)
+            is_met |= alone.distances < hits.distances
+        return is_met
+
+    def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
+        """Returns what is seen of each thing: its outline alone first, then one cast of all outlines into the scene.
+
+        Rays pass through the glass of other things; a thing's own, a vase of glass, is seen.
+        """
+        found = {thing.id: UNSEEN for thing in things}
+        outlines: list[tuple[Thing, Window, np.ndarray, RayHits]] = []
+        for thing in things:
+            window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
+            if window is not None:
+                rays = directions(agent, window.pixels())
+                alone = self._engine.cast(agent.eye, rays, through_glass=False, only=thing.id)
+                is_met = alone.things == self._index[thing.id]
+                outline = RayHits(alone.things[is_met], alone.roles[is_met], alone.distances[is_met])
+                outlines.append((thing, window, rays[is_met], outline))
+        if not outlines:
+            return found
+        rays = np.concatenate([rays for _, _, rays, _ in outlines])
+        hits = self._engine.cast(agent.eye, rays, through_glass=True)
+        first = 0
+        for thing, window, rays, outline in outlines:
+            part = slice(first, first + len(rays))
+            first += len(rays)
+            is_own = hits.things[part] == self._index[thing.id]
+            is_hit = is_own | (outline.distances < hits.distances[part])
+            if is_hit.any():
+                roles = np.where(is_own, hits.roles[part], outline.roles)
+                found[thing.id] = _sighting(thing, window, is_hit, roles, outline.distances)
+        return found
+
+    def _cast(self, agent: Pose, pixels: np.ndarray, *, through_glass: bool) -> np.ndarray:
+        return self._engine.cast(agent.eye, directions(agent, pixels), through_glass=through_glass).things
+
+
+def _has_glass(thing: Thing) -> bool:
+    return any(part.is_glass for part in thing.asset.parts)
+
+
+def _sighting(thing: Thing, window: Window, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray) -> Sighting:
+    """Returns what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
+    seen, whole = int(is_hit.sum()), len(is_hit)
+    visible_px = seen * window.stride**2
+    is_plain = visible_px >= VISIBLE_PX and seen >= VISIBLE_SHARE * whole
+    return Sighting(
+        visible=is_plain or (window.is_whole and seen == whole),
+        visible_px=visible_px,
+        open_px=_telling(roles[is_hit], BEARS_OPEN) * window.stride**2 if thing.is_openable else 0,
+        toggle_px=_telling(roles[is_hit], BEARS_TOGGLE) * window.stride**2 if thing.is_toggleable else 0,
+        nearest_m=float(distances[is_hit].min()),
+    )
+
+
+def _telling(roles: np.ndarray, bit: int) -> int:
+    """Returns how many hits are on parts that bear a state."""
+    return int(np.count_nonzero(roles & bit))

@@ -1,0 +1,138 @@
+"""The changing part of a loaded scene: the agent, its hand, what changed, and every solid's present place."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vigil.pose import Pose, Vec3, heading
+from vigil.scene.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
+from vigil.scene.outlines import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, wall_prisms
+from vigil.scene.partitions import Partitions
+from vigil.scene.supports import contents
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.motion import CollisionMap
+
+HAND_AHEAD_M = 0.4
+HAND_DROP_M = 0.45
+"""Where a held object is reported to be: this far ahead of the eye and below it."""
+KEPT_DECIMALS = 9
+"""Of the places (m) and angles of what is moved along: far finer than anything judged, far coarser than an error."""
+AGENT = "agent"
+_BODY_SIDES = 24
+
+
+@dataclass(slots=True, eq=False)
+class SceneState:
+    """A scene with its agent; handling changes it, and only through `moved` and `changed`."""
+
+    scene: Scene
+    agent: Pose
+    plan: CollisionMap
+    held: str | None = None
+    changed: set[str] = field(default_factory=set)
+    """Ids changed since the last call of `flush`."""
+    partitions: Partitions = field(init=False)
+    _prisms: dict[str, list[Prism]] = field(default_factory=dict)
+    _walls: list[tuple[str, Prism]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.partitions = Partitions(self.scene)
+        self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
+
+    def mark(self, thing: Thing) -> None:
+        """Notes that a thing's place or state changed."""
+        self.changed.add(thing.id)
+        self._prisms.pop(thing.id, None)
+
+    def flush(self) -> set[str]:
+        """Returns the ids changed since the last call, having told the floor plan."""
+        ids, self.changed = self.changed, set()
+        if ids:
+            self.plan.refresh(ids)
+        return ids
+
+    def prisms(self, thing: Thing) -> list[Prism]:
+        """Returns the thing's solids where they are now."""
+        if thing.id not in self._prisms:
+            self._prisms[thing.id] = prisms_of(thing)
+        return self._prisms[thing.id]
+
+    def solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
+        """Returns (id, prism) of all things present, but for those ignored, and of the walls."""
+        return self.thing_solids(ignored) + self._walls
+
+    def thing_solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
+        """Returns (id, prism) of all things present, but for those ignored."""
+        return [
+            (thing.id, prism)
+            for thing in self.scene.things.values()
+            if thing.is_present and not thing.is_held and thing.id not in ignored
+            for prism in self.prisms(thing)
+        ]
+
+    def body(self) -> Prism:
+        """Returns the agent's body, from the height up that it steps over."""
+        angles = np.arange(_BODY_SIDES) * (2 * np.pi / _BODY_SIDES)
+        circle = BODY_RADIUS_M * np.column_stack([np.cos(angles), np.sin(angles)])
+        x, y, z = self.agent.position
+        return Prism(circle + np.array([x, z]), y + BODY_LOW_M, y + BODY_HIGH_M)
+
+    def move(self, thing: Thing, position: Vec3, rotation: Vec3) -> list[Thing]:
+        """Puts a thing somewhere with all that rests on it. Returns what moved, the thing first."""
+        before = place_of(thing)
+        after = Motion(rotation_matrix(rotation), np.array(position))
+        thing.position, thing.rotation = position, rotation
+        self.mark(thing)
+        return [thing, *self.shift(contents(self.scene, thing.id), after.after(before.inverse()))]
+
+    def shift(self, things: list[Thing], motion: Motion) -> list[Thing]:
+        """Moves things rigidly, rounded so that there and back again is the same place. Returns them."""
+        is_turned = not np.allclose(motion.turn, np.eye(3), atol=1e-12)
+        for thing in things:
+            thing.position = _rounded(Vec3(*motion(np.array(thing.position)[None])[0]))
+            if is_turned:
+                thing.rotation = _rounded(euler_angles(motion.turn @ rotation_matrix(thing.rotation)))
+            self.mark(thing)
+        return things
+
+    def take(self, thing: Thing) -> list[Thing]:
+        """Puts a thing into the hand with all that rests on it. Returns what was taken."""
+        stack = [thing, *contents(self.scene, thing.id)]
+        thing.parent = thing.surface = thing.parent_joint = None
+        for each in stack:
+            each.is_held = True
+            self.mark(each)
+        self.held = thing.id
+        self.move(thing, self._hand(), Vec3(0.0, thing.rotation.y, 0.0))
+        for each in stack:
+            each.from_hand = Vec3(*np.subtract(each.position, thing.position).tolist())
+        return stack
+
+    def release(self) -> list[Thing]:
+        """Empties the hand. Returns what was in it, the held thing first."""
+        held = self.scene.things[self.held or ""]
+        stack = [held, *contents(self.scene, held.id)]
+        for each in stack:
+            each.is_held, each.from_hand = False, None
+            self.mark(each)
+        self.held = None
+        return stack
+
+    def carry_along(self) -> None:
+        """Moves what is held to where the hand is now; its yaw stays as it was in the house."""
+        if self.held is None:
+            return
+        hand = self._hand()
+        for thing in [self.scene.things[self.held], *contents(self.scene, self.held)]:
+            if thing.from_hand is not None:
+                thing.position = Vec3(*(a + b for a, b in zip(hand, thing.from_hand, strict=True)))
+            self._prisms.pop(thing.id, None)  # no change to tell: what is in the hand is met by no ray and no body
+
+    def _hand(self) -> Vec3:
+        ahead_x, ahead_z = heading(self.agent.rotation)
+        x, y, z = self.agent.eye
+        return Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
+
+
+def _rounded(values: Vec3) -> Vec3:
+    return Vec3(*(round(float(value), KEPT_DECIMALS) for value in values))

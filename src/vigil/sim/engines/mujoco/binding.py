@@ -1,0 +1,33 @@
+"""The only module that imports MuJoCo, after the OpenGL library has been found.
+
+MuJoCo's extension modules carry no types, so its objects go by the names below.
+"""
+
+# ruff: noqa: E402
+import importlib
+from typing import Any, TypeAlias
+
+from vigil.sim.engines.mujoco import gl
+
+BACKEND = gl.prepare()
+
+import mujoco as package
+
+mujoco: Any = package
+"""The package."""
+GLContext: Any = None
+"""The class of OpenGL contexts; None when nothing can be drawn."""
+GL: Any = None
+"""PyOpenGL's functions; None when nothing can be drawn."""
+
+if BACKEND.fault is None:
+    # By name, for somebody may have imported MuJoCo before, with another backend; and before PyOpenGL, which
+    # chooses its platform when it is imported.
+    GLContext = importlib.import_module(f"mujoco.{BACKEND.module}").GLContext
+    GL = importlib.import_module("OpenGL.GL")
+
+NativeSpec: TypeAlias = Any
+NativeBody: TypeAlias = Any
+NativeModel: TypeAlias = Any
+NativeData: TypeAlias = Any
+RenderContext: TypeAlias = Any

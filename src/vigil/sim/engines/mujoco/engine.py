@@ -1,0 +1,85 @@
+"""MujocoEngine: draws scenes and casts rays into them with MuJoCo."""
+
+import numpy as np
+
+from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.engine import RayHits
+from vigil.sim.engines.mujoco import model_cache, rays
+from vigil.sim.engines.mujoco.binding import BACKEND, mujoco
+from vigil.sim.engines.mujoco.camera import Camera, Quality, gl_strings
+from vigil.sim.engines.mujoco.model import CompiledModel
+
+
+class MujocoEngine:
+    """A live scene in MuJoCo. The picture is set up when first asked for, so that rays need no OpenGL."""
+
+    def __init__(self, quality: Quality = "default") -> None:
+        self.name = f"mujoco {mujoco.__version__} ({quality})"
+        self._quality: Quality = quality
+        self._scene: Scene | None = None
+        self._model: CompiledModel | None = None
+        self._camera: Camera | None = None
+
+    def load(self, scene: Scene) -> None:
+        """Builds `scene`, replacing any earlier one."""
+        self.close()
+        self._scene, self._model = scene, model_cache.model_of(scene)
+
+    def update(self, scene: Scene, ids: set[str]) -> None:
+        """Takes over the present places and states of the named things."""
+        model = self._loaded
+        for thing_id in sorted(ids):
+            model.place(scene.things[thing_id])
+        model.settle()
+
+    def cast(self, origin: Vec3, directions: np.ndarray, *, through_glass: bool, only: str | None = None) -> RayHits:
+        """Casts rays along unit `directions` (n, 3), in THOR's frame (see `Engine.cast`)."""
+        return rays.cast(self._loaded, origin, directions, through_glass=through_glass, only=only)
+
+    def draw(self, agent: Pose, held: str | None) -> np.ndarray:
+        """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+        if self._scene is not None:
+            self._loaded.lamps.heed(self._scene)
+        return self.camera.draw(agent, self._glowing(), self._in_hand(held))
+
+    def renderer(self) -> str:
+        """Returns the GL renderer string; "none" when there is no GL."""
+        if BACKEND.fault:
+            return "none"
+        strings = gl_strings()
+        return f"{strings['renderer']}; {strings['version']}"
+
+    def close(self) -> None:
+        """Frees the scene."""
+        if self._camera is not None:
+            self._camera.close()
+        self._scene = self._model = self._camera = None
+
+    @property
+    def camera(self) -> Camera:
+        """The camera in the loaded scene. Raises SimulatorError without OpenGL."""
+        if self._camera is None:
+            self._camera = Camera(self._loaded, self._quality)
+        return self._camera
+
+    @property
+    def model(self) -> CompiledModel:
+        """The loaded scene's model."""
+        return self._loaded
+
+    @property
+    def _loaded(self) -> CompiledModel:
+        if self._model is None:
+            raise RuntimeError("MujocoEngine: load a scene first")
+        return self._model
+
+    def _glowing(self) -> list[Thing]:
+        things = self._scene.things.values() if self._scene else ()
+        return [thing for thing in things if thing.is_toggled and thing.is_present and thing.asset.glow is not None]
+
+    def _in_hand(self, held: str | None) -> list[Thing]:
+        if self._scene is None or held is None:
+            return []
+        carried = [thing for thing in self._scene.things.values() if thing.is_held and thing.id != held]
+        return [self._scene.things[held], *carried]

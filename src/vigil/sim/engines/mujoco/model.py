@@ -1,0 +1,241 @@
+"""Scene -> MuJoCo model: every thing is a mocap body, every joint of it another; nothing is simulated.
+
+Geom groups say what is drawn and what rays meet. Placing a thing sets the poses of its bodies and the groups and
+materials of its geoms; `mj_kinematics` does the rest.
+"""
+
+import copy
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vigil.scene.things import Scene, Thing
+from vigil.sim.engines.mujoco import frames, lights, outdoors
+from vigil.sim.engines.mujoco.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
+from vigil.sim.engines.mujoco.materials import MaterialTable
+from vigil.sim.engines.mujoco.pieces import MeshPiece, Triangles, pieces_of
+from vigil.sim.engines.mujoco.structure import Shell, shells_of, tint_of
+
+STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
+GROUPS = 6
+FOVY_DEG = 90.0
+HANGING_M = 0.1
+"""A thing whose top is this near to the ceiling hangs from it."""
+
+
+@dataclass(slots=True, eq=False)
+class Placed:
+    """Where a thing is found in the model."""
+
+    index: int
+    bodies: list[tuple[int, str | None]]
+    """(mocap index, joint or None for the body)"""
+    geoms: np.ndarray
+    groups: np.ndarray
+    """The group of each geom while it is to be seen."""
+    shown_on: np.ndarray
+    """Whether each geom is drawn while toggled on, and ..."""
+    shown_off: np.ndarray
+    looks_on: np.ndarray
+    """Material of each geom while toggled on, and ..."""
+    looks_off: np.ndarray
+
+
+@dataclass(slots=True, eq=False)
+class CompiledModel:
+    """A compiled scene with the tables that lead back to it."""
+
+    native: NativeModel
+    data: NativeData
+    things: dict[str, Placed]
+    geom_things: np.ndarray
+    """(ngeom + 1,) int32: thing of each geom, -1 for structure and for "no geom" in the last place."""
+    geom_roles: np.ndarray
+    structure_kinds: dict[int, str]
+    """Kind of each structural geom."""
+    lets_light_through: np.ndarray
+    """Geoms that cast no shadow: ceilings, above which the lamps are, and what hangs from them."""
+    lamps: lights.Lamps
+
+    @property
+    def triangles(self) -> int:
+        """How many triangles the scene has, hidden looks of its things included."""
+        meshes = self.native.geom_dataid[self.native.geom_dataid >= 0]
+        return int(self.native.mesh_facenum[meshes].sum())
+
+    def place(self, thing: Thing) -> None:
+        """Takes over a thing's place and state; `settle` must follow."""
+        placed = self.things[thing.id]
+        for mocap, joint in placed.bodies:
+            position, matrix = frames.thing_place(thing, joint)
+            self.data.mocap_pos[mocap] = position
+            self.data.mocap_quat[mocap] = frames.quaternion(matrix)
+        shown = placed.shown_on if thing.is_toggled else placed.shown_off
+        if not thing.is_present:
+            self.native.geom_group[placed.geoms] = HIDDEN
+        else:
+            groups = HELD if thing.is_held else placed.groups
+            self.native.geom_group[placed.geoms] = np.where(shown, groups, HIDDEN)
+        self.native.geom_matid[placed.geoms] = placed.looks_on if thing.is_toggled else placed.looks_off
+
+    def copy(self) -> "CompiledModel":
+        """Returns a model of the same scene, everything where it is now, that changes by itself."""
+        native = copy.copy(self.native)
+        data = mujoco.MjData(native)
+        mujoco.mj_copyData(data, native, self.data)
+        return replace(self, native=native, data=data, lamps=replace(self.lamps))
+
+    def settle(self) -> None:
+        """Carries the places over to everything derived from them."""
+        mujoco.mj_kinematics(self.native, self.data)
+
+
+@dataclass(slots=True, eq=False)
+class _Draft:
+    """A model under construction."""
+
+    spec: NativeSpec
+    looks: MaterialTable
+    meshes: dict[int, str] = field(default_factory=dict)
+    geom_things: list[int] = field(default_factory=list)
+    geom_roles: list[int] = field(default_factory=list)
+    swaps: dict[int, str] = field(default_factory=dict)
+    mocaps: int = 0
+
+
+def build(scene: Scene) -> CompiledModel:
+    """Returns the scene's model, every thing in its place."""
+    spec = mujoco.MjSpec()
+    draft = _Draft(spec, MaterialTable(spec))
+    _settings(spec)
+    kinds = _add_structure(draft, scene)
+    things = {thing.id: _add_thing(draft, index, thing) for index, thing in enumerate(scene.things.values())}
+    lamps = lights.add_lamps(spec, scene)
+    native = spec.compile()
+    _resolve_looks(draft, native, things)
+    model = CompiledModel(
+        native,
+        mujoco.MjData(native),
+        things,
+        np.array([*draft.geom_things, -1], dtype=np.int32),
+        np.array([*draft.geom_roles, 0], dtype=np.uint8),
+        kinds,
+        _overhead(scene, kinds, things),
+        lamps,
+    )
+    for thing in scene.things.values():
+        model.place(thing)
+    model.settle()
+    return model
+
+
+def _overhead(scene: Scene, kinds: dict[int, str], things: dict[str, Placed]) -> np.ndarray:
+    ceilings = np.array([geom for geom, kind in kinds.items() if kind == "ceiling"], dtype=int)
+    height = max(room.height for room in scene.rooms)
+    hanging = [
+        thing
+        for thing in scene.things.values()
+        if abs(thing.position.y + thing.asset.size.y / 2 - height) < HANGING_M
+        and thing.asset.size.y < height / 2
+        and not thing.is_structure
+    ]
+    return np.concatenate([ceilings, *(things[thing.id].geoms for thing in hanging)])
+
+
+def _settings(spec: NativeSpec) -> None:
+    spec.compiler.autolimits = False
+    spec.stat.extent = 1.0
+    spec.stat.center = [0.0, 0.0, 0.0]
+    spec.stat.meansize = 1.0
+    spec.worldbody.add_camera(name="eye", fovy=FOVY_DEG)
+    lights.settings(spec)
+
+
+def _add_structure(draft: _Draft, scene: Scene) -> dict[int, str]:
+    kinds = {}
+    for number, shell in enumerate(shells_of(scene)):
+        kinds[len(draft.geom_things)] = shell.kind
+        _add_shell(draft, f"structure{number}", shell)
+    kinds[len(draft.geom_things)] = "ground"
+    outdoors.add_outdoors(draft.spec)
+    draft.geom_things.append(-1)
+    draft.geom_roles.append(0)
+    return kinds
+
+
+def _add_shell(draft: _Draft, name: str, shell: Shell) -> None:
+    look = shell.material.name, tint_of(shell.material)
+    _add_mesh(draft.spec, name, shell.triangles, draft.looks.metres(*look))
+    _add_geom(draft, draft.spec.worldbody, name, draft.looks.name_of(*look), STRUCTURE)
+    draft.geom_things.append(-1)
+    draft.geom_roles.append(0)
+
+
+def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
+    bodies: dict[str | None, NativeBody] = {}
+    mocaps: list[tuple[int, str | None]] = []
+    pieces = pieces_of(thing.asset)
+    first = len(draft.geom_things)
+    for joint in dict.fromkeys([None, *(piece.joint for piece in pieces)]):
+        mocaps.append((draft.mocaps, joint))
+        bodies[joint] = draft.spec.worldbody.add_body(mocap=True)
+        draft.mocaps += 1
+    # MuJoCo numbers geoms body by body, so pieces go in by the order of their bodies.
+    ordered = [piece for joint in bodies for piece in pieces if piece.joint == joint]
+    for piece in ordered:
+        _add_piece(draft, bodies[piece.joint], piece)
+        draft.geom_things.append(index)
+        draft.geom_roles.append(piece.roles)
+    geoms = np.arange(first, first + len(ordered))
+    return Placed(
+        index,
+        mocaps,
+        geoms,
+        np.array([GLASS if piece.is_glass else THING for piece in ordered], dtype=int),
+        np.array([piece.shown != "off" for piece in ordered], dtype=bool),
+        np.array([piece.shown != "on" for piece in ordered], dtype=bool),
+        np.zeros(len(ordered), dtype=int),
+        np.zeros(len(ordered), dtype=int),
+    )
+
+
+def _add_piece(draft: _Draft, body: NativeBody, piece: MeshPiece) -> None:
+    if id(piece) not in draft.meshes:
+        name = f"mesh{len(draft.meshes)}"
+        _add_mesh(draft.spec, name, piece.triangles, draft.looks.metres(piece.material))
+        draft.meshes[id(piece)] = name
+    if piece.material_on is not None:
+        draft.swaps[len(draft.geom_things)] = draft.looks.name_of(piece.material_on)
+    _add_geom(draft, body, draft.meshes[id(piece)], draft.looks.name_of(piece.material), THING)
+
+
+def _add_mesh(spec: NativeSpec, name: str, triangles: Triangles, metres_per_repeat: float) -> None:
+    spec.add_mesh(
+        name=name,
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+        uservert=triangles.vertices.ravel(),
+        usernormal=triangles.normals.ravel(),
+        userface=triangles.faces.ravel(),
+        usertexcoord=(triangles.uvs / metres_per_repeat).ravel(),
+    )
+
+
+def _add_geom(draft: _Draft, body: NativeBody, mesh: str, material: str, group: int) -> None:
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=mesh,
+        material=material,
+        contype=0,
+        conaffinity=0,
+        group=group,
+        mass=0,
+    )
+
+
+def _resolve_looks(draft: _Draft, native: NativeModel, things: dict[str, Placed]) -> None:
+    for placed in things.values():
+        placed.looks_off = native.geom_matid[placed.geoms].copy()
+        placed.looks_on = placed.looks_off.copy()
+        for place, geom in enumerate(placed.geoms):
+            if geom in draft.swaps:
+                placed.looks_on[place] = native.material(draft.swaps[geom]).id

@@ -1,0 +1,58 @@
+"""Models compiled lately: to load the same scene again costs a copy.
+
+A scene is known by all that it consists of, not by a name, so a model is only handed out for the scene that it was made
+of. What is handed out is a copy: live scenes never share what changes in them.
+"""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Hashable
+from dataclasses import fields
+
+import numpy as np
+
+from vigil.scene.things import Scene
+from vigil.sim.engines.mujoco.model import CompiledModel, build
+
+KEPT = 4
+"""Models kept at most; that of a house of four rooms takes 16 MB."""
+
+_models: OrderedDict[Hashable, CompiledModel] = OrderedDict()
+_lock = threading.Lock()
+
+
+def model_of(scene: Scene) -> CompiledModel:
+    """Returns a model of the scene as it is now, the caller's own."""
+    key = _identity(scene)
+    with _lock:
+        model = _models.get(key)
+        if model is not None:
+            _models.move_to_end(key)
+            return model.copy()
+    model = build(scene)
+    with _lock:
+        _models[key] = model
+        while len(_models) > KEPT:
+            _models.popitem(last=False)
+        return model.copy()
+
+
+def forget() -> None:
+    """Drops all models kept."""
+    with _lock:
+        _models.clear()
+
+
+def _identity(scene: Scene) -> Hashable:
+    """Returns all that a scene consists of; its assets stand for themselves, since equal ones are made once."""
+    return tuple(_values(part) for parts in (scene.rooms, scene.panels, scene.things.values()) for part in parts)
+
+
+def _values(part: object) -> Hashable:
+    return tuple(_plain(getattr(part, each.name)) for each in fields(part))  # type: ignore[arg-type]
+
+
+def _plain(value: object) -> Hashable:
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    return value  # type: ignore[return-value]

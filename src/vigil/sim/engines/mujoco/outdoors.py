@@ -1,0 +1,106 @@
+"""What is seen through the windows: a lawn, a line of trees and a sky with a few clouds, the same for every house."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from vigil.assets.kernel.materials import material
+from vigil.sim.engines.mujoco.binding import NativeSpec, mujoco
+
+GROUND_M = -0.02
+LAWN_HALF_M = 60.0
+SKY_PIXELS = 192
+_ZENITH, _HORIZON = np.array([0.42, 0.62, 0.86], np.float32), np.array([0.84, 0.90, 0.95], np.float32)
+_TREES, _NEAR_TREES = np.array([0.40, 0.50, 0.42], np.float32), np.array([0.30, 0.40, 0.26], np.float32)
+_GRASS = np.array([0.42, 0.53, 0.32], np.float32)
+_CLOUD = np.array([1.0, 1.0, 1.0], np.float32)
+_FACES = np.array(
+    [
+        # (right, down, outward) of the six faces, in the frame of OpenGL's cube maps
+        [(0, 0, -1), (0, -1, 0), (1, 0, 0)],
+        [(0, 0, 1), (0, -1, 0), (-1, 0, 0)],
+        [(1, 0, 0), (0, 0, 1), (0, 1, 0)],
+        [(1, 0, 0), (0, 0, -1), (0, -1, 0)],
+        [(1, 0, 0), (0, -1, 0), (0, 0, 1)],
+        [(-1, 0, 0), (0, -1, 0), (0, 0, -1)],
+    ],
+    dtype=np.float32,
+)
+
+
+def add_outdoors(spec: NativeSpec) -> None:
+    """Adds the sky, and the lawn as one geom."""
+    sky = spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        width=SKY_PIXELS,
+        height=SKY_PIXELS * 6,
+        nchannel=3,
+    )
+    sky.data = _sky()
+    grass = material("grass")
+    lawn = spec.add_material(
+        name="lawn", rgba=[*_GRASS, 1.0], specular=0.0, shininess=0.0, emission=0.45, texuniform=True
+    )
+    if grass.texture is not None:
+        height, width = grass.texture.shape[:2]
+        texture = spec.add_texture(
+            name="lawn", type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3
+        )
+        texture.data = grass.texture.tobytes()
+        lawn.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "lawn"
+        lawn.texrepeat = [1.0 / grass.metres, 1.0 / grass.metres]
+        lawn.rgba = [0.84, 0.74, 0.95, 1.0]
+    spec.worldbody.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[LAWN_HALF_M, LAWN_HALF_M, 1.0],
+        pos=[0.0, 0.0, GROUND_M],
+        material="lawn",
+        contype=0,
+        conaffinity=0,
+        group=0,
+    )
+
+
+@lru_cache(maxsize=1)
+def _sky() -> bytes:
+    """Returns the six faces of the sky, one under the other."""
+    place = ((np.arange(SKY_PIXELS) + 0.5) / SKY_PIXELS * 2.0 - 1.0).astype(np.float32)
+    faces = []
+    for right, down, outward in _FACES:
+        rays = outward + place[None, :, None] * right + place[:, None, None] * down
+        rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+        # MuJoCo turns the cube about x: its (x, y, z) are the world's (x, z, -y).
+        faces.append(_paint(rays[..., 0], -rays[..., 2], rays[..., 1]))
+    return (np.clip(np.concatenate(faces), 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8).tobytes()
+
+
+def _paint(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Returns the colours (..., 3) seen in unit directions, in MuJoCo's frame."""
+    azimuth, height = np.arctan2(y, x), np.degrees(np.arcsin(up))
+    colour = _blend(_HORIZON, _ZENITH, np.clip(height / 55.0, 0.0, 1.0) ** 0.7)
+    colour = _blend(colour, _CLOUD, _clouds(x, y, up))
+    hills = 3.2 + 1.1 * np.sin(3 * azimuth + 0.4) + 0.6 * np.sin(7 * azimuth + 2.0) + 0.25 * np.sin(23 * azimuth)
+    trees = 1.5 + 0.5 * np.sin(5 * azimuth + 1.0) + 0.35 * np.sin(17 * azimuth) + 0.25 * np.sin(41 * azimuth + 0.7)
+    colour = _blend(colour, _blend(_TREES, _HORIZON, np.array(0.45, np.float32)), _edge(hills - height))
+    colour = _blend(colour, _NEAR_TREES, _edge(trees - height))
+    return _blend(colour, _GRASS, _edge(-0.9 - height))
+
+
+def _clouds(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Returns how much of the sky a cloud covers, 0..0.75."""
+    depth = np.maximum(up, 0.05)
+    u, v = x / depth, y / depth
+    waves = sum(
+        np.sin(a * u + b * v + c + np.sin(d * v - a * u)) / n
+        for n, (a, b, c, d) in enumerate([(0.9, 0.4, 0.3, 0.7), (-0.7, 1.5, 2.1, 1.3), (2.3, 1.1, 4.0, 2.9)], start=1)
+    )
+    return 0.75 * np.clip(waves - 0.35, 0.0, 1.0) * np.clip((up - 0.06) / 0.2, 0.0, 1.0)
+
+
+def _blend(first: np.ndarray, second: np.ndarray, share: np.ndarray) -> np.ndarray:
+    return first + (second - first) * share[..., None]
+
+
+def _edge(degrees: np.ndarray) -> np.ndarray:
+    return np.clip(degrees / 0.35 + 0.5, 0.0, 1.0)

@@ -1,0 +1,204 @@
+"""Walls with holes, floors, ceilings and skirting of a scene, as meshes.
+
+Light is computed at the vertices, so large surfaces are cut into cells. All of them are cut along the same
+lines, and walls reach a little below the floor and above the ceiling, so that no seam opens where they meet.
+"""
+
+from dataclasses import dataclass
+
+import mapbox_earcut
+import numpy as np
+import shapely
+
+from vigil.house import MaterialRef
+from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
+from vigil.sim.engines.mujoco.frames import faces as facing
+from vigil.sim.engines.mujoco.frames import points
+from vigil.sim.engines.mujoco.pieces import Triangles, merge
+
+EXTERIOR = "exterior"
+CELL_M = 0.5
+OVERLAP_M = 0.02
+BEHIND_FRAME_M = 0.002
+"""How far walls reach behind the frame in a hole, so that no ray slips between the two."""
+SKIRTING_HEIGHT_M = 0.09
+SKIRTING_DEPTH_M = 0.012
+SKIRTING = MaterialRef(name="plastic/#e9e6df")
+CEILING = MaterialRef(name="plaster/white")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shell:
+    """One structural surface."""
+
+    kind: str
+    """`wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
+    triangles: Triangles
+    material: MaterialRef
+
+
+def shells_of(scene: Scene) -> list[Shell]:
+    """Returns the scene's structure, merged by room and material, in a fixed order."""
+    shells = _walls(scene)
+    for room in scene.rooms:
+        shells.append(Shell("floor", _slab(room, 0.0, is_floor=True), room.floor_material))
+        shells.append(Shell("ceiling", _slab(room, room.height, is_floor=False), room.ceiling_material or CEILING))
+    boards = [board for panel in scene.panels if panel.room_id != EXTERIOR for board in _skirting(panel)]
+    if boards:
+        shells.append(Shell("skirting", merge(boards), SKIRTING))
+    return shells
+
+
+def tint_of(material: MaterialRef) -> tuple[float, float, float] | None:
+    """Returns the colour that a house gives a material; None without one."""
+    color = material.color
+    return None if color is None else (color.r, color.g, color.b)
+
+
+def _walls(scene: Scene) -> list[Shell]:
+    ends = [height for panel in scene.panels for height in (panel.bottom, panel.bottom + panel.height)]
+    heights = _cuts(ends, scene)
+    groups: dict[tuple, list[WallPanel]] = {}
+    for panel in scene.panels:
+        groups.setdefault((panel.room_id, panel.material.name, tint_of(panel.material)), []).append(panel)
+    return [
+        Shell(
+            "exterior" if panels[0].room_id == EXTERIOR else "wall",
+            merge([_wall(panel, heights) for panel in panels]),
+            panels[0].material,
+        )
+        for panels in groups.values()
+    ]
+
+
+def _cuts(ends: list[float], scene: Scene) -> np.ndarray:
+    low, high = min(ends, default=0.0) - OVERLAP_M, max(ends, default=0.0) + OVERLAP_M
+    holes = [_behind_frame(panel, hole) for panel in scene.panels for hole in panel.holes]
+    sills = [height for hole in holes for height in (hole.bottom, hole.top)]
+    grid = np.arange(np.ceil(low / CELL_M), np.floor(high / CELL_M) + 1) * CELL_M
+    return _distinct(np.concatenate([grid, sills, ends]), low, high)
+
+
+def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
+    """Returns a hole a little smaller at every side that a frame covers."""
+    bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
+    return Hole(hole.left + BEHIND_FRAME_M, hole.right - BEHIND_FRAME_M, bottom, hole.top - BEHIND_FRAME_M)
+
+
+def _distinct(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    inside = values[(values > low + 1e-4) & (values < high - 1e-4)]
+    ordered = np.sort(np.concatenate([[low, high], inside]))
+    return ordered[np.concatenate([[True], np.diff(ordered) > 1e-4])]
+
+
+def _wall(panel: WallPanel, heights: np.ndarray) -> Triangles:
+    start, end = np.array(panel.start), np.array(panel.end)
+    length = float(np.linalg.norm(end - start))
+    along = (end - start) / max(length, 1e-9)
+    first = float(start @ along)
+    holes = [_behind_frame(panel, hole) for hole in panel.holes]
+    edges = np.array([edge for hole in holes for edge in (hole.left, hole.right)], dtype=float)
+    grid = np.arange(np.ceil(first / CELL_M), np.floor((first + length) / CELL_M) + 1) * CELL_M - first
+    across = _distinct(np.concatenate([grid, edges]), 0.0, length)
+    low, high = panel.bottom - OVERLAP_M, panel.bottom + panel.height + OVERLAP_M
+    up = _distinct(heights, low, high)
+    u, v = np.meshgrid(across, up, indexing="ij")
+    middle_u, middle_v = (across[:-1] + across[1:]) / 2, (up[:-1] + up[1:]) / 2
+    solid = np.ones((len(middle_u), len(middle_v)), dtype=bool)
+    for hole in holes:
+        bottom = -np.inf if hole.bottom <= panel.bottom + 0.01 else hole.bottom
+        solid &= ~np.outer(
+            (middle_u > hole.left) & (middle_u < hole.right), (middle_v > bottom) & (middle_v < hole.top)
+        )
+    floor_points = start + along * u[..., None]
+    vertices = np.stack([floor_points[..., 0], v, floor_points[..., 1]], axis=-1)
+    normal = np.array([panel.normal[0], 0.0, panel.normal[1]])
+    return _grid(vertices, solid, normal, np.stack([u + first, v], axis=-1))
+
+
+def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Triangles:
+    """Returns the kept cells of a grid of THOR vertices (a, b, 3), facing along `normal`."""
+    rows, columns = vertices.shape[:2]
+    index = np.arange(rows * columns).reshape(rows, columns)
+    corners = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)[keep]
+    triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+    return _facing(vertices.reshape(-1, 3), triangles, normal, uvs.reshape(-1, 2))
+
+
+def _facing(vertices: np.ndarray, triangles: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Triangles:
+    used, triangles = np.unique(triangles, return_inverse=True)
+    vertices, uvs, triangles = vertices[used], uvs[used], triangles.reshape(-1, 3)
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    turned = np.cross(b - a, c - a) @ normal < 0
+    triangles[turned] = facing(triangles[turned])
+    normals = np.broadcast_to(normal, vertices.shape)
+    return Triangles(points(vertices), points(normals), facing(triangles).astype(np.int32), uvs)
+
+
+def _slab(room: RoomShape, height: float, *, is_floor: bool) -> Triangles:
+    """Returns a floor or ceiling cut into cells."""
+    polygon = shapely.Polygon(room.polygon)
+    low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
+    cuts = [
+        _distinct(
+            np.concatenate([np.arange(np.ceil(a / CELL_M), np.floor(b / CELL_M) + 1) * CELL_M, room.polygon[:, axis]]),
+            a,
+            b,
+        )
+        for axis, (a, b) in enumerate(zip(low, high, strict=True))
+    ]
+    x, z = np.meshgrid(*cuts, indexing="ij")
+    cells = shapely.box(x[:-1, :-1], z[:-1, :-1], x[1:, 1:], z[1:, 1:])
+    shapely.prepare(polygon)
+    inside = shapely.covers(polygon.buffer(1e-6), cells)
+    normal = np.array([0.0, 1.0 if is_floor else -1.0, 0.0])
+    flat = np.stack([x, np.full_like(x, height), z], axis=-1)
+    parts = [_grid(flat, inside, normal, np.stack([x, z], axis=-1))] if inside.any() else []
+    parts += [_ears(piece, height, normal) for piece in _cut_cells(polygon, cells[~inside])]
+    return merge(parts)
+
+
+def _cut_cells(polygon: shapely.Polygon, cells: np.ndarray) -> list[shapely.Polygon]:
+    cut = shapely.get_parts(shapely.intersection(polygon, cells))
+    return [piece for piece in cut if isinstance(piece, shapely.Polygon) and piece.area > 1e-6]
+
+
+def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Triangles:
+    ring = np.array(polygon.exterior.coords)[:-1]
+    triangles = mapbox_earcut.triangulate_float64(ring, np.array([len(ring)], dtype=np.uint32)).reshape(-1, 3)
+    vertices = np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], axis=-1)
+    return _facing(vertices, triangles.astype(np.int64), normal, ring)
+
+
+def _skirting(panel: WallPanel) -> list[Triangles]:
+    """Returns the boards along the foot of a wall, between the holes that reach the floor."""
+    start, end = np.array(panel.start), np.array(panel.end)
+    length = float(np.linalg.norm(end - start))
+    gaps = sorted((hole.left, hole.right) for hole in panel.holes if hole.bottom < panel.bottom + SKIRTING_HEIGHT_M)
+    stretches, at = [], 0.0
+    for left, right in gaps:
+        stretches.append((at, left))
+        at = max(at, right)
+    stretches.append((at, length))
+    return [_board(panel, a, b) for a, b in stretches if b - a > 0.02]
+
+
+def _board(panel: WallPanel, left: float, right: float) -> Triangles:
+    start, end = np.array(panel.start), np.array(panel.end)
+    length = float(np.linalg.norm(end - start))
+    along, normal = (end - start) / length, np.array(panel.normal)
+    count = max(2, int(np.ceil((right - left) / CELL_M)) + 1)
+    u = np.linspace(left, right, count)
+    profile = [(SKIRTING_DEPTH_M, 0.0), (SKIRTING_DEPTH_M, SKIRTING_HEIGHT_M - 0.008), (0.0, SKIRTING_HEIGHT_M)]
+    rings = [start + along * u[:, None] + normal * depth for depth, _ in profile]
+    lines = [
+        np.stack([ring[:, 0], np.full(count, panel.bottom + height), ring[:, 1]], axis=-1)
+        for ring, (_, height) in zip(rings, profile, strict=True)
+    ]
+    uvs = np.stack([np.stack([u, np.full(count, height)], axis=-1) for _, height in profile], axis=1)
+    sloped = np.array([normal[0], 1.2, normal[1]]) / np.linalg.norm([normal[0], 1.2, normal[1]])
+    faces = [
+        _grid(np.stack(lines[i : i + 2], axis=1), np.ones((count - 1, 1), dtype=bool), side, uvs[:, i : i + 2])
+        for i, side in ((0, np.array([normal[0], 0.0, normal[1]])), (1, sloped))
+    ]
+    return merge(faces)

@@ -1,0 +1,115 @@
+"""Fidelity: whether the things of a scene are what their house asks for, in shape, place and state.
+
+By named rules, each with a measured figure: nothing is shown by a stand-in, shapes fill their boxes, nothing hovers
+over or sinks into what carries it, and what can be opened or switched has parts that show it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.assets import MAKERS
+from vigil.assets.catalog import CATALOG, CEILING, WALL
+from vigil.assets.kernel.asset import Asset, Part
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.pose import Vec3
+from vigil.scene.geometry import joint_motion, joint_of, whole_box
+from vigil.scene.supports import surface_frame, surface_named
+from vigil.scene.things import Scene, Thing
+
+BOX_SHARE, BOX_M = 0.02, 0.001
+"""How far a shape may miss the size asked for, of that size, and what is too little to be seen."""
+GAP_M = 0.002
+MOST_TRIANGLES_ONE_ROOM, MOST_TRIANGLES = 30_000, 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Mismatch:
+    """A rule that a thing of a scene breaks."""
+
+    rule: str
+    thing: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.rule}: {self.thing}: {self.message}"
+
+
+def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mismatch]:
+    """Returns the flaws of a house's scene as it was built, in the scene's order."""
+    asked = {node.id: assets.look_up(node.asset_id, node.id).size for node, _ in house.objects()}
+    return [
+        Mismatch(rule, thing.id, message)
+        for thing in scene.things.values()
+        for rule, message in (
+            *_stand_in(thing),
+            *_box(thing, asked.get(thing.id, thing.asset.size)),
+            *_gap(thing, scene),
+            *_state(thing),
+        )
+    ]
+
+
+def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]:
+    """Returns a flaw when a house is drawn with more triangles than one of its rooms' number may have."""
+    most = MOST_TRIANGLES_ONE_ROOM if rooms == 1 else MOST_TRIANGLES
+    return [Mismatch("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
+
+
+def _stand_in(thing: Thing) -> Iterator[tuple[str, str]]:
+    if thing.asset.category not in MAKERS:
+        yield "stand-in", f"no maker of {thing.category}: it is drawn as a box"
+
+
+def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
+    """A shape is held against its box shut; AI2-THOR measures laptops open, so one that fits open is right too."""
+    want = np.array(asked)
+    sizes = [_extent(thing.asset, openness) for openness in ((0.0, 1.0) if thing.asset.joints else (0.0,))]
+    if not any((np.abs(size - want) <= BOX_SHARE * want + BOX_M).all() for size in sizes):
+        yield "box", f"drawn {_metres(sizes[0])}, asked for {_metres(want)}"
+
+
+def _extent(asset: Asset, openness: float) -> np.ndarray:
+    """Returns the size of what is drawn of an asset that is off."""
+    meshes = [_moved(asset, part, openness) for part in asset.parts if part.shown != "on"]
+    return np.max([mesh.max(axis=0) for mesh in meshes], axis=0) - np.min([mesh.min(axis=0) for mesh in meshes], axis=0)
+
+
+def _moved(asset: Asset, part: Part, openness: float) -> np.ndarray:
+    joint = joint_of(asset, part.joint)
+    return part.mesh.vertices if joint is None or not openness else joint_motion(joint, openness)(part.mesh.vertices)
+
+
+def _metres(size: np.ndarray) -> str:
+    return " x ".join(f"{length:.3f}" for length in size)
+
+
+def _gap(thing: Thing, scene: Scene) -> Iterator[tuple[str, str]]:
+    """What hangs on a rail, or lies on what is made to carry nothing, is where the house says."""
+    if thing.is_structure:
+        return
+    bottom = whole_box(thing).bottom
+    parent = scene.things.get(thing.parent or "")
+    surface = surface_named(parent, thing.surface) if parent else None
+    if parent and surface:
+        gap = bottom - float(surface_frame(parent, surface).shift[1])
+        if abs(gap) > GAP_M:
+            yield "gap", f"{1000 * gap:+.0f} mm over the {surface.name} of {parent.id}"
+    elif parent and parent.asset.surfaces:
+        yield "gap", f"lies in or on {parent.id}, on none of its surfaces"
+    elif not parent and abs(bottom) > GAP_M and not {WALL, CEILING} & set(CATALOG[thing.category].rests_on):
+        yield "gap", f"{1000 * bottom:+.0f} mm over the floor"
+
+
+def _state(thing: Thing) -> Iterator[tuple[str, str]]:
+    parts = thing.asset.parts
+    if thing.is_openable and not any(part.bears_open and part.joint for part in parts):
+        yield "state", "can be opened, and no part shows it"
+    if thing.is_toggleable and not any(_shows_toggle(part) for part in parts):
+        yield "state", "can be switched, and no part shows it"
+
+
+def _shows_toggle(part: Part) -> bool:
+    return part.bears_toggle and (part.material_on is not None or part.shown != "always")

@@ -1,0 +1,164 @@
+"""Portraits: single things as an agent would see them, for judging whether one recognises them and their state."""
+
+import json
+import zlib
+from dataclasses import asdict, dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from vigil.assets.catalog import CATALOG
+from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.scene.geometry import box_corners, place_of
+from vigil.scene.things import Thing
+from vigil.sim.core.sight import project
+from vigil.sim.engines.mujoco.camera import Quality
+from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.showcase.exhibit import SUBJECT, Subject, exhibit, states_of
+
+SPAN_PX = 120
+NEAREST_M, FARTHEST_M = 0.3, 1.5
+STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
+SIDEWAYS_DEG = 25.0
+_STEP_M, _REACH_M = 0.01, 9.0
+CELL_PX = (192, 144)
+"""One picture of a contact sheet, cut from the middle of the frame."""
+COLUMNS, LINE_PX = 8, 16
+
+
+@dataclass(frozen=True, slots=True)
+class CameraPlacement:
+    """From where a subject is looked at."""
+
+    agent: Pose
+    distance_m: float
+    """From the eye to the nearest point of the thing's box."""
+    span_px: float
+    """The longer side of the thing's box in the frame."""
+
+
+def portrait(subject: Subject, seed: int, distance_m: float | None = None, quality: Quality = "default") -> np.ndarray:
+    """Returns the frame (480, 640, 3) of a subject where such things stand.
+
+    It is seen from where it spans `SPAN_PX`, between 0.3 and 1.5 m; or from `distance_m`.
+    """
+    rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
+    scene = exhibit(subject, rng)
+    view = view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
+    engine = MujocoEngine(quality)
+    engine.load(scene)
+    try:
+        return engine.draw(view.agent, None)
+    finally:
+        engine.close()
+
+
+def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) -> CameraPlacement:
+    """Returns from where to look at a thing that faces +z: at its middle, from its front, `sideways_deg` off."""
+    half = np.array(thing.asset.size) / 2
+    place = place_of(thing)
+    corners = place(box_corners(-half, half))
+    for reach in np.arange(_STEP_M, _REACH_M, _STEP_M):
+        agent = _towards(np.array(thing.position), float(reach), sideways_deg)
+        local = place.inverse()(np.array(agent.eye)[None])[0]
+        near = float(np.linalg.norm(np.maximum(np.abs(local) - half, 0.0)))
+        if near < (NEAREST_M if distance_m is None else distance_m):
+            continue
+        flat = project(agent, corners)
+        span = float(np.ptp(flat[:, :2], axis=0).max()) if (flat[:, 2] > 0).all() else np.inf
+        if distance_m is not None or span <= SPAN_PX or near >= FARTHEST_M:
+            return CameraPlacement(agent, near, span)
+    raise ValueError(f"{thing.category} of size {thing.asset.size} is seen whole from nowhere in the room.")
+
+
+def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
+    """Returns the pose that looks at `middle` from `reach` metres, from standing height where that is not too steep."""
+    steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
+    sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
+    level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)
+    x, y, z = middle + np.array([level * np.sin(yaw), reach * sine, level * np.cos(yaw)])
+    return Pose(
+        position=Vec3(float(x), float(y) - EYE_HEIGHT_M, float(z)),
+        rotation=(180.0 + sideways_deg) % 360.0,
+        horizon=float(np.degrees(np.arcsin(sine))),
+    )
+
+
+def draw_lots(count: int, seed: int) -> list[Subject]:
+    """Returns `count` subjects in random order, every category equally often, each time another variant and state."""
+    rng = np.random.default_rng(seed)
+    rounds = -(-count // len(CATALOG))
+    order = [str(name) for number in range(rounds) for name in rng.permutation(sorted(CATALOG))][:count]
+    seen: dict[str, int] = {}
+    subjects = []
+    for name in order:
+        turn = seen[name] = seen.get(name, -1) + 1
+        variant = 101 * seed + turn
+        states = states_of(Subject(name, variant).asset)
+        first = int(np.random.default_rng([seed, len(name)]).integers(len(states)))
+        subjects.append(Subject(name, variant, states[(first + turn) % len(states)]))
+    return [subjects[number] for number in rng.permutation(len(subjects))]
+
+
+def write_blind(folder: Path, subjects: list[Subject], seed: int, distance_m: float | None = None) -> Path:
+    """Writes one numbered picture a subject to `folder`, and what they show to a file beside it. Returns that file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    key = {}
+    for number, subject in enumerate(subjects, start=1):
+        name = f"{number:03}.png"
+        Image.fromarray(portrait(subject, seed, distance_m)).save(folder / name)
+        key[name] = asdict(subject)
+    path = folder.with_name(f"{folder.name}.key.json")
+    path.write_text(json.dumps({"seed": seed, "distance_m": distance_m, "pictures": key}, indent=1) + "\n")
+    return path
+
+
+def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | None = None) -> list[Path]:
+    """Writes contact sheets of every category's variants and states, with names. Returns their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    subjects = iter(catalogue(variants))
+    paths: list[Path] = []
+    while batch := list(islice(subjects, COLUMNS * COLUMNS)):
+        paths.append(folder / f"catalog_{len(paths) + 1:02}.jpg")
+        pictures = [portrait(subject, seed, distance_m) for subject in batch]
+        contact_sheet(pictures, [label_of(subject) for subject in batch]).save(paths[-1], quality=78)
+    return paths
+
+
+def catalogue(variants: int) -> list[Subject]:
+    """Returns every category in some variants: the first in all its states, the others by turns."""
+    subjects = []
+    for name in sorted(CATALOG):
+        for variant in range(variants):
+            states = states_of(Subject(name, variant).asset)
+            shown = states if variant == 0 else (states[variant % len(states)],)
+            subjects += [Subject(name, variant, state) for state in shown]
+    return subjects
+
+
+def label_of(subject: Subject) -> str:
+    """Returns the line under a subject's picture."""
+    return f"{subject.category} {subject.variant} {subject.state or ''}".rstrip()
+
+
+def contact_sheet(pictures: list[np.ndarray], labels: list[str]) -> Image.Image:
+    """Returns the middles of pictures side by side, each with its label under it."""
+    width, height = CELL_PX
+    rows = -(-len(pictures) // COLUMNS)
+    sheet = Image.new("RGB", (COLUMNS * width, rows * (height + LINE_PX)), "white")
+    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(11)
+    for number, (picture, label) in enumerate(zip(pictures, labels, strict=True)):
+        left, top = number % COLUMNS * width, number // COLUMNS * (height + LINE_PX)
+        sheet.paste(_middle(picture), (left, top))
+        pen.text((left + 3, top + height + 1), label, fill="black", font=font)
+    return sheet
+
+
+def _middle(picture: np.ndarray) -> Image.Image:
+    width, height = CELL_PX
+    image = Image.fromarray(picture)
+    wide, high = 2 * width, 2 * height
+    left, top = (image.width - wide) // 2, (image.height - high) // 2
+    return image.crop((left, top, left + wide, top + high)).resize(CELL_PX, Image.Resampling.LANCZOS)

@@ -1,0 +1,99 @@
+"""Pictures that no agent sees: one asset on a plain stage, a whole house from above."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.assets.kernel.asset import Asset
+from vigil.house import MaterialRef
+from vigil.pose import Vec3
+from vigil.scene.things import RoomShape, Scene, Thing
+from vigil.sim.engines.mujoco import frames
+from vigil.sim.engines.mujoco.camera import Camera, Quality
+from vigil.sim.engines.mujoco.lights import Sun
+from vigil.sim.engines.mujoco.model import HIDDEN, build
+
+STAGE_FOVY_DEG = 32.0
+BIRD_FOVY_DEG = 40.0
+_PAPER = MaterialRef(name="plastic/#c3c6c8")
+
+
+def render_asset(
+    asset: Asset, *, openness: float = 0.0, is_toggled: bool = False, yaw: float = 30.0, pitch: float = 22.0
+) -> np.ndarray:
+    """Returns a picture (480, 640, 3) of one asset from its front, turned by `yaw` degrees, seen `pitch` from above."""
+    size = np.array(asset.size, dtype=float)
+    radius = float(np.linalg.norm(size)) / 2
+    thing = Thing(
+        "asset", asset.category, asset, Vec3(0.0, size[1] / 2, 0.0), Vec3(0.0, 0.0, 0.0),
+        openness=openness, is_toggled=is_toggled,
+    )  # fmt: skip
+    scene = Scene(rooms=[_floor(radius)], panels=[], things={thing.id: thing})
+    middle = frames.points(np.array([0.0, size[1] / 2, 0.0]))
+    back = frames.points(_direction(yaw, pitch))
+    distance = 1.25 * radius / np.sin(np.radians(STAGE_FOVY_DEG / 2))
+    view = _FreeCamera(middle + distance * back, back, STAGE_FOVY_DEG)
+    return _picture(scene, view, Sun((0.5, -0.3, -1.0), middle, 2.5 * radius), "default")
+
+
+def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
+    """Returns a picture (480, 640, 3) of a house from above, without its ceilings; +z of THOR's frame is up."""
+    corners = np.concatenate([room.polygon for room in scene.rooms])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    (x, z), extent = (low + high) / 2, high - low
+    height = max(room.height for room in scene.rooms)
+    half = 0.53 * max(extent[1], extent[0] * 480 / 640)
+    back = frames.points(_direction(180.0, 82.0))
+    eye = frames.points(np.array([x, height, z])) + back * half / np.tan(np.radians(BIRD_FOVY_DEG / 2))
+    sun = Sun((0.12, 0.18, -1.0), frames.points(np.array([x, 0.0, z])), float(np.linalg.norm(extent)) / 2 + 1.0)
+    return _picture(scene, _FreeCamera(eye, back, BIRD_FOVY_DEG), sun, quality)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _FreeCamera:
+    """A camera anywhere, in MuJoCo's frame."""
+
+    eye: np.ndarray
+    back: np.ndarray
+    """Away from what it looks at."""
+    fovy_deg: float
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Right, up and backward, as columns."""
+        right = np.cross([0.0, 0.0, 1.0], self.back)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(self.back, right), self.back], axis=1)
+
+
+def _picture(scene: Scene, view: _FreeCamera, sun: Sun, quality: Quality) -> np.ndarray:
+    model = build(scene)
+    unwanted = [geom for geom, kind in model.structure_kinds.items() if kind in ("ceiling", "ground")]
+    model.native.geom_group[unwanted] = HIDDEN
+    model.native.vis.map.zfar = max(90.0, 3.0 * float(np.linalg.norm(view.eye)))
+    camera = Camera(model, quality)
+    try:
+        return camera.survey(view.eye, view.axes, view.fovy_deg, sun)
+    finally:
+        camera.close()
+
+
+def _direction(yaw: float, pitch: float) -> np.ndarray:
+    """Returns the unit vector (THOR's frame) towards the eye, `yaw` from the front, `pitch` above the horizon."""
+    level = np.cos(np.radians(pitch))
+    return np.array([level * np.sin(np.radians(yaw)), np.sin(np.radians(pitch)), level * np.cos(np.radians(yaw))])
+
+
+def _floor(radius: float) -> RoomShape:
+    reach = max(6.0, 8.0 * radius)
+    return RoomShape(
+        id="stage",
+        room_type="Stage",
+        polygon=np.array([(-reach, -reach), (reach, -reach), (reach, reach), (-reach, reach)]),
+        height=reach,
+        floor_material=_PAPER,
+        ceiling_material=None,
+        light=Vec3(0.0, reach, 0.0),
+        light_rgb=(1.0, 1.0, 1.0),
+        light_intensity=1.0,
+    )

@@ -1,0 +1,320 @@
+"""A play session: one person plays a pack, one episode at a time, under the same contract as an agent.
+
+The records go into a normal run folder. Beside them lies `play.jsonl`: the random order, and the replies of each
+episode as they were given, so that a session continues where it stopped, even in the middle of an episode.
+"""
+
+import asyncio
+import json
+import re
+import time
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, model_validator
+
+from vigil.actions import Reply
+from vigil.episode import Episode
+from vigil.errors import RecordError, SettingError, SimulatorError
+from vigil.jsonl import AppendFile, parse
+from vigil.pack import Pack, Selection
+from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
+from vigil.prompt import policy_sha256, policy_version, system_prompt
+from vigil.record import EpisodeRecord, RunSpec
+from vigil.runner.run_folder import RunFolder
+from vigil.runner.settings import file_sha256
+from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
+from vigil.runner.workers.live import boundary_of, lost_record
+from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
+from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
+from vigil.scoring import settle
+from vigil.setting import Setting, check_declared
+from vigil.versions import Versions
+from vigil.web.phrases import verdict_words
+
+JOURNAL = "play.jsonl"
+RUNS_FOLDER = Path("runs")
+_PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlaySettings:
+    """Who plays what."""
+
+    player: Annotated[str, Setting("Name of who plays; goes into the run's header.")]
+    pack: PackName = "starter"
+    limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", least=1, metavar="N")] = None
+    families: Families = ()
+    practice: Annotated[bool, Setting("Show feedback and verdicts; a run of its own.")] = False
+    """Feedback after each action and the verdict after each episode."""
+    log_dir: LogDir = None
+    quality: RenderQuality = "default"
+    backend: Backend = "mujoco"
+    assets: AssetFile = None
+    seed: Annotated[int | None, Setting("Of the random order.", unset="by the name")] = None
+
+    def __post_init__(self) -> None:
+        """Holds the values against their declarations."""
+        check_declared(self)
+
+
+class _Entry(BaseModel):
+    """One line of the journal: exactly one of the three."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    order: list[str] | None = None
+    begin: str | None = None
+    reply: Reply | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> "_Entry":
+        if len(self.model_fields_set) != 1:
+            raise ValueError("a line has one of `order`, `begin` and `reply`")
+        return self
+
+
+class Journal:
+    """`play.jsonl`: an order, then what was begun and replied, line by line, on disk at once."""
+
+    def __init__(self, path: Path, order: Sequence[str]) -> None:
+        """Opens or begins the journal. Raises RecordError when it tells another order."""
+        self.order = list(order)
+        self.begun = ""
+        """The episode that was begun last."""
+        self.replies: list[Reply] = []
+        self._file = AppendFile(path)
+        try:
+            self._read(path)
+        except RecordError:
+            self._file.close()
+            raise
+
+    def _read(self, path: Path) -> None:
+        of, advice = f"Journal of a sitting {str(path)!r}", "Choose another --log-dir."
+        entries = [parse(line, _Entry, of, advice) for line in self._file.lines.whole]
+        if entries and entries[0].order != self.order:
+            raise RecordError(f"{str(path)!r} was begun with another order. Give the same pack, limit and seed.")
+        for entry in entries[1:]:
+            if entry.reply is not None:
+                self.replies.append(entry.reply)
+            else:
+                self.begun, self.replies = entry.begin or "", []
+        if entries:
+            self._file.mend()
+        else:
+            self._write({"order": self.order})
+
+    def begin(self, episode_id: str) -> None:
+        """Notes that an episode begins."""
+        self.begun, self.replies = episode_id, []
+        self._write({"begin": episode_id})
+
+    def add(self, reply: Reply) -> None:
+        """Notes a reply before it is carried out."""
+        self.replies.append(reply)
+        self._write({"reply": reply.model_dump(mode="json")})
+
+    def close(self) -> None:
+        """Releases the file."""
+        self._file.close()
+
+    def _write(self, line: dict[str, Any]) -> None:
+        self._file.append(json.dumps(line).encode() + b"\n")
+
+
+class PlaySession:
+    """The state of one person's session. The person's page receives what `state` returns, and nothing else."""
+
+    def __init__(self, settings: PlaySettings, pool: SimulatorPool, folder: RunFolder, pack: Pack) -> None:
+        """Use `open_play_session`."""
+        self._settings = settings
+        self._pool = pool
+        self._folder = folder
+        self._episodes = {episode.id: episode for episode in pack.episodes}
+        self._profile = folder.header.spec.profile
+        order = random_order(folder.header.spec.episode_ids, folder.header.spec.seed)
+        self._journal = Journal(folder.path / JOURNAL, order)
+        self._lock = asyncio.Lock()
+        self._live: LiveEpisode | None = None
+        self._episode: Episode | None = None
+        self._view: EncodedObservation | None = None
+        self._moment = 0
+        self._since = 0.0
+        self._told: list[str] = []
+        """Practice only: the verdict on the episode that has just ended."""
+
+    async def state(self) -> dict[str, Any]:
+        """Returns what the person may see now."""
+        async with self._lock:
+            if self._live is None and self._is_in_the_middle():
+                await self._begin(self._journal.begun, self._journal.replies)
+            return self._shown()
+
+    async def next(self) -> dict[str, Any]:
+        """Begins the next episode unless one goes on, and returns what is seen."""
+        async with self._lock:
+            if self._live is None:
+                waiting = self._waiting()
+                if waiting:
+                    self._journal.begin(waiting[0])
+                    await self._begin(waiting[0], [])
+            return self._shown()
+
+    async def reply(self, moment: int, text: str) -> dict[str, Any]:
+        """Carries out a reply to the view of that moment; one to another moment is passed over."""
+        async with self._lock:
+            if self._live is not None and moment == self._moment:
+                reply = Reply(text=text, seconds=round(time.monotonic() - self._since, 3))
+                self._journal.add(reply)
+                try:
+                    answer = await self._live.advance(reply)
+                except SimulatorError as error:
+                    answer = self._lost(self._live.assignment, error)
+                self._take(answer)
+            return self._shown()
+
+    @property
+    def place(self) -> Path:
+        """The run's folder."""
+        return self._folder.path
+
+    def close(self) -> None:
+        """Ends the simulator and releases the run's folder."""
+        self._pool.close()
+        self._journal.close()
+        self._folder.close()
+
+    async def _begin(self, episode_id: str, replies: Sequence[Reply]) -> None:
+        self._episode = self._episodes[episode_id]
+        self._told = []
+        self._moment = 0
+        attempt = 1 + sum(r.episode_id == episode_id for r in self._folder.records())
+        self._live = live = self._pool.live(Assignment(self._episode, attempt=attempt))
+        try:
+            answer = await live.begin()
+            for reply in replies:
+                if isinstance(answer, EncodedObservation):
+                    self._moment += 1
+                    answer = await live.advance(reply)
+        except SimulatorError as error:
+            answer = self._lost(live.assignment, error)
+        self._take(answer, counts=False)
+
+    def _lost(self, assignment: Assignment, error: SimulatorError) -> EpisodeRecord:
+        run_id = self._folder.header.run_id
+        return lost_record(assignment, run_id, boundary_of(error), str(error), datetime.now(UTC))
+
+    def _take(self, answer: EncodedObservation | EpisodeRecord, *, counts: bool = True) -> None:
+        self._since = time.monotonic()
+        self._moment += counts
+        if isinstance(answer, EncodedObservation):
+            self._view = answer
+            return
+        if self._live is not None:
+            self._live.close()
+        self._live = self._view = None
+        self._folder.append(answer)
+        if self._settings.practice and self._episode is not None and answer.end != "error":
+            self._told = verdict_words(settle(self._episode, answer))
+        if answer.end == "error":
+            self._told = ["The simulator failed. This episode will be played again later."]
+        if not self._waiting():
+            self._folder.note_end()
+
+    def _is_in_the_middle(self) -> bool:
+        begun = self._journal.begun
+        return bool(begun) and not self._has_row(begun)
+
+    def _has_row(self, episode_id: str) -> bool:
+        return any(record.episode_id == episode_id for record in self._folder.records())
+
+    def _waiting(self) -> list[str]:
+        """Returns what is to be played, episodes that ended as an error last."""
+        open_ = [name for name in self._journal.order if not self._folder.is_done(name, 1)]
+        return sorted(open_, key=self._has_row)
+
+    def _shown(self) -> dict[str, Any]:
+        done = len(self._journal.order) - len(self._waiting())
+        shown: dict[str, Any] = {
+            "player": self._settings.player,
+            "practice": self._settings.practice,
+            "done": done,
+            "of": len(self._journal.order),
+            "is_on": self._live is not None,
+            "told": self._told,
+        }
+        if self._live is not None and self._view is not None and self._episode is not None:
+            shown["moment"] = self._moment
+            shown["instruction"] = self._episode.instruction
+            shown["prompt"] = system_prompt(self._episode.instruction, self._profile)
+            shown["frame"] = self._view.picture.data_uri
+            feedback = self._view.feedback
+            shown["feedback"] = None if feedback is None else feedback.model_dump()
+        return shown
+
+
+def open_play_session(settings: PlaySettings) -> PlaySession:
+    """Returns a sitting, new or to be continued. Raises InputError, or SimulatorError when no simulator starts."""
+    if not _PLAYER.fullmatch(settings.player):
+        raise SettingError(
+            f"Player {settings.player!r}: a name has letters, digits, '_', '.' and '-', 40 at most, e.g. --player ada."
+        )
+    pack = Pack.load(settings.pack)
+    spec = _spec(settings, pack)
+    name = f"{pack.name}-{spec.agent.replace(':', '-')}"
+    path = settings.log_dir or RUNS_FOLDER / name
+    places = {"pack_folder": str(pack.folder.resolve())}
+    if settings.assets is not None:
+        places["asset_database"] = str(settings.assets.resolve())
+    folder = RunFolder.create_or_resume(path, spec, pack.episodes, places)
+    plan = WorkerPlan(
+        pack=pack.folder,
+        run_id=folder.header.run_id,
+        profile=spec.profile,
+        backend=settings.backend,
+        quality=settings.quality,
+        asset_database=settings.assets,
+    )
+    pool = SimulatorPool(plan, 1, logs=folder.logs)
+    try:
+        folder.note_facts(pool.facts())
+        return PlaySession(settings, pool, folder, pack)
+    except BaseException:
+        pool.close()
+        folder.close()
+        raise
+
+
+def _spec(settings: PlaySettings, pack: Pack) -> RunSpec:
+    seed = zlib.crc32(settings.player.encode()) if settings.seed is None else settings.seed
+    ids = [episode.id for episode in pack.select(Selection(settings.families))]
+    chosen = sorted(random_order(ids, seed)[: settings.limit])
+    profile = Profile(name=ACTION_FEEDBACK if settings.practice else BASELINE)
+    return RunSpec(
+        agent=f"human{'-practice' if settings.practice else ''}:{settings.player}",
+        agent_kind="human",
+        profile=profile,
+        versions=Versions.here(),
+        prompt_policy=policy_version(profile),
+        prompt_policy_sha256=policy_sha256(profile),
+        pack=pack.name,
+        pack_sha256=pack.sha256,
+        pack_versions=pack.manifest.versions,
+        episode_ids=tuple(chosen),
+        seed=seed,
+        simulator=settings.backend,
+        asset_database_sha256=file_sha256(settings.assets) if settings.assets else None,
+        render_quality=settings.quality,
+    )
+
+
+def random_order(episode_ids: Sequence[str], seed: int) -> list[str]:
+    """Returns the ids in the order that `seed` draws."""
+    ids = sorted(episode_ids)
+    return [ids[index] for index in np.random.default_rng(seed).permutation(len(ids))]

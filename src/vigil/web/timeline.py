@@ -1,0 +1,132 @@
+"""Timeline: one recorded episode as the trajectory viewer shows it, step by step, with hidden state kept separate.
+
+A model's output is kept as plain strings; templates must escape it.
+"""
+
+import json
+from typing import Any
+
+from vigil.actions import InteractPixel
+from vigil.episode import FAMILIES, Episode
+from vigil.errors import RecordError
+from vigil.goals import GoalRow, check
+from vigil.pose import Box
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord, StepRecord
+from vigil.replies import parse_reply
+from vigil.scoring import Outcome
+from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, goal_words, verdict_words
+from vigil.world import WorldState
+
+
+def timeline_of(episode: Episode, record: EpisodeRecord, profile: Profile, outcome: Outcome | None) -> dict[str, Any]:
+    """Returns what the viewer needs to know, as JSON values. `hidden` and each step's `hidden` stay behind a switch."""
+    rows = _goal_rows(episode, record)
+    return {
+        "episode": episode.id,
+        "epoch": record.epoch,
+        "attempt": record.attempt,
+        "family": episode.family,
+        "family_name": FAMILIES[episode.family].name,
+        "instruction": episode.instruction,
+        "steps": [_step(step, profile, rows) for step in record.steps],
+        "end": record.end,
+        "error": None if record.error is None else {"at": record.error.boundary, "message": record.error.message},
+        "hidden": _hidden(episode, record, rows, outcome),
+    }
+
+
+def _goal_rows(episode: Episode, record: EpisodeRecord) -> tuple[GoalRow, ...]:
+    if record.initial is None:
+        return ()
+    try:
+        return check(episode.goal, record).rows
+    except RecordError:
+        return ()
+
+
+def _step(step: StepRecord, profile: Profile, rows: tuple[GoalRow, ...]) -> dict[str, Any]:
+    parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
+    action, reply = step.action, step.reply
+    return {
+        "index": step.index,
+        "action": action_words(action, step.invalid),
+        "skill": action.skill_name if action else "invalid",
+        "intent": action.intent if isinstance(action, InteractPixel) else None,
+        "click": click_of(action),
+        "summary": getattr(action, "summary", None),
+        "invalid": None if step.invalid is None else step.invalid.model_dump(),
+        "thought": _text(getattr(parsed, "thought", None)),
+        "cognitive_state": _text(getattr(parsed, "cognitive_state", None)),
+        "reply": reply.text,
+        "finish_reason": reply.finish_reason,
+        "reasoning_chars": reply.reasoning_chars,
+        "tokens": None if reply.usage is None else [reply.usage.input_tokens, reply.usage.output_tokens],
+        "seconds": reply.seconds,
+        "hidden": {"effect": effect_words(step.effect)},
+    }
+
+
+def _hidden(
+    episode: Episode, record: EpisodeRecord, rows: tuple[GoalRow, ...], outcome: Outcome | None
+) -> dict[str, Any]:
+    first = next((index for index, row in enumerate(rows) if row.semantic), None)
+    worlds = record.worlds if record.initial is not None else ()
+    return {
+        "goal": goal_words(episode.goal),
+        "bindings": dict(sorted(episode.bindings.items())),
+        "max_steps": episode.max_steps,
+        "max_invalid": episode.max_invalid,
+        "first_row": first,
+        "worlds": [_world(world, episode) for world in worlds],
+        "rows": [{"W": row.semantic, "strict": row.strict, "progress": row.progress} for row in rows],
+        "verdict": None if outcome is None else _verdict(outcome),
+    }
+
+
+def _verdict(outcome: Outcome) -> dict[str, Any]:
+    return {
+        "label": outcome.label,
+        "subtype": outcome.subtype,
+        "category": CATEGORIES[outcome.category],
+        "W": outcome.W,
+        "W_strict": outcome.W_strict,
+        "B": outcome.B,
+        "expected": outcome.expected,
+        "reported": outcome.raw_status or outcome.reported,
+        "lag": outcome.lag,
+        "why": verdict_words(outcome),
+    }
+
+
+def _world(world: WorldState, episode: Episode) -> dict[str, Any]:
+    """Returns a moment in the plan's coordinates (y = -z)."""
+    target = world.objects.get(episode.goal.object_id)
+    return {
+        "x": world.agent.position.x,
+        "y": -world.agent.position.z,
+        "yaw": world.agent.rotation,
+        "horizon": world.agent.horizon,
+        "held": world.held,
+        "distance_m": None if target is None else target.box_distance_m,
+        "visible_px": None if target is None else target.visible_px,
+        "objects": {
+            name: {
+                "corners": _corners(state.box),
+                "openness": state.openness,
+                "is_toggled": state.is_toggled,
+                "is_held": state.is_held,
+            }
+            for name, state in sorted(world.objects.items())
+        },
+    }
+
+
+def _corners(box: Box) -> str:
+    return " ".join(f"{corner.x:.3f},{-corner.z:.3f}" for corner in box.corners()[:4])
+
+
+def _text(value: Any) -> str | None:
+    if value is None or isinstance(value, str):
+        return value
+    return json.dumps(value, ensure_ascii=False, indent=1)

@@ -1,0 +1,181 @@
+"""Clicks the thing of every "put it there" episode down at pixels of all kinds, and judges each try.
+
+    python -m sweeps.put_down                       every such episode of the large pack, 60 clicks and more in each
+    python -m sweeps.put_down --piece 3             one episode again
+
+The recorded solution is played up to the click that puts the thing down. Then it is put down elsewhere instead: at
+pixels of the receptacle, of its rim and its edges, and beside it; from there, a step back, looking up and down; and
+once more after the receptacle was shut by a click. Of every try that wins it must hold that the thing rests on or in
+the receptacle, and where the task says "into", that the receptacle is open and the thing's bottom lies below its rim.
+"""
+
+import json
+import random
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+
+from sweeps import simulators
+from sweeps.support import pieces
+from sweeps.support.pieces import Failure, Finding
+from vigil.actions import Action, Reply
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.scene.geometry import whole_box
+from vigil.scoring import settle
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.world import CLOSED_BELOW
+
+PACK = "vigil_balanced_1000"
+ON_IT, BESIDE = 14, 8
+"""Clicks on the receptacle and beside it, from each view, besides its four outermost pixels."""
+BESIDE_PX = (12, 25)
+"""How far beside it, across and up."""
+SHUT_CLICKS = 40
+RIM_M = 0.02
+"""How far below the rim the bottom of what lies inside is, at least."""
+VIEWS: dict[str, dict[str, object] | None] = {
+    "as solved": None,
+    "looking up": {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 20}},
+    "looking down": {"skill_name": "look", "arguments": {"direction": "down", "magnitude": 20}},
+    "a step back": {"skill_name": "navigate", "arguments": {"mode": "backward", "magnitude": 1}},
+}
+REPORT = {"skill_name": "report", "arguments": {"status": "success", "summary": ""}}
+Click = tuple[int, int]
+
+
+def main() -> int:
+    """Runs the sweep."""
+    options = simulators.parser(__doc__ or "", len(_episodes())).parse_args()
+    work = partial(try_everywhere, options.seed, options.backend)
+    return pieces.run(simulators.sweep("put_down", work, options), options)
+
+
+def _episodes() -> list[Episode]:
+    return [episode for episode in Pack.load(PACK).episodes if episode.goal.kind == "object_at_receptacle"]
+
+
+def try_everywhere(seed: int, backend: str, piece: int) -> Finding:
+    """Returns what came of the tries in one episode."""
+    pack, episode = Pack.load(PACK), _episodes()[piece]
+    simulator = simulators.loaded(backend, pack.house_of(episode))
+    tries = _Tries(Env(simulator, pack.house_of, Profile()), simulator, episode, random.Random(f"{seed}/{piece}"))
+    tries.play_until_put_down(pack.solutions[episode.id].actions)
+    for state in ("open", "shut") if simulator.scene().things[tries.receptacle].is_openable else ("",):
+        if state == "shut" and not tries.shut():
+            tries.finding.counts["could not be shut from there"] += 1
+            continue
+        for view in VIEWS:
+            tries.from_view(state, view)
+    tries.finding.falls = [Failure(fall.kind, fall.detail, f"--piece {piece}") for fall in tries.finding.falls]
+    simulator.close()
+    return tries.finding
+
+
+class _Tries:
+    """An episode in which the hand holds the thing, and many ways to put it down."""
+
+    def __init__(self, env: Env, simulator: EmbeddedSimulator, episode: Episode, rng: random.Random) -> None:
+        self.finding = Finding()
+        self.receptacle = str(getattr(episode.goal, "receptacle_id", ""))
+        self._is_into = bool(getattr(episode.goal, "inside", False))
+        self._env, self._simulator, self._episode, self._rng = env, simulator, episode, rng
+
+    def play_until_put_down(self, actions: tuple[Action, ...]) -> None:
+        """Plays a solution up to its last `place`."""
+        places = [n for n, action in enumerate(actions) if getattr(action, "intent", "") == "place"]
+        self._env.reset(self._episode)
+        for action in actions[: places[-1]]:
+            arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
+            self._say({"skill_name": action.skill_name, "arguments": arguments})
+
+    def shut(self) -> bool:
+        """Shuts the receptacle by a click; returns whether one did."""
+        pixels = self._simulator.pixels_of(self.receptacle)
+        for x, y in pixels[:: max(1, len(pixels) // SHUT_CLICKS)]:
+            if self._env.end is None:
+                self._say(_interact("close_access", (int(x), int(y))))
+            if self._simulator.scene().things[self.receptacle].openness < CLOSED_BELOW:
+                return self._env.end is None
+        return False
+
+    def from_view(self, state: str, view: str) -> None:
+        """Tries clicks of all kinds from a view."""
+        with self._taken_back():
+            turn = VIEWS[view]
+            if turn is not None:
+                self._say(turn)
+            if self._env.end is None:
+                for click in self._clicks():
+                    with self._taken_back():
+                        self._try(state, view, click)
+
+    def _clicks(self) -> list[Click]:
+        pixels = [(int(x), int(y)) for x, y in self._simulator.pixels_of(self.receptacle)]
+        if not pixels:
+            return []
+        chosen = [self._rng.choice(pixels) for _ in range(ON_IT)]
+        edges = [pick(pixels, key=lambda pixel: pixel[axis]) for axis in (0, 1) for pick in (min, max)]
+        return [*chosen, *edges, *(self._beside(click) for click in chosen[:BESIDE])]
+
+    def _beside(self, click: Click) -> Click:
+        across, up = BESIDE_PX
+        x = click[0] + self._rng.randint(-across, across)
+        y = click[1] - self._rng.randint(0, up)
+        return min(max(x, 0), FRAME_WIDTH - 1), min(max(y, 0), FRAME_HEIGHT - 1)
+
+    def _try(self, state: str, view: str, click: Click) -> None:
+        self._say(_interact("place", click))
+        step = self._env._steps[-1]
+        self._say(REPORT)
+        outcome = settle(self._episode, self._env.record())
+        refusal = step.effect.refusal if step.effect else "invalid"
+        self.finding.counts[f"{state} {'W' if outcome.W else refusal or 'elsewhere'}".strip()] += 1
+        if outcome.W:
+            self.finding.falls += [
+                Failure(kind, f"{self._episode.id}, {view}, click at {click}", "") for kind in self._faults()
+            ]
+
+    def _faults(self) -> Iterator[str]:
+        things = self._simulator.scene().things
+        thing, receptacle = things[self._episode.goal.object_id], things[self.receptacle]
+        if receptacle.id not in _carriers(thing.parent, {each.id: each.parent for each in things.values()}):
+            yield "won beside the receptacle"
+        if not self._is_into:
+            return
+        if receptacle.is_openable and receptacle.openness < CLOSED_BELOW:
+            yield "won into what is shut"
+        box, rim = whole_box(thing), whole_box(receptacle)
+        if box.center.y - box.size.y / 2 > rim.center.y + rim.size.y / 2 - RIM_M:
+            yield "won on the rim"
+
+    def _say(self, reply: dict[str, object]) -> None:
+        if self._env.end is None:
+            self._env.step(Reply(text=json.dumps(reply)))
+
+    @contextmanager
+    def _taken_back(self) -> Iterator[None]:
+        """Leaves the episode and the world as they were."""
+        env = self._env
+        before = (list(env._steps), env._end, env._invalid, env._observation)
+        with self._simulator.rehearsal():
+            yield
+        env._steps, env._end, env._invalid, env._observation = before
+
+
+def _interact(intent: str, click: Click) -> dict[str, object]:
+    return {"skill_name": "interact_pixel", "arguments": {"intent": intent, "x": click[0], "y": click[1]}}
+
+
+def _carriers(parent: str | None, parents: dict[str, str | None]) -> Iterator[str]:
+    while parent is not None:
+        yield parent
+        parent = parents.get(parent)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

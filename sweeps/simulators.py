@@ -1,0 +1,29 @@
+"""What the sweeps of the simulator share: the choice of what casts the rays, and a simulator with its house."""
+
+import argparse
+
+from sweeps.support import pieces
+from sweeps.support.pieces import Sweep, Work
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.sim import make_simulator
+from vigil.sim.core.embedded import EmbeddedSimulator
+
+
+def parser(doc: str, count: int) -> argparse.ArgumentParser:
+    """Returns a parser with the options of all sweeps, and the backend."""
+    made = pieces.parser(doc, count)
+    made.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
+    return made
+
+
+def sweep(name: str, work: Work, options: argparse.Namespace) -> Sweep:
+    """Returns a sweep whose pieces depend on the seed and the backend."""
+    return Sweep(name, {"seed": options.seed, "backend": options.backend}, work)
+
+
+def loaded(backend: str, house: House) -> EmbeddedSimulator:
+    """Returns a simulator of its own with a house."""
+    simulator = make_simulator(backend, assets=AssetDatabase.default())
+    simulator.load(house)
+    return simulator

@@ -1,0 +1,388 @@
+"""What is killed: a run, a sitting of `vigil play`, or the making of a pack; and what must hold of what it leaves."""
+
+import functools
+import http.client
+import json
+import shutil
+import socket
+import sys
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from sweeps.flaky_server import Chance, FlakyServer, plain, skill
+from sweeps.support.lives import start
+from sweeps.support.tiny import tiny_pack
+from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.cli import main as vigil_main
+from vigil.record import EPISODES_FILE
+from vigil.record_file import read_records
+from vigil.runner import inspect_task  # noqa: F401 - imported before the forks, which are quicker for it
+from vigil.web.play_session import JOURNAL
+
+EPISODES = 8
+AGENT = """
+import hashlib, json, sys
+turn = 0
+for line in sys.stdin:
+    message = json.loads(line)
+    if message["type"] == "start":
+        turn, task = 0, message["instruction"]
+        continue
+    turn += 1
+    number = hashlib.sha256(f"{task} {turn}".encode()).digest()[0]
+    look = {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1 + number % 20}}
+    report = {"skill_name": "report", "arguments": {"status": "open", "summary": str(number)}}
+    print(json.dumps(report if turn > 6 else look), flush=True)
+"""
+
+
+class Target(ABC):
+    """A folder that is worked on, over many starts, until it is whole."""
+
+    final_code = 0
+    """With which the command ends when all is done."""
+    variant = ""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.typical_s = 1.0
+        """How long the work takes undisturbed."""
+        self.is_over = False
+        """Whether the work is done and the command only has to be ended."""
+        self._kept: dict[Path, bytes] = {}
+
+    @abstractmethod
+    def whole(self) -> Sequence[str]:
+        """Returns the arguments of the command line."""
+
+    def forked(self) -> None:
+        """Does what the command line does, in a fork of this process."""
+        sys.argv = ["vigil", *self.whole()]
+        vigil_main()
+
+    @abstractmethod
+    def logs(self) -> list[Path]:
+        """Returns the append-only files."""
+
+    def is_finished(self) -> bool:
+        """Whether no command is left to be started, now that one has ended well."""
+        return True
+
+    def whole_bytes(self, data: bytes) -> int:
+        """Returns how much of a log no later start may change."""
+        return data.rfind(b"\n") + 1
+
+    def drive(self, deadline: float) -> None:  # noqa: B027 - most targets need nobody
+        """Does what a person or a client does meanwhile, until a time of the monotonic clock."""
+
+    def check_kept(self) -> list[str]:
+        """Returns faults: whole lines that were there after an earlier kill and are gone or changed."""
+        faults = []
+        for path in self.logs():
+            data = path.read_bytes() if path.exists() else b""
+            before = self._kept.get(path, b"")
+            if not data.startswith(before):
+                faults.append(f"{path.name}: {len(before)} bytes were whole, and are no longer the file's beginning")
+            self._kept[path] = data[: self.whole_bytes(data)]
+        return faults
+
+    @abstractmethod
+    def check_whole(self) -> list[str]:
+        """Returns faults of the finished work."""
+
+    def clear(self) -> None:
+        """Removes the folder and what lies beside it."""
+        for path in self.folder.parent.glob(f"{self.folder.name}*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def check_rows(folder: Path, undisturbed: Path) -> list[str]:
+    """Returns faults of a run's rows against those of an undisturbed run; torn side files must hold no whole row."""
+    rows, wanted = (read_records(path / EPISODES_FILE) for path in (folder, undisturbed))
+    faults = [f"{len(rows)} rows instead of {len(wanted)}"] if len(rows) != len(wanted) else []
+    is_, was = ({row.key: plain(row) for row in each} for each in (rows, wanted))
+    faults += [f"{key}: the record differs" for key in was if is_.get(key) != was[key]]
+    for side in folder.glob("*.torn-*"):
+        if side.read_bytes().endswith(b"\n"):
+            faults.append(f"{side.name} holds a whole row")
+    return faults
+
+
+class Run(Target):
+    """`vigil run` with one of three agents."""
+
+    def __init__(self, folder: Path, variant: str, options: Sequence[str], undisturbed: Path) -> None:
+        super().__init__(folder)
+        self.variant = variant
+        self._options = options
+        self._undisturbed = undisturbed
+
+    def whole(self) -> Sequence[str]:
+        """Returns the arguments of the command line."""
+        return ["run", *self._options, "--log-dir", str(self.folder), "--backend", "fake", "--workers", "1"]
+
+    def logs(self) -> list[Path]:
+        """Returns the append-only files."""
+        return [self.folder / EPISODES_FILE]
+
+    def check_whole(self) -> list[str]:
+        """Returns faults of the finished work."""
+        return [*self.check_kept(), *check_rows(self.folder, self._undisturbed)]
+
+
+class Play(Target):
+    """`vigil play`, with a person who answers by the instruction and the turn alone."""
+
+    final_code = 143
+    variant = "play"
+
+    def __init__(self, folder: Path, pack: Path, undisturbed: Path | None) -> None:
+        super().__init__(folder)
+        self._pack = pack
+        self._undisturbed = undisturbed
+        self._acknowledged = (0, 0)
+        self._port = 0
+        self.faults: list[str] = []
+
+    def whole(self) -> Sequence[str]:
+        """Returns the arguments of the command line."""
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self._port = free.getsockname()[1]
+        options = ["--pack", str(self._pack), "--log-dir", str(self.folder), "--backend", "fake", "--no-open"]
+        return ["play", "--player", "ada", *options, "--port", str(self._port)]
+
+    @property
+    def forked(self) -> Callable[[], None]:  # type: ignore[override]
+        """What the command line does; the port is chosen before the fork."""
+        arguments = self.whole()
+
+        def work() -> None:
+            sys.argv = ["vigil", *arguments]
+            vigil_main()
+
+        return work
+
+    def logs(self) -> list[Path]:
+        """Returns the append-only files."""
+        return [self.folder / EPISODES_FILE, self.folder / JOURNAL]
+
+    def drive(self, deadline: float) -> None:
+        """Plays on until the deadline, or until all is played."""
+        while time.monotonic() < deadline and not self.is_over:
+            try:
+                self._play(deadline)
+            except (OSError, http.client.HTTPException, ValueError):
+                time.sleep(0.01)  # it does not listen yet
+
+    def _play(self, deadline: float) -> None:
+        state = self._ask("GET", "/state")
+        while time.monotonic() < deadline:
+            place = (state["done"], state.get("moment", 0))
+            if place < self._acknowledged:
+                self.faults.append(f"{place} is shown after {self._acknowledged} was acknowledged")
+            self._acknowledged = place
+            if state["is_on"]:
+                moment = state["moment"]
+                state = self._ask(
+                    "POST", "/reply", {"moment": moment, "text": self._text(state["instruction"], moment)}
+                )
+            elif state["done"] == state["of"]:
+                self.is_over = True
+                return
+            else:
+                state = self._ask("POST", "/next", {})
+
+    def _text(self, instruction: str, moment: int) -> str:
+        number = sum(map(ord, instruction)) + 31 * moment
+        if moment >= 5:
+            return skill("report", status="open", summary=str(number))
+        return skill("look", direction="up", magnitude=1 + number % 20)
+
+    def _ask(self, method: str, path: str, body: Any = None) -> dict[str, Any]:
+        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=3)
+        try:
+            data = None if body is None else json.dumps(body).encode()
+            connection.request(method, path, data, {"Content-Type": "application/json"})
+            return json.loads(connection.getresponse().read())
+        finally:
+            connection.close()
+
+    def check_kept(self) -> list[str]:
+        """Returns faults, those that the person has met included."""
+        met, self.faults = self.faults, []
+        return [*met, *super().check_kept()]
+
+    def check_whole(self) -> list[str]:
+        """Returns faults of the finished work."""
+        return [*self.check_kept(), *(check_rows(self.folder, self._undisturbed) if self._undisturbed else [])]
+
+
+class Packing(Target):
+    """`vigil pack propose` and then `build`, or `make`."""
+
+    def __init__(self, folder: Path, variant: str, undisturbed: Path | None) -> None:
+        super().__init__(folder)
+        self.variant = variant
+        self._undisturbed = undisturbed
+        drafts = f"{folder.name}.drafts.jsonl"
+        self._drafts = folder.with_name(drafts)
+
+    def whole(self) -> Sequence[str]:
+        """Returns the arguments of the command line that is next."""
+        choice = ["--rooms", "bathroom", "--family", "DA", "--family", "SV"]
+        if self.variant == "make":
+            return ["pack", "make", "--name", "kills", "--seed", "5", "--per-family", "2", "--count", "3", "--out",
+                    str(self.folder), *choice]  # fmt: skip
+        if not self._is_proposed():
+            return ["pack", "propose", "--out", str(self._drafts), "--seeds", "7:10", "--per-house", "2", *choice]
+        return ["pack", "build", "--drafts", str(self._drafts), "--name", "kills", "--per-family", "2", "--out",
+                str(self.folder), *choice[2:]]  # fmt: skip
+
+    def is_finished(self) -> bool:
+        """Whether no command is left to be started, now that one has ended well."""
+        return (self.folder / "manifest.json").exists()
+
+    def _is_proposed(self) -> bool:
+        return self._drafts.exists() and self._drafts.read_bytes().count(b'"line":"done"') >= 6
+
+    def logs(self) -> list[Path]:
+        """Returns the append-only files."""
+        return [self._drafts]
+
+    def whole_bytes(self, data: bytes) -> int:
+        """Returns the end of the last family that was finished in a house: what follows is proposed again."""
+        end = data.rfind(b"\n") + 1
+        lines = data[:end].splitlines(keepends=True)
+        while len(lines) > 1 and b'"line":"done"' not in lines[-1]:
+            end -= len(lines.pop())
+        return end
+
+    def check_whole(self) -> list[str]:
+        """Returns faults of the finished work."""
+        faults = self.check_kept()
+        if self._undisturbed is None:
+            return faults
+        is_, was = (_files(path) for path in (self.folder, self._undisturbed))
+        faults += [
+            f"{name}: missing, added or different" for name in was.keys() | is_.keys() if was.get(name) != is_.get(name)
+        ]
+        if _told(self._drafts) != _told(self._undisturbed.with_name(f"{self._undisturbed.name}.drafts.jsonl")):
+            faults.append("the drafts differ")
+        strays = [path.name for path in self.folder.parent.glob(f".{self.folder.name}*")]
+        return [*faults, *(f"{name} is left over" for name in strays)]
+
+
+def _files(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def _told(path: Path) -> list[dict[str, Any]]:
+    """Returns the lines of a drafts file without the seconds that they took."""
+    DraftsFile(path).read()
+    lines = [json.loads(line) for line in path.read_bytes().splitlines()]
+    return [{name: value for name, value in line.items() if name != "seconds"} for line in lines]
+
+
+class Kind(ABC):
+    """Makes targets of one kind, in a folder of its own, with the undisturbed work that they are compared with."""
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+        self.seconds: dict[str, float] = {}
+        """By variant: how long it takes undisturbed."""
+
+    def __enter__(self) -> "Kind":
+        return self
+
+    def __exit__(self, *_: object) -> None:  # noqa: B027 - most kinds hold nothing
+        """Frees what the kind holds."""
+
+    @abstractmethod
+    def make(self, case: int) -> Target:
+        """Returns a target that nothing was done for."""
+
+    def undisturbed(self, target: Target) -> Path:
+        """Lets a target be worked on without kills and returns its folder."""
+        began = time.monotonic()
+        while True:
+            begun = start(target.forked, "undisturbed", target.folder)
+            target.drive(time.monotonic() + 600)
+            if target.is_over:
+                begun.signal(15)
+            code = begun.wait(600)
+            if code != target.final_code:
+                raise RuntimeError(f"undisturbed, {target.variant} ends with {code}: {begun.said()}")
+            if target.is_finished():
+                break
+        self.seconds[target.variant] = time.monotonic() - began
+        return target.folder
+
+    def target(self, case: int) -> Target:
+        """Returns a new target."""
+        target = self.make(case)
+        target.typical_s = self.seconds[target.variant]
+        return target
+
+
+class Runs(Kind):
+    """Runs of a tiny pack: scripted, a program, and a model on loopback, in turn."""
+
+    def __init__(self, place: Path) -> None:
+        super().__init__(place)
+        self._pack = tiny_pack(place / "tiny", EPISODES).folder
+        self._server = FlakyServer(Chance(0.0, ()))
+        agent = place / "agent.py"
+        agent.write_text(AGENT)
+        common = ["--pack", str(self._pack)]
+        self._options = {
+            "scripted": [*common, "--agent", "random"],
+            "exec": [*common, "--agent", f"exec:{sys.executable} {agent}"],
+            "model": [*common, "--model", "openai/loopback", "--base-url", self._server.url, "--no-preflight"],
+        }
+
+    def __exit__(self, *_: object) -> None:
+        """Ends the model's server."""
+        self._server.close()
+
+    def make(self, case: int) -> Target:
+        """Returns a target that nothing was done for."""
+        variant = list(self._options)[case % len(self._options)]
+        return Run(self.place / f"run-{case}", variant, self._options[variant], self._calm(variant))
+
+    @functools.cache  # noqa: B019 - one kind lives as long as the sweep
+    def _calm(self, variant: str) -> Path:
+        folder = self.place / f"calm-{variant}"
+        return self.undisturbed(Run(folder, variant, self._options[variant], folder))
+
+
+class Plays(Kind):
+    """Sittings over a tiny pack."""
+
+    def __init__(self, place: Path) -> None:
+        super().__init__(place)
+        self._pack = tiny_pack(place / "tiny", EPISODES).folder
+        self._calm = self.undisturbed(Play(place / "calm", self._pack, None))
+
+    def make(self, case: int) -> Target:
+        """Returns a target that nothing was done for."""
+        return Play(self.place / f"play-{case}", self._pack, self._calm)
+
+
+class Packs(Kind):
+    """Packs of small bathrooms, made in one go or in two."""
+
+    def make(self, case: int) -> Target:
+        """Returns a target that nothing was done for."""
+        variant = ("propose", "make")[case % 2]
+        return Packing(self.place / f"pack-{case}", variant, self._calm(variant))
+
+    @functools.cache  # noqa: B019 - one kind lives as long as the sweep
+    def _calm(self, variant: str) -> Path:
+        return self.undisturbed(Packing(self.place / f"calm-{variant}", variant, None))
+
+
+KINDS: dict[str, type[Kind]] = {"run": Runs, "play": Plays, "pack": Packs}

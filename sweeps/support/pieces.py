@@ -1,0 +1,219 @@
+"""Pieces: numbered parts of a sweep, done by processes, written to a log, and never done twice.
+
+The log is a JSON-lines file: a first line with what the sweep was asked for, then one line for each finished piece. A
+torn last line, left by a kill, is put aside, and that piece is done again. A sweep is a function from a piece's number
+to a `Finding`; it must not depend on other pieces.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import shlex
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vigil.errors import RecordError
+from vigil.jsonl import AppendFile
+from vigil.runner.run_folder import source_state
+
+SHOWN_FALLS = 20
+LOGS = Path("runs") / "sweeps"
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """One case in which something that must hold did not."""
+
+    kind: str
+    """What fell, in a few words that are the same for all cases of it."""
+    detail: str
+    case: str
+    """The options that repeat the case alone, e.g. `--piece 3 --case 7`."""
+
+
+@dataclass(slots=True)
+class Finding:
+    """What came out of a piece."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    falls: list[Failure] = field(default_factory=list)
+
+
+Work = Callable[[int], Finding]
+"""Does the piece of a number. With several workers it must be picklable: a module's function, or a `partial` of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """A sweep by name, with what its cases depend on."""
+
+    name: str
+    """The module's, as in `python -m sweeps.NAME`."""
+    settings: dict[str, Any]
+    """JSON; a log that was made with others is refused."""
+    work: Work
+
+
+def parser(doc: str, pieces: int) -> argparse.ArgumentParser:
+    """Returns a parser with the options that all sweeps share; `pieces` is how many there are by default."""
+    made = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("--seed", type=int, default=0, help="another seed, other cases (default 0)")
+    made.add_argument("--pieces", type=int, default=pieces, help=f"how many pieces to do (default {pieces})")
+    made.add_argument("--workers", type=int, default=1, help="processes; the result is the same with any number")
+    made.add_argument("--log", type=Path, help="finished pieces; default runs/sweeps/NAME-SEED.jsonl")
+    made.add_argument("--piece", type=int, help="do this piece alone, without a log")
+    made.add_argument("--case", type=int, help="with --piece: this case of it alone")
+    return made
+
+
+def run(sweep: Sweep, options: argparse.Namespace) -> int:
+    """Does the pieces that the log does not have yet; prints a summary. Returns the exit code: 1 when anything fell."""
+    if options.piece is not None:
+        finding = sweep.work(options.piece)
+        return _summarize(sweep, {"options": vars(options)}, [_line(options.piece, 0.0, finding)])
+    path = options.log or LOGS / f"{sweep.name}-{options.seed}.jsonl"
+    with PieceLog(path, sweep) as log:
+        missing = [piece for piece in range(options.pieces) if piece not in log.done]
+        if log.done:
+            print(f"{path}: {len(log.done)} pieces are done, {len(missing)} are left", flush=True)
+        began = time.monotonic()
+        for number, (piece, seconds, finding) in enumerate(_results(sweep.work, missing, options.workers), start=1):
+            log.append(_line(piece, seconds, finding))
+            _tell(number, len(missing), time.monotonic() - began, finding)
+        wanted = [log.done[piece] for piece in sorted(log.done) if piece < options.pieces]
+    return _summarize(sweep, {"log": str(path)}, wanted)
+
+
+class PieceLog:
+    """The log of a sweep; one process at a time writes it."""
+
+    def __init__(self, path: Path, sweep: Sweep) -> None:
+        """Opens or begins the log. Exits when it is another sweep's, or being written."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self.done: dict[int, dict[str, Any]] = {}
+        try:
+            self._file = AppendFile(path)
+        except RecordError as error:
+            sys.exit(f"{error} Or give another --log.")
+        asked = {"sweep": sweep.name, "settings": sweep.settings}
+        lines = [json.loads(line.data) for line in self._file.lines.whole]
+        if not lines:
+            self.append(asked)
+        elif lines[0] != asked:
+            self._file.close()
+            sys.exit(f"{path} is the log of {lines[0]}, this is {asked}. Give another --log.")
+        self.done = {line["piece"]: line for line in lines[1:]}
+
+    def append(self, line: dict[str, Any]) -> None:
+        """Writes a line through to the disk."""
+        self._file.append(json.dumps(line, sort_keys=True).encode() + b"\n")
+        if "piece" in line:
+            self.done[line["piece"]] = line
+
+    def __enter__(self) -> "PieceLog":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+
+def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple[int, float, Finding]]:
+    if workers == 1:
+        yield from (_timed(work, piece) for piece in missing)
+        return
+    waiting = list(reversed(missing))
+    while waiting:
+        running: dict[Future[tuple[int, float, Finding]], int] = {}
+        suspects: list[int] = []
+        with _executor(workers) as executor:
+            try:
+                while waiting or running:
+                    while waiting and len(running) < workers:
+                        piece = waiting.pop()
+                        running[executor.submit(_timed, work, piece)] = piece
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        result = future.result()
+                        del running[future]
+                        yield result
+            except BrokenProcessPool:
+                suspects = sorted(running.values())
+        for piece in suspects:  # one of them ended its process: each again, by itself
+            yield _alone(work, piece)
+
+
+def _alone(work: Work, piece: int) -> tuple[int, float, Finding]:
+    with _executor(1) as executor:
+        try:
+            return executor.submit(_timed, work, piece).result()
+        except BrokenProcessPool:
+            return (
+                piece,
+                0.0,
+                Finding(Counter(), [Failure("the process died", "crashed or was killed", f"--piece {piece}")]),
+            )
+
+
+def _executor(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
+
+
+def _timed(work: Work, piece: int) -> tuple[int, float, Finding]:
+    began = _processor_seconds()
+    finding = work(piece)
+    return piece, _processor_seconds() - began, finding
+
+
+def _processor_seconds() -> float:
+    """Returns what this process and those that it started and that have ended have used."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
+
+
+def _line(piece: int, seconds: float, finding: Finding) -> dict[str, Any]:
+    return {
+        "piece": piece,
+        "seconds": round(seconds, 3),
+        "counts": dict(sorted(finding.counts.items())),
+        "falls": [{"kind": fall.kind, "detail": fall.detail, "case": fall.case} for fall in finding.falls],
+        "commit": source_state()[0],
+    }
+
+
+def _tell(number: int, total: int, seconds: float, finding: Finding) -> None:
+    for fall in finding.falls[:3]:
+        print(f"FELL {fall.kind}: {fall.detail[:300]}", flush=True)
+    if sys.stdout.isatty() or number % max(1, total // 20) == 0:
+        left = seconds / number * (total - number)
+        print(f"{number}/{total} pieces, {seconds:.0f} s, about {left:.0f} s left", flush=True)
+
+
+def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, Any]]) -> int:
+    """Prints what fell, kind by kind, and the counts. Returns the exit code."""
+    counts: Counter[str] = Counter()
+    for line in lines:
+        counts.update(line["counts"])
+    falls = [fall for line in lines for fall in line["falls"]]
+    kinds = Counter(fall["kind"] for fall in falls)
+    options = " ".join(
+        f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in sweep.settings.items()
+    )
+    for kind, number in kinds.most_common(SHOWN_FALLS):
+        first = min((fall for fall in falls if fall["kind"] == kind), key=lambda fall: len(fall["detail"]))
+        print(f"\nFELL {number} x {kind}\n  {first['detail'][:2000]}")
+        print(f"  again: python -m sweeps.{sweep.name} {options} {first['case']}")
+    seconds, commits = sum(line["seconds"] for line in lines), {line["commit"] for line in lines}
+    print(
+        f"\n{sweep.name} ({', '.join(f'{name} {value}' for name, value in place.items() if name == 'log')}): "
+        f"{len(lines)} pieces, {seconds:.0f} s of processor time, {len(commits)} version(s) of the code"
+    )
+    print(", ".join(f"{name} {number}" for name, number in sorted(counts.items())))
+    print(f"fell: {len(falls)}")
+    return 1 if falls else 0

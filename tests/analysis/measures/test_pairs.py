@@ -1,0 +1,180 @@
+"""Pairs: what is recognised from headers alone, and what is refused by name."""
+
+from datetime import timedelta
+from typing import Any
+
+import numpy as np
+import pytest
+from published import SMALL, EpisodeCourse, Write, played, small_records
+
+from vigil.analysis.measures.pairs import compare, pair, recognise, shared
+from vigil.analysis.measures.rows import Run, read_runs
+from vigil.analysis.measures.study import study
+from vigil.analysis.tables.registry import tables
+from vigil.episode import FAMILIES
+from vigil.errors import RecordError
+from vigil.profile import ACTION_FEEDBACK, Profile
+from vigil.record import EpisodeRecord
+
+FEEDBACK, NEUTRAL = Profile(name=ACTION_FEEDBACK), Profile(prompt_variant="neutral_report")
+
+
+def missed() -> dict[str, EpisodeRecord]:
+    """Every second episode is left unreported."""
+    found = small_records()
+    for family in FAMILIES:
+        found[f"{family}-000"] = played(EpisodeCourse(family, True, "NR"))
+    return found
+
+
+def runs_of(write: Write, *settings: dict[str, Any]) -> list[Run]:
+    return read_runs([write(f"run{index}", **one) for index, one in enumerate(settings)])
+
+
+def test_interventions_are_recognised_from_headers(write: Write):
+    found = recognise(runs_of(write, {"profile": NEUTRAL}, {"profile": FEEDBACK}, {}))
+    (feedback,), (prompt,) = found.feedback, found.prompt
+    assert (feedback.base.name, feedback.other.name) == ("model", "model [+FB]")
+    assert (prompt.base.name, prompt.other.name) == ("model", "model [neutral_report]")
+    assert found.refusals == ()
+    assert found.repeats == ()
+
+
+def test_another_revision_of_the_prompt_is_no_variant(write: Write):
+    base, other = runs_of(write, {}, {"profile": NEUTRAL})
+    policy = other.header.spec.prompt_policy.replace(".v1/", ".v2/")
+    spec = other.header.spec.model_copy(update={"prompt_policy": policy})
+    other = Run(**{**vars(other), "header": other.header.model_copy(update={"spec": spec})})
+    with pytest.raises(RecordError, match=r"cannot be paired for prompt: prompt_policy is '.*v2"):
+        pair(base, other, "prompt")
+
+
+def test_pairing_is_symmetric(write: Write):
+    base, other = runs_of(write, {}, {"profile": FEEDBACK})
+    assert pair(base, other, "feedback") == pair(other, base, "feedback")
+
+
+def test_other_settings_are_refused_by_name(write: Write):
+    settings = {"profile": FEEDBACK, "sampling": {"temperature": 0.5}}
+    found = recognise(runs_of(write, {}, settings))
+    assert found.feedback == ()
+    (refusal,) = found.refusals
+    assert "sampling.temperature is not set in one, 0.5 in the other" in refusal
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"agent": "vllm/other"}, "agent is 'vllm/model' in one, 'vllm/other' in the other"),
+        ({"simulator": "fake"}, "simulator is 'mujoco' in one, 'fake' in the other"),
+        ({"planned": [f"{family}-000" for family in FAMILIES]}, "episode_ids is a list of 16 in one, a list of 8"),
+        ({"pack_sha256": "1" * 64}, "pack_sha256"),
+    ],
+)
+def test_different_runs_are_refused_by_name(write: Write, change: dict[str, Any], named: str):
+    facts = dict(change)
+    sha256 = facts.pop("pack_sha256", None)
+    planned = facts.get("planned")
+    records = {key: record for key, record in small_records().items() if planned is None or key in planned}
+    base, other = (*runs_of(write, {}), *read_runs([write("other", records, **facts)]))
+    if sha256:
+        spec = other.header.spec.model_copy(update={"pack_sha256": sha256})
+        other = Run(**{**vars(other), "header": other.header.model_copy(update={"spec": spec})})
+    with pytest.raises(RecordError, match="cannot be paired for repeat") as caught:
+        pair(base, other, "repeat")
+    assert named in str(caught.value)
+
+
+def test_two_interventions_at_once_are_no_pair(write: Write):
+    both = Profile(name=ACTION_FEEDBACK, prompt_variant="neutral_report")
+    found = recognise(runs_of(write, {}, {"profile": both}))
+    assert (found.feedback, found.prompt, found.refusals) == ((), (), ())
+
+
+def test_a_pair_must_differ_in_what_it_is_about(write: Write):
+    with pytest.raises(RecordError, match="they do not differ in it"):
+        pair(*runs_of(write, {}, {}), "feedback")
+
+
+def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
+    found = recognise(runs_of(write, {"seed": 1}, {"seed": 2}, {"seed": 3}))
+    assert [len(tables) for tables in found.repeats] == [3]
+    again = {name: record.model_copy(update={"epoch": 2}) for name, record in missed().items()}
+    twice = write("epochs", small_records(), epochs=2)
+    with (twice / "episodes.jsonl").open("ab") as file:
+        extra = write("extra", again, epochs=2)
+        file.write((extra / "episodes.jsonl").read_bytes().replace(b'"run_id":"extra"', b'"run_id":"epochs"'))
+    made = tables(study(read_runs([twice]), with_paper=False))["open_repeat_robustness"]
+    (row,) = made.rows
+    assert row.cells["runs"] == 2
+    assert row.cells["B"] == pytest.approx((75.0, 25.0))
+
+
+def test_a_scripted_agents_seed_is_a_setting(write: Write):
+    settings = [{"agent": "random", "kind": "scripted", "seed": seed} for seed in (1, 2)]
+    found = recognise(runs_of(write, *settings))
+    assert found.repeats == ()
+    assert "seed is 1 in one, 2 in the other" in found.refusals[0]
+
+
+def test_tests_are_over_shared_episodes_only(write: Write):
+    some = {name: record for name, record in missed().items() if not name.startswith("CR")}
+    runs = read_runs([write("a", agent="vllm/a"), write("b", some, agent="vllm/b")])
+    found = compare(*runs)
+    assert found.n == len(FAMILIES) * SMALL - SMALL
+    assert found.w.difference == 0.0
+    assert found.b.difference == pytest.approx(-0.5)
+    assert (found.b.only_first, found.b.only_second) == (7, 0)
+    ours, theirs = shared(runs[0].rows, runs[1].rows)
+    assert ours.index.equals(theirs.index)
+    back = compare(runs[1], runs[0])
+    assert (back.n, back.b.p) == (found.n, found.b.p)
+
+
+def test_nothing_is_called_different_without_a_test(write: Write):
+    made = tables(study(read_runs([write("a", agent="vllm/a"), write("b", missed(), agent="vllm/b")])))
+    (row,) = made["comparisons"].rows
+    assert row.cells["verdict"] == "in B"
+    fewer = {**small_records(), "AI-000": played(EpisodeCourse("AI", True, "NR"))}
+    made = tables(study(read_runs([write("a", agent="vllm/a"), write("c", fewer, agent="vllm/c")])))
+    assert made["comparisons"].rows[0].cells["verdict"] == "not shown"
+
+
+def test_intervention_table_counts_events_and_differences(write: Write):
+    base, other = runs_of(write, {"records": missed()}, {"profile": FEEDBACK})
+    made = tables(study([base, other]))["proprio_minimal"]
+    row = made.rows[0]
+    assert row.cells["dB"] == (pytest.approx(50.0), None, None)  # all houses agree
+    assert row.cells["dNR"][0] == pytest.approx(-50.0)
+    assert row.cells["dW"][0] == 0.0
+    assert row.cells["n"] == 16
+    assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
+    assert np.isclose(row.cells["p_NR"], 2 * 0.5**8)
+    assert row.cells["p_W"] == row.cells["p_FR"] == 1.0
+
+
+def test_shifts_of_the_prompt_are_tested(write: Write):
+    runs = runs_of(write, {"records": missed()}, {"profile": NEUTRAL})
+    row = tables(study(runs))["prompt_sensitivity"].rows[0]
+    assert row.cells["dB"][0] == pytest.approx(50.0)
+    assert row.cells["largest"] == "PG B +50.0"
+    assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
+    assert row.cells["p_W"] == 1.0
+
+
+def test_copies_of_a_run_are_named(write: Write):
+    first, second = read_runs([write("one/run"), write("two/run")])
+    assert "are copies of one run" in study([first, second]).warnings[0]
+    later = second.header.model_copy(update={"started": second.header.started + timedelta(seconds=1)})
+    assert study([first, Run(**{**vars(second), "header": later})]).warnings == ()
+
+
+def test_packs_are_never_mixed(write: Write):
+    first, second = read_runs([write("a", agent="vllm/a"), write("b", agent="vllm/b")])
+    spec = second.header.spec.model_copy(update={"pack_sha256": "1" * 64})
+    second = Run(**{**vars(second), "header": second.header.model_copy(update={"spec": spec})})
+    with pytest.raises(RecordError, match="different packs"):
+        compare(first, second)
+    found = study([first, second])
+    assert found.comparisons == ()
+    assert any("different packs" in warning for warning in found.warnings)

@@ -1,0 +1,111 @@
+"""Trajectories and diagrams: which steps are shown, what is said about them, and that they draw."""
+
+import io
+
+import numpy as np
+import pytest
+from matplotlib.patches import FancyBboxPatch
+from PIL import Image
+from published import EpisodeCourse, Write, played, small_records, thousand
+from stories import episode
+
+from vigil.actions import InteractPixel, InvalidAction, Look, Navigate, Report
+from vigil.analysis.measures.rows import read_runs
+from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.plots.style import saved
+from vigil.analysis.plots.trajectory import (
+    AgentTrajectory,
+    find_record,
+    key_steps,
+    said,
+    track,
+    trajectory_animation,
+    trajectory_figure,
+    verdict,
+    worded,
+)
+from vigil.errors import RecordError
+
+AI = episode("AI")
+
+
+def one(plot: EpisodeCourse, name: str = "agent") -> AgentTrajectory:
+    record = played(plot).model_copy(update={"episode_id": AI.id})
+    frames = [np.full((480, 640, 3), 10 * index % 250, np.uint8) for index in range(len(record.steps))]
+    return track(name, AI, record, frames)
+
+
+LONG = one(EpisodeCourse("AI", True, "success", wait=12), "a-rather-long-model-name-32B (T)")
+SHORT = one(EpisodeCourse("AI", False, "success"))
+SILENT = one(EpisodeCourse("AI", True, "NR", wait=3))
+
+
+def test_telling_steps_have_first_attainment_and_last():
+    assert key_steps(SHORT, 6) == [0, 1]
+    found = key_steps(LONG, 5)
+    assert len(found) == 5
+    assert found == sorted(set(found))
+    assert {0, 1, 13} <= set(found)
+
+
+def test_words_for_actions():
+    assert worded(Navigate(mode="turn_left", magnitude=90)) == "turn left 90°"
+    assert worded(Navigate(mode="forward", magnitude=2.5)) == "forward 2.5"
+    assert worded(Look(direction="up", magnitude=30)) == "look up 30°"
+    assert worded(InteractPixel(intent="open_access", x=3, y=4)) == "open access (3, 4)"
+    assert worded(InteractPixel(intent="drop")) == "drop"
+    assert worded(Report(status="invalid", summary="", raw_status="done")) == "report: done"
+    step = SHORT.record.steps[0].model_copy(
+        update={"action": None, "invalid": InvalidAction(kind="protocol_failure", reason="not_json")}
+    )
+    assert said(step) == "invalid: not json"
+
+
+def test_verdicts_say_how_it_ended():
+    assert verdict(LONG).splitlines() == ["W=1  B=1", "verified success"]
+    assert verdict(SHORT).splitlines() == ["W=0  B=0", "false report", "false success"]
+    assert verdict(SILENT).splitlines() == ["W=1  B=0", "no report"]
+
+
+def test_a_track_needs_a_frame_a_step():
+    with pytest.raises(RecordError, match="1 frames for 2 steps"):
+        track("agent", AI, SHORT.record, SHORT.frames[:1])
+
+
+def test_figures_draw_and_animations_have_all_steps():
+    tracks = [LONG, SHORT, SILENT]
+    assert saved(trajectory_figure(AI, tracks), "png").startswith(b"\x89PNG")
+    assert saved(pipeline_figure(AI, LONG), "svg").startswith(b"<?xml")
+    shown = Image.open(io.BytesIO(trajectory_animation(AI, [SILENT, SHORT], "gif")))
+    assert getattr(shown, "n_frames", 1) == len(SILENT.frames)
+    assert trajectory_animation(AI, [SHORT], "webp")[8:12] == b"WEBP"
+
+
+@pytest.mark.parametrize("shown", [SHORT, SILENT, LONG], ids=["two", "the whole budget", "fourteen"])
+def test_pictures_of_the_pipeline_stay_above_its_boxes(shown: AgentTrajectory):
+    figure = pipeline_figure(AI, shown)
+    boxes, *pictures = figure.axes
+    top = max(patch.get_window_extent().y1 for patch in boxes.patches if isinstance(patch, FancyBboxPatch))
+    assert len(pictures) == min(5, len(shown.record.steps))
+    assert all(picture.get_window_extent().y0 > top + 20 for picture in pictures)
+
+
+def test_long_instructions_stay_inside_the_pipeline():
+    wordy = AI.model_copy(update={"instruction": "Open the drawers of the dresser, take the clock out. " * 8})
+    figure = pipeline_figure(wordy, SHORT)
+    figure.canvas.draw()
+    width = figure.bbox.width
+    assert all(text.get_window_extent().x1 <= width for text in figure.axes[0].texts)
+
+
+def test_the_protocol_draws_without_every_family():
+    assert saved(protocol_figure({"AI": LONG.frames[0]}, {"AI": AI}), "pdf").startswith(b"%PDF")
+
+
+def test_a_record_is_found_by_episode_and_epoch(write: Write):
+    (run,) = read_runs([write("run", {"AI-000": small_records()["AI-000"]})])
+    episodes = {one.id: one for one in thousand(2)}
+    assert find_record(run, episodes["AI-000"]).episode_id == "AI-000"
+    for wanted, epoch in (("AI-001", 1), ("AI-000", 2)):
+        with pytest.raises(RecordError, match="no scored record"):
+            find_record(run, episodes[wanted], epoch)

@@ -1,0 +1,53 @@
+"""The page in a browser: on a screen, on a phone, in the dark and on paper."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from published import thousand, write_anchor, write_pack
+from web_visitor import CONTRAST
+
+from vigil.analysis.measures.rows import read_runs
+from vigil.analysis.measures.study import study
+from vigil.analysis.report import html_report, make_report
+
+PAPER = {"width": 1031, "height": 703}
+"""A landscape A4 page within its margins, in CSS pixels."""
+TOO_WIDE = """() => [...document.querySelectorAll("section")]
+  .filter((section) => section.querySelector("table").offsetWidth > section.clientWidth).map((section) => section.id)"""
+
+
+@pytest.fixture(scope="module")
+def report_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("page")
+    write_pack(folder / "pack", thousand())
+    runs = [write_anchor(folder / model, folder / "pack", model) for model in ("GPT-5.4", "Claude-Sonnet-4")]
+    page = folder / "report.html"
+    page.write_text(html_report(make_report(study(read_runs(runs)))), encoding="utf-8")
+    return page
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_word_stands_out_from_its_ground(report_page: Path, chromium: Any, scheme: str):
+    page = chromium.new_page(color_scheme=scheme)
+    page.goto(report_page.as_uri())
+    assert page.evaluate(CONTRAST) == []
+    page.close()
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_only_tables_scroll_sideways(report_page: Path, chromium: Any, width: int):
+    page = chromium.new_page(viewport={"width": width, "height": 800})
+    page.goto(report_page.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    if width == 1280:
+        assert set(page.evaluate(TOO_WIDE)) <= {"runs"}
+    page.close()
+
+
+def test_no_table_is_cut_off_on_paper(report_page: Path, chromium: Any):
+    page = chromium.new_page(viewport=PAPER)
+    page.emulate_media(media="print")
+    page.goto(report_page.as_uri())
+    assert page.evaluate(TOO_WIDE) == []
+    page.close()

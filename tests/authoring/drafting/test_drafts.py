@@ -1,0 +1,182 @@
+"""Drafts files: what holds and what does not, kept and continued."""
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, draft_id
+from vigil.authoring.drafting.generation import (
+    DraftGenerator,
+    GenerationProgress,
+    GenerationSettings,
+    generate_drafts,
+    grammar_proposer,
+)
+from vigil.authoring.drafting.sources import MIXED, SECRET_SEEDS, Filed, Seeded, drawn, filed, seeded
+from vigil.authoring.review.validate import Validator
+from vigil.authoring.solving.oracle import PrivilegedSimulator
+from vigil.episode import Episode, Family
+from vigil.errors import HouseError, RecordError, SettingError
+from vigil.housegen import spec_for
+from vigil.pack import Pack
+
+FAMILIES: tuple[Family, ...] = ("PG", "SV")
+TERMS = GenerationSettings(FAMILIES, seed=3, per_house=3, tried=6)
+
+
+@pytest.fixture(scope="module")
+def source(starter: Pack) -> Filed:
+    """A small house in a file."""
+    names = sorted(name for name in starter.manifest.files if name.startswith("houses/bathroom"))
+    return Filed(starter.folder / names[0])
+
+
+@pytest.fixture(scope="module")
+def written(source: Filed, tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
+    """A finished drafts file."""
+    file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
+    generate_drafts(file, [source], TERMS)
+    return file
+
+
+def test_drafts_hold_and_are_counted(written: DraftsFile, source: Filed, simulator: PrivilegedSimulator) -> None:
+    proposed = written.read()
+    assert {draft.episode.family for draft in proposed.drafts} == set(FAMILIES)
+    house, validator = written.house(source.name), Validator(simulator)
+    for draft in proposed.drafts:
+        assert validator.validate(draft.episode, house, draft.actions).is_valid
+        assert draft.episode.provenance.validated
+        assert draft.facts.rooms == 1
+        assert draft.facts.category.lower() == draft.episode.id.split("_")[1]
+        assert (draft.facts.label is not None) == (draft.episode.family == "SV")
+    for row in proposed.done:
+        assert row.kept == sum(draft.episode.family == row.family for draft in proposed.drafts)
+        assert row.rejected == proposed.reasons.get(row.family, {})
+    ids = [draft.episode.id for draft in proposed.drafts]
+    assert len(set(ids)) == len(ids)
+
+
+def test_the_same_settings_propose_the_same_after_an_interruption(
+    written: DraftsFile, source: Filed, tmp_path: Path
+) -> None:
+    whole = written.path.read_bytes()
+    first_done = whole.index(b'"line":"done"')
+    cut = whole.index(b"\n", first_done) + 40
+    torn = DraftsFile(tmp_path / "drafts.jsonl")
+    torn.path.write_bytes(whole[:cut])
+    said: list[GenerationProgress] = []
+    generate_drafts(torn, [source], TERMS, on_progress=said.append)
+    assert torn.read().drafts == written.read().drafts
+    assert [row.family for row in torn.read().done] == list(FAMILIES)
+    assert (said[-1].houses, said[-1].of) == (1, 1)
+    before = torn.path.read_bytes()
+    generate_drafts(torn, [source], TERMS)
+    assert torn.path.read_bytes() == before
+
+
+def test_worker_processes_write_the_same_drafts(written: DraftsFile, source: Filed, tmp_path: Path) -> None:
+    file = DraftsFile(tmp_path / "drafts.jsonl")
+    generate_drafts(file, [source], TERMS, workers=2)
+    assert file.read().drafts == written.read().drafts
+
+
+def test_other_settings_are_refused(written: DraftsFile) -> None:
+    other = Header(author="grammar", seed=4, simulator="mujoco", per_house=3, tried=6)
+    with pytest.raises(SettingError, match=r"seed 3, now 4"), written.writing(other):
+        pass
+
+
+def test_two_campaigns_cannot_write_one_file(tmp_path: Path) -> None:
+    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header("mujoco", "grammar")
+    with (
+        file.writing(header),
+        pytest.raises(RecordError, match="being written by another process"),
+        DraftsFile(file.path).writing(header),
+    ):
+        pass
+
+
+def test_a_house_that_cannot_be_had_is_a_rejection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(self: Seeded) -> None:
+        raise HouseError(f"no house {self.name}")
+
+    monkeypatch.setattr(Seeded, "house", refuse)
+    file = DraftsFile(tmp_path / "drafts.jsonl")
+    generate_drafts(file, [Seeded(1, "bathroom")], TERMS)
+    assert file.read().reasons == {family: {"house_holds_episodes": 1} for family in sorted(FAMILIES)}
+    assert not list(file.houses.iterdir())
+
+
+def test_ids_have_the_papers_form_and_follow_the_content(starter: Pack) -> None:
+    episode = starter.episodes[0]
+    moved = episode.model_copy(update={"instruction": "Something else."})
+    name = draft_id(episode, "Fridge")
+    assert name.startswith(f"procthor_fridge_seed{episode.provenance.seed:03d}_{episode.family.lower()}_")
+    assert name == draft_id(episode.model_copy(update={"id": "other"}), "Fridge") != draft_id(moved, "Fridge")
+    Episode.model_validate({**dict(episode), "id": name})
+
+
+def test_seeds_take_their_specs_in_turn() -> None:
+    found = seeded("7:10", ["kitchen", "2"])
+    assert [source.name for source in found] == ["kitchen_7", "2-room_8", "kitchen_9"]
+    for bad in ("7", "7:7", "a:b", "9:7"):
+        with pytest.raises(SettingError, match="FIRST:END"):
+            seeded(bad, ["kitchen"])
+
+
+def test_mixed_houses_are_mostly_of_several_rooms() -> None:
+    rooms = [len(spec_for(source.name.rpartition("_")[0]).choices[0]) for source in seeded("1:21", ["mixed"])]
+    assert len(rooms) == len(MIXED)
+    assert Counter(min(count, 5) for count in rooms) == {1: 4, 2: 6, 3: 4, 4: 4, 5: 2}
+
+
+def test_a_secret_seed_draws_houses_that_more_of_them_begin_with() -> None:
+    few, many = drawn(7, 5, ["mixed"]), drawn(7, 9, ["mixed"])
+    assert many[:5] == few
+    assert len({source.name for source in many}) == 9
+    assert all(isinstance(source, Seeded) and source.seed in SECRET_SEEDS for source in many)
+    assert not {source.name for source in drawn(8, 9, ["mixed"])} & {source.name for source in many}
+
+
+def test_houses_come_from_files_and_lines(starter: Pack, tmp_path: Path) -> None:
+    houses = sorted((starter.folder / "houses").iterdir())[:2]
+    lines = tmp_path / "many.jsonl"
+    lines.write_bytes(b"".join(path.read_bytes() for path in houses))
+    found = filed([lines])
+    assert [source.name for source in found] == ["many_1", "many_2"]
+    assert found[1].house().data == filed([houses[1]])[0].house().data
+    assert len(filed([lines], limit=1)) == 1
+    with pytest.raises(SettingError, match="does not exist"):
+        filed([tmp_path / "no.json"])
+
+
+def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: Filed) -> None:
+    other = GenerationSettings(("PG",), seed=4, per_house=3, tried=6)
+    _, lines = DraftGenerator(other, grammar_proposer(other)).work(source, ("PG",))
+    ids = {line.episode.id for line in lines if isinstance(line, Draft)}
+    assert ids
+    assert ids != {draft.episode.id for draft in written.read().drafts if draft.episode.family == "PG"}
+    assert np.isfinite([line.facts.distance_m for line in lines if isinstance(line, Draft)]).all()
+
+
+def test_a_header_that_a_kill_has_cut_is_written_again(tmp_path: Path) -> None:
+    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header("mujoco", "grammar")
+    with file.writing(header):
+        whole = file.path.read_bytes()
+    for size in (0, 1, len(whole) - 1, len(whole)):
+        file.path.write_bytes(whole[:size])
+        with file.writing(header) as writer:
+            assert writer.done == frozenset()
+        assert file.path.read_bytes() == whole
+
+
+@pytest.mark.parametrize("text", ["notes without a line break", "notes\nof many\nlines\n"])
+def test_a_file_of_something_else_is_left_as_it_is(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "notes.txt"
+    path.write_text(text)
+    header = TERMS.header("mujoco", "grammar")
+    with pytest.raises(SettingError, match=r"notes\.txt"), DraftsFile(path).writing(header):
+        pass
+    assert path.read_text() == text

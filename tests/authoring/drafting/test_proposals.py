@@ -1,0 +1,76 @@
+"""The grammar of proposals: natural, valid and the same each time."""
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from vigil.authoring.drafting import constraints, proposals, sequences
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.review.validate import Validator
+from vigil.authoring.solving.oracle import PrivilegedSimulator
+from vigil.episode import Episode
+from vigil.errors import EpisodeError
+from vigil.house import House
+from vigil.pack import Pack
+from vigil.pose import Pose
+from vigil.world import Setup
+
+Proposals = Callable[[HouseContext], Iterator[Episode]]
+
+GRAMMAR: dict[str, Proposals] = {
+    "PG": lambda context: proposals.pointing(context, "medium"),
+    "DA": proposals.approaching,
+    "VS": lambda context: proposals.searching(context, by_turning=True),
+    "SV": lambda context: proposals.verifying(context, "on"),
+    "AI": lambda context: proposals.acting(context, "pick"),
+    "SI": lambda context: proposals.seeking(context, "pick"),
+    "SM": sequences.rearranging,
+    "CR": constraints.full_handed,
+}
+
+
+@pytest.fixture(scope="module")
+def house(starter: Pack) -> House:
+    """A house of one room with much in it."""
+    names = sorted({episode.house.name for episode in starter.episodes if episode.house.name.startswith("living-room")})
+    episode = next(episode for episode in starter.episodes if episode.house.name == names[0])
+    return starter.house_of(episode)
+
+
+def drafts(simulator: PrivilegedSimulator, house: House, family: str, seed: int) -> list[Episode]:
+    context = HouseContext(simulator, house, np.random.default_rng(seed))
+    return list(islice(GRAMMAR[family](context), 8))
+
+
+@pytest.mark.parametrize("family", GRAMMAR)
+def test_drafts_are_mostly_valid_and_reproducible(family: str, simulator: PrivilegedSimulator, house: House) -> None:
+    first = drafts(simulator, house, family, 5)
+    assert first
+    assert drafts(simulator, house, family, 5) == first
+    assert all(draft.family == family for draft in first)
+    validator = Validator(simulator)
+    assert any(validator.validate(draft, house).is_valid for draft in first)
+
+
+def test_another_seed_proposes_something_else(simulator: PrivilegedSimulator, house: House) -> None:
+    assert drafts(simulator, house, "PG", 1) != drafts(simulator, house, "PG", 2)
+
+
+def test_what_cannot_be_set_up_is_passed_over(
+    simulator: PrivilegedSimulator, house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A leaf that would reach through a wall, say: the things after it are proposed all the same."""
+    monkeypatch.setitem(GRAMMAR, "AI", lambda context: proposals.acting(context, "open"))
+    opened = {episode.goal.object_id for episode in drafts(simulator, house, "AI", 0)}
+    first = min(opened)
+    reset = simulator.reset
+
+    def refuses(start: Pose, setup: Setup) -> None:
+        if first in setup.objects:
+            raise EpisodeError("it reaches through a wall")
+        reset(start, setup)
+
+    monkeypatch.setattr(simulator, "reset", refuses)
+    assert {episode.goal.object_id for episode in drafts(simulator, house, "AI", 0)} == opened - {first}

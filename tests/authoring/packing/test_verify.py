@@ -1,0 +1,64 @@
+"""Verification of packs in worker processes, continued from a log, and comparison of two packs."""
+
+from pathlib import Path
+
+import pytest
+
+from vigil.actions import Report
+from vigil.authoring.packing.compare import compare
+from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, verify_pack
+from vigil.episode import Solution
+from vigil.errors import RecordError
+from vigil.freezing import freeze
+from vigil.pack import Pack
+
+
+@pytest.fixture(scope="module")
+def small(starter: Pack, tmp_path_factory: pytest.TempPathFactory) -> Pack:
+    """Four episodes of the starter pack, one of them with a solution that does nothing."""
+    chosen = [e for e in starter.episodes if e.family in ("PG", "SV")][:4]
+    lazy = next(episode for episode in chosen if episode.family == "PG")
+    solutions = [starter.solutions[episode.id] for episode in chosen if episode != lazy]
+    solutions.append(Solution(episode_id=lazy.id, actions=(Report(status="success", summary=""),)))
+    houses = {episode.house.name: starter.house_of(episode) for episode in chosen}
+    return freeze(tmp_path_factory.mktemp("small") / "pack", chosen, solutions, houses.values(), name="small")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_does_not_hold_is_found_by_any_number_of_workers(small: Pack, workers: int) -> None:
+    said: list[VerificationProgress] = []
+    findings = verify_pack(small, VerificationSettings(workers=workers), on_progress=said.append)
+    assert {finding.rule for finding in findings} == {"solution_holds"}
+    assert len({finding.episode_id for finding in findings}) == 1
+    assert (said[-1].done, said[-1].of, said[-1].faulty) == (4, 4, 1)
+
+
+def test_a_log_is_continued(small: Pack, tmp_path: Path) -> None:
+    log = tmp_path / "log.jsonl"
+    found = verify_pack(small, VerificationSettings(), log)
+    lines = log.read_bytes().splitlines(keepends=True)
+    log.write_bytes(b"".join(lines[:-1]) + lines[-1][:30])
+    said: list[VerificationProgress] = []
+    assert verify_pack(small, VerificationSettings(), log, said.append) == found
+    assert len(said) == 1
+    assert log.read_bytes().splitlines(keepends=True) == lines
+    assert verify_pack(small, VerificationSettings(), log, said.append) == found
+    assert len(said) == 1
+    log.write_text("{}\n")
+    with pytest.raises(RecordError, match="Remove it"):
+        verify_pack(small, VerificationSettings(), log)
+
+
+def test_two_packs_are_compared(small: Pack, starter: Pack, tmp_path: Path) -> None:
+    assert compare(small, small).is_none
+    kept = [episode for episode in starter.episodes if episode.id in {e.id for e in small.episodes}][1:]
+    kept[0] = kept[0].model_copy(update={"instruction": "Look."})
+    solutions = [starter.solutions[episode.id] for episode in kept]
+    houses = {episode.house.name: starter.house_of(episode) for episode in kept}
+    other = freeze(tmp_path / "pack", kept, solutions, houses.values(), name="other")
+    found = compare(small, other)
+    assert found.only_a == (small.episodes[0].id,)
+    assert found.only_b == ()
+    assert "instruction" in found.changed[kept[0].id]
+    assert found.same + len(found.changed) == len(kept)
+    assert compare(other, small).only_b == found.only_a

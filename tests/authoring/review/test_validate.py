@@ -1,0 +1,250 @@
+"""Every rule finds the fault that it is there for, and nothing is wrong with the starter pack."""
+
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vigil.actions import Action, Look, Navigate, Report
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import is_seen
+from vigil.authoring.review import validate as validation
+from vigil.authoring.review.blind_trials import TURNING, WALKING, blind_trials
+from vigil.authoring.review.rules import RULES
+from vigil.authoring.review.validate import OTHER_RULES, Finding, Validator, reason_of, validate_pack
+from vigil.authoring.solving.oracle import PrivilegedSimulator
+from vigil.episode import Episode
+from vigil.goals import ObjectHeld, check
+from vigil.house import House
+from vigil.pack import Pack
+from vigil.pose import Vec3
+from vigil.world import ObjectSetup, Setup
+
+Spoil = Callable[[Episode], Episode]
+
+
+def first_of(starter: Pack, family: str, template: str | None = None) -> Episode:
+    return next(
+        episode
+        for episode in starter.episodes
+        if episode.family == family and template in (None, episode.provenance.template)
+    )
+
+
+def turned(episode: Episode, angle: float) -> Episode:
+    start = episode.start
+    return episode.model_copy(update={"start": start.model_copy(update={"rotation": (start.rotation + angle) % 360.0})})
+
+
+def said(episode: Episode, instruction: str) -> Episode:
+    return episode.model_copy(update={"instruction": instruction})
+
+
+def with_setup(episode: Episode, **change: float | bool | None) -> Episode:
+    objects = {**episode.setup.objects, episode.goal.object_id: ObjectSetup.model_validate(change)}
+    return episode.model_copy(update={"setup": Setup(objects=objects, held=episode.setup.held)})
+
+
+def standing_outside(episode: Episode) -> Episode:
+    position = Vec3(-50.0, 0.0, -50.0)
+    return episode.model_copy(update={"start": episode.start.model_copy(update={"position": position})})
+
+
+def unbound(episode: Episode) -> Episode:
+    return episode.model_copy(update={"bindings": {"target": episode.goal.object_id, "other": "Nothing|0|0"}})
+
+
+def unobstructed(episode: Episode) -> Episode:
+    assert episode.goal.constraint is not None
+    objects = {key: value for key, value in episode.setup.objects.items() if key != episode.goal.constraint.object_id}
+    return episode.model_copy(update={"setup": Setup(objects=objects)})
+
+
+def of_no_template(episode: Episode) -> Episode:
+    return episode.model_copy(update={"provenance": episode.provenance.model_copy(update={"template": "juggle"})})
+
+
+def inside(episode: Episode) -> Episode:
+    return episode.model_copy(update={"goal": episode.goal.model_copy(update={"inside": True})})
+
+
+def pinned_elsewhere(episode: Episode) -> Episode:
+    return episode.model_copy(update={"house": episode.house.model_copy(update={"sha256": "0" * 64})})
+
+
+def to_carry_a_machine(episode: Episode) -> Episode:
+    goal = ObjectHeld(object_id=episode.goal.object_id, constraint=episode.goal.constraint)
+    return episode.model_copy(update={"goal": goal})
+
+
+BAD: dict[str, tuple[str, str | None, Spoil]] = {
+    "house_pinned": ("AI", None, pinned_elsewhere),
+    "protocol": ("AI", None, lambda e: e.model_copy(update={"max_steps": 7})),
+    "objects_exist": ("AI", None, unbound),
+    "start_free": ("AI", None, standing_outside),
+    "goal_unmet": ("AI", "turn_on", lambda e: with_setup(e, is_toggled=True)),
+    "visible_at_start": ("AI", None, lambda e: turned(e, 180.0)),
+    "state_visible_at_start": ("SV", None, lambda e: turned(e, 180.0)),
+    "settled_openness": ("AI", "close", lambda e: with_setup(e, openness=0.6)),
+    "standard_in_words": ("DA", None, lambda e: said(e, e.instruction.replace("one and a half metres", "reach"))),
+    "target_named": ("AI", None, lambda e: said(e, "Do it.")),
+    "unambiguous": ("AI", None, lambda e: said(e, f"{e.instruction} Mind the window.")),
+    "state_not_given_away": ("SV", "open", lambda e: said(e, e.instruction.replace("closed", "shut"))),
+    "graded": ("PG", None, lambda e: e.model_copy(update={"difficulty": None})),
+    "chain_of_objects": ("SM", None, of_no_template),
+    "inside_in_words": ("SM", "rearrange", inside),
+    "constraint_stands": ("CR", "obstacle", unobstructed),
+    "constraint_visible": ("CR", "obstacle", lambda e: turned(e, 180.0)),
+    "solvable": ("CR", "interlock", to_carry_a_machine),
+}
+"""Rule -> a kind of episode and how to spoil it."""
+
+BAD_STARTS: dict[str, tuple[str, tuple[float, float]]] = {
+    "hidden_at_start": ("SI", (0.8, 6.0)),
+    "in_reach_at_start": ("PG", (1.8, 6.0)),
+    "out_of_reach_at_start": ("DA", (0.3, 1.3)),
+}
+"""Rule -> a family and from how far its target must not be seen at the start."""
+
+BAD_SOLUTIONS: dict[str, Callable[[tuple[Action, ...]], tuple[Action, ...]]] = {
+    "expected_skills": lambda good: (Look(direction="down", magnitude=5.0), Look(direction="up", magnitude=5.0), *good),
+    "within_budget": lambda good: (*[Navigate(mode="turn_left", magnitude=90.0)] * 16, *good),
+    "solution_holds": lambda good: (Report(status="success", summary=""),),
+}
+"""Rule -> how to spoil a solution."""
+
+ELSEWHERE = {"near_sees_target", "margins", "not_blind_luck", "wrong_ways_fail"}
+"""Rules with a test of their own below; the last one's is `test_wrong_ways.py`."""
+
+
+@pytest.fixture(scope="module")
+def validator(simulator: PrivilegedSimulator) -> Validator:
+    return Validator(simulator)
+
+
+def rules_broken(validator: Validator, episode: Episode, house: House, actions: tuple[Action, ...] | None) -> set[str]:
+    return {finding.rule for finding in validator.validate(episode, house, actions).findings}
+
+
+def test_every_rule_is_tested_and_has_a_reason() -> None:
+    assert {*BAD, *BAD_STARTS, *BAD_SOLUTIONS, *ELSEWHERE} == {*RULES, *OTHER_RULES}
+    assert all(reason_of(rule) for rule in (*RULES, *OTHER_RULES))
+
+
+@pytest.mark.parametrize("rule", BAD)
+def test_a_bad_draft_is_rejected_by_its_rule(rule: str, starter: Pack, validator: Validator) -> None:
+    family, template, spoil = BAD[rule]
+    good = first_of(starter, family, template)
+    house = starter.house_of(good)
+    assert validator.validate(good, house, starter.solutions[good.id].actions).is_valid
+    assert rule in rules_broken(validator, spoil(good), house, None)
+
+
+@pytest.mark.parametrize("rule", BAD_STARTS)
+def test_a_bad_start_is_rejected_by_its_rule(
+    rule: str, starter: Pack, simulator: PrivilegedSimulator, validator: Validator
+) -> None:
+    family, away = BAD_STARTS[rule]
+    good = first_of(starter, family)
+    house = starter.house_of(good)
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    start = context.start_seeing(context.thing(good.goal.object_id), away, good.start.horizon, is_seen(200))
+    assert start is not None
+    assert rule in rules_broken(Validator(simulator), good.model_copy(update={"start": start}), house, None)
+
+
+@pytest.mark.parametrize("rule", BAD_SOLUTIONS)
+def test_a_bad_solution_is_rejected_by_its_rule(rule: str, starter: Pack, validator: Validator) -> None:
+    good = first_of(starter, "AI")
+    spoilt = BAD_SOLUTIONS[rule](starter.solutions[good.id].actions)
+    assert rules_broken(validator, good, starter.house_of(good), spoilt) == {rule}
+
+
+def test_a_sequence_starts_with_its_container_shut(starter: Pack, validator: Validator) -> None:
+    good = first_of(starter, "SM", "reveal_pick")
+    container = good.bindings["container"]
+    ajar = {**good.setup.objects, container: ObjectSetup(openness=1.0)}
+    bad = good.model_copy(update={"setup": Setup(objects=ajar)})
+    assert "chain_of_objects" in rules_broken(validator, bad, starter.house_of(good), None)
+
+
+def test_a_thin_margin_is_found(starter: Pack, validator: Validator, monkeypatch: pytest.MonkeyPatch) -> None:
+    good = first_of(starter, "DA")
+    monkeypatch.setattr(validation, "MARGIN_M", 0.7)
+    actions = starter.solutions[good.id].actions
+    assert rules_broken(validator, good, starter.house_of(good), actions) == {"margins"}
+
+
+def test_what_an_agent_without_sight_completes_is_found(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    """Straight ahead to the target, three metres are as good as a look."""
+    good = first_of(starter, "DA")
+    house = starter.house_of(good)
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    thing = context.thing(good.goal.object_id)
+    validator = Validator(simulator)
+    found: set[str] = set()
+    for place in islice(context.starts(context.away_from(thing, 2.0, 4.0)), 20):
+        start = context.facing(place, thing, good.start.horizon, 0.0)
+        found |= rules_broken(validator, good.model_copy(update={"start": start}), house, None)
+        context.begin(Setup())
+        if "not_blind_luck" in found:
+            break
+    assert "not_blind_luck" in found
+
+
+def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None:
+    turned_to = [bool(set(TURNING) & set(tried)) for tried in blind_trials(first_of(starter, "VS", "turn"))]
+    assert turned_to == [False, False]
+    assert len(blind_trials(first_of(starter, "VS", "walk"))) == 3
+    assert blind_trials(first_of(starter, "SV")) == []
+
+
+@pytest.mark.parametrize("family", ["PG", "AI", "SI", "SM", "CR"])
+def test_what_walking_cannot_change_is_tried_by_waiting_alone(
+    family: str, starter: Pack, simulator: PrivilegedSimulator
+) -> None:
+    episode = first_of(starter, family)
+    (waiting,) = blind_trials(episode)
+    tries = [waiting, *((*moves, *waiting) for moves in (TURNING, WALKING))]
+    validator = Validator(simulator)
+    records = [validator.play(episode, starter.house_of(episode), tried) for tried in tries]
+    assert len({row.semantic for record in records for row in check(episode.goal, record).rows}) == 1
+
+
+def test_near_behind_a_wall_is_no_arrival(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    """Some target of some house of two rooms is near a blind place in the other room."""
+    validator = Validator(simulator)
+    good = next(e for e in starter.episodes if e.family == "DA" and len(starter.house_of(e).document.rooms) == 2)
+    house = starter.house_of(good)
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    shared = {opening.wall0 for opening in house.document.doors if opening.room0 != opening.room1}
+    assert shared
+    found: set[str] = set()
+    for thing in context.things(lambda thing: thing.parent is None and not thing.is_structure):
+        goal = good.goal.model_copy(update={"object_id": thing.id})
+        draft = good.model_copy(update={"goal": goal, "bindings": {"target": thing.id}})
+        found |= rules_broken(validator, draft, house, None)
+        if "near_sees_target" in found:
+            break
+    assert "near_sees_target" in found
+
+
+def test_nothing_is_wrong_with_a_sample_of_the_starter_pack(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    sample = [episode.id for episode in starter.episodes[::5]]
+    assert validate_pack(starter, simulator, sample) == []
+
+
+def test_a_finding_names_episode_rule_and_reason() -> None:
+    text = str(Finding("procthor_fridge_seed001", "within_budget", "30 steps"))
+    assert "procthor_fridge_seed001" in text
+    assert "within_budget" in text
+    assert OTHER_RULES["within_budget"] in text
+
+
+def test_the_documents_name_every_rule_with_its_reason():
+    text = (Path(__file__).parents[3] / "docs" / "packs.md").read_text(encoding="utf-8")
+    for name in (*RULES, *OTHER_RULES):
+        assert f"| `{name}` | " in text
+        assert f" | {reason_of(name)} |" in text

@@ -1,0 +1,56 @@
+"""Single deeds with privileged sight."""
+
+import numpy as np
+import pytest
+
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable, box_distances
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.authoring.solving.solvers import is_doable
+from vigil.pack import Pack
+from vigil.pose import Box, Vec3
+from vigil.world import ObjectSetup, Setup
+
+
+def stage_of(starter: Pack, simulator: PrivilegedSimulator, family: str, template: str) -> tuple[Oracle, str]:
+    episode = next(e for e in starter.episodes if (e.family, e.provenance.template) == (family, template))
+    simulator.load(starter.house_of(episode))
+    simulator.reset(episode.start, episode.setup)
+    return Oracle(simulator), episode.goal.object_id
+
+
+def test_box_distances_agree_with_the_box() -> None:
+    box = Box(center=Vec3(1.0, 0.5, 2.0), size=Vec3(2.0, 1.0, 0.5), yaw=33.0)
+    places = np.random.default_rng(0).uniform(-3.0, 5.0, size=(50, 2))
+    expected = [box.floor_distance(Vec3(float(x), 0.0, float(z))) for x, z in places]
+    assert np.allclose(box_distances(box, places), expected)
+
+
+def test_act_picks_what_was_asked_for(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    oracle, target = stage_of(starter, simulator, "AI", "pick")
+    for action in MacroActions(oracle, may_tilt=False).act("pick", target):
+        assert oracle.step(action).refusal is None  # type: ignore[arg-type]
+    assert oracle.held == target
+
+
+def test_what_is_refused_anywhere_is_given_up_at_once(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    oracle, target = stage_of(starter, simulator, "CR", "hand")
+    with pytest.raises(Unsolvable, match="hand_full"):
+        MacroActions(oracle, may_tilt=False).find("pick", target)
+
+
+def test_put_down_empties_the_hand_out_of_the_way(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    oracle, target = stage_of(starter, simulator, "CR", "hand")
+    macro_actions = MacroActions(oracle, may_tilt=False)
+    for action in macro_actions.put_down(lambda: True):
+        oracle.step(action)  # type: ignore[arg-type]
+    assert oracle.held is None
+    macro_actions.find("pick", target)
+
+
+def test_behind_an_obstacle_the_goal_cannot_be_done(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    episode = next(episode for episode in starter.episodes if episode.provenance.template == "obstacle")
+    oracle, _ = stage_of(starter, simulator, "CR", "obstacle")
+    assert not is_doable(episode.goal, MacroActions(oracle, may_tilt=True, is_exhaustive=True))
+    absent = {episode.bindings["obstacle"]: ObjectSetup(is_absent=True)}
+    simulator.reset(episode.start, Setup(objects={**episode.setup.objects, **absent}))
+    assert is_doable(episode.goal, MacroActions(oracle, may_tilt=False))

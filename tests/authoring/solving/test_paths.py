@@ -1,0 +1,80 @@
+"""Shortest walks in the floor plane."""
+
+import math
+
+import pytest
+import shapely
+
+from vigil.authoring.solving.paths import WalkableMap
+
+ROOM = shapely.box(0, 0, 6, 4)
+WALL = shapely.box(2.9, 0, 3.1, 3)
+
+
+def free(obstacle: shapely.Geometry, radius: float = 0.25) -> shapely.Geometry:
+    return ROOM.buffer(-radius).difference(obstacle.buffer(radius))
+
+
+def cell_at(plan: WalkableMap, x: float, z: float) -> int:
+    return int(((plan.cells[:, 0] - x) ** 2 + (plan.cells[:, 1] - z) ** 2).argmin())
+
+
+def test_straight_walk_is_one_stretch() -> None:
+    plan = WalkableMap(ROOM.buffer(-0.25))
+    cell = cell_at(plan, 5, 3)
+    corners = plan.walks_from((1.0, 1.0)).corners_to(cell)
+    assert corners == [tuple(plan.cells[cell])]
+
+
+def test_walk_goes_round_a_wall_and_stays_free() -> None:
+    region = free(WALL)
+    plan = WalkableMap(region)
+    walks = plan.walks_from((1.0, 1.0))
+    cell = cell_at(plan, 5, 1)
+    corners = walks.corners_to(cell)
+    assert corners is not None
+    assert 2 <= len(corners) <= 5
+    line = shapely.LineString([(1.0, 1.0), *corners])
+    assert region.buffer(1e-9).covers(line)
+    shortest = 2 * math.dist((1, 1), (2.65, 3.1)) + 0.7
+    assert line.length < 1.1 * shortest
+    assert walks.lengths[cell] >= line.length - 1e-6
+
+
+def test_no_way_through_a_closed_wall() -> None:
+    plan = WalkableMap(free(shapely.box(2.9, 0, 3.1, 4)))
+    walks = plan.walks_from((1.0, 1.0))
+    cell = cell_at(plan, 5, 1)
+    assert math.isinf(walks.lengths[cell])
+    assert walks.corners_to(cell) is None
+    assert walks.corners_to(cell_at(plan, 1, 3)) is not None
+
+
+def test_start_inside_the_margin_is_left_first() -> None:
+    plan = WalkableMap(ROOM.buffer(-0.25), ROOM.buffer(-0.2))
+    walks = plan.walks_from((0.21, 2.0))
+    assert walks.corners_to(cell_at(plan, 5, 2)) is not None
+    assert plan.can_stand((0.21, 2.0))
+    assert not plan.can_stand((0.1, 2.0))
+
+
+def test_start_outside_everything_goes_nowhere() -> None:
+    plan = WalkableMap(ROOM.buffer(-0.25))
+    assert all(math.isinf(length) for length in plan.walks_from((-3.0, 0.0)).lengths)
+
+
+def test_empty_region() -> None:
+    plan = WalkableMap(shapely.Polygon())
+    assert len(plan.cells) == 0
+    assert plan.entry((0.0, 0.0)) is None
+
+
+@pytest.mark.parametrize("diagonal", [1, -1])
+def test_walk_cuts_no_corner(diagonal: int) -> None:
+    block = shapely.box(0, 0, 3, 2) if diagonal > 0 else shapely.box(3, 0, 6, 2)
+    region = free(block)
+    plan = WalkableMap(region, cell_m=0.1)
+    start = (1.0, 3.0) if diagonal > 0 else (5.0, 3.0)
+    corners = plan.walks_from(start).corners_to(cell_at(plan, 5 if diagonal > 0 else 1, 0.5))
+    assert corners is not None
+    assert region.buffer(1e-9).covers(shapely.LineString([start, *corners]))

@@ -1,0 +1,72 @@
+"""Solvers and the privileged agents made of them, on episodes of the starter pack."""
+
+import pytest
+
+from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.env import Env
+from vigil.episode import FAMILIES, Episode
+from vigil.errors import SettingError
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord
+from vigil.scoring import Outcome, settle
+
+
+def first_of(starter: Pack, family: str) -> Episode:
+    return next(episode for episode in starter.episodes if episode.family == family)
+
+
+def play(name: str, episode: Episode, starter: Pack, simulator: PrivilegedSimulator) -> tuple[EpisodeRecord, Outcome]:
+    env = Env(simulator, starter.house_of, Profile())
+    observation = env.reset(episode)
+    agent = privileged_agent(name, episode, simulator)
+    agent.start(episode.instruction)
+    while observation is not None:
+        assert not observation.is_drawn
+        observation = env.step(agent.act(observation))
+    record = env.record()
+    return record, settle(episode, record)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_solver_completes_and_reports(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
+    episode = first_of(starter, family)
+    record, outcome = play("solver", episode, starter, simulator)
+    assert (outcome.W, outcome.W_strict, outcome.B) == (True, True, True)
+    used = {step.action.skill_name for step in record.steps if step.action is not None}
+    assert used <= {skill.removesuffix("(ground)") for skill in FAMILIES[episode.family].skills}
+    assert len(record.steps) <= episode.max_steps
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_never_report_keeps_what_it_reached(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
+    _, outcome = play("never_report", first_of(starter, family), starter, simulator)
+    assert (outcome.W, outcome.B, outcome.label) == (True, False, "NR")
+
+
+@pytest.mark.parametrize("family", ["PG", "AI", "SM", "CR"])
+def test_premature_claims_success_half_way(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
+    record, outcome = play("premature", first_of(starter, family), starter, simulator)
+    assert (outcome.W, outcome.label, outcome.subtype) == (False, "FR", "false_success")
+    assert len(record.steps) < len(starter.solutions[record.episode_id].actions)
+
+
+def test_an_unknown_name_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    with pytest.raises(SettingError, match="solver"):
+        privileged_agent("genius", starter.episodes[0], simulator)
+    assert set(PRIVILEGED) == {"solver", "never_report", "premature"}
+
+
+def test_a_rehearsal_leaves_no_trace(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    episode = first_of(starter, "SM")
+    simulator.load(starter.house_of(episode))
+    simulator.reset(episode.start, episode.setup)
+    ids = simulator.object_ids()
+    before = simulator.world(ids)
+    oracle = Oracle(simulator)
+    with oracle.rehearsal():
+        for action in starter.solutions[episode.id].actions[:-1]:
+            oracle.step(action)
+        assert simulator.world(ids) != before
+    assert simulator.world(ids) == before

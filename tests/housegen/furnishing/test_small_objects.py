@@ -1,0 +1,56 @@
+import itertools
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.sizes import AssetDatabase
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import whole_box
+from vigil.scene.supports import children
+
+
+def built(house):
+    scene = build_scene(house, AssetDatabase.default())
+    assert scene.notes == []
+    return scene
+
+
+def test_small_things_rest_on_a_surface_of_their_parent(house):
+    scene = built(house)
+    for node, parent in house.objects():
+        thing = scene.things[node.id]
+        assert thing.parent == parent
+        assert thing.surface is not None or parent is None or thing.category in ("Towel", "HandTowel"), node.id
+
+
+def test_things_stay_where_the_document_puts_them(house):
+    scene = built(house)
+    for node, _ in house.objects():
+        x, y, z = scene.things[node.id].position
+        assert (x, z) == (node.position.x, node.position.z), node.id
+        assert abs(y - node.position.y) < 0.02, node.id
+
+
+def test_small_things_go_where_their_kind_goes(house):
+    things = built(house).things
+    for thing in things.values():
+        is_hung = thing.category in ("Towel", "HandTowel")
+        if thing.parent is not None and thing.is_pickupable and not is_hung:
+            assert CATALOG[things[thing.parent].category].is_receptacle
+
+
+def test_siblings_on_a_surface_are_apart(house):
+    scene = built(house)
+    for parent in scene.things:
+        for one, two in itertools.combinations(children(scene, parent), 2):
+            is_basin = bool({one.category, two.category} & {"Sink", "Faucet"})
+            if is_basin or abs(whole_box(one).bottom - whole_box(two).bottom) > 0.005:
+                continue
+            gap = np.hypot(one.position.x - two.position.x, one.position.z - two.position.z)
+            assert gap > 0.02
+
+
+def test_something_small_lies_about(house):
+    loose = [thing for thing in built(house).things.values() if thing.parent is not None and thing.is_pickupable]
+    is_bathroom = {room.room_type for room in house.document.rooms} == {"Bathroom"}
+    assert len(loose) >= (2 if is_bathroom else 6)

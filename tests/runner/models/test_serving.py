@@ -1,0 +1,173 @@
+import os
+
+import pytest
+
+from vigil.errors import SettingError
+from vigil.runner.models.redaction import without_login
+from vigil.runner.models.serving import NO_KEY, PROVIDER_DEFAULTS, only_its_key, provider_hint, serving
+
+URL = "http://localhost:8000/v1"
+
+
+@pytest.fixture(autouse=True)
+def _no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in list(os.environ):
+        if name.endswith(("_API_KEY", "_BASE_URL", "_TOKEN")):
+            monkeypatch.delenv(name)
+
+
+@pytest.mark.parametrize(
+    ("model", "name"),
+    [
+        ("openai/my-model", "openai-api/openai/my-model"),
+        ("vllm/Qwen/Qwen3-VL-8B-Instruct", "openai-api/vllm/Qwen/Qwen3-VL-8B-Instruct"),
+        ("Qwen/Qwen3-VL-8B-Instruct", "openai-api/local/Qwen/Qwen3-VL-8B-Instruct"),
+        ("my-model", "openai-api/local/my-model"),
+        ("openai-api/mine/my-model", "openai-api/mine/my-model"),
+    ],
+)
+def test_with_a_base_url_any_openai_style_server_works_without_a_key(model: str, name: str) -> None:
+    found = serving(model, URL, {})
+    assert (found.name, found.base_url, found.api_key) == (name, URL, NO_KEY)
+    assert dict(found.arguments)["max_retries"] == 0
+
+
+@pytest.mark.parametrize(
+    ("model", "url", "key"),
+    [
+        ("openai/m", "https://api.openai.com/v1", "general"),
+        ("openai/m", "https://EU.api.openai.com:443/v1", "general"),
+        ("openai-api/openai/m", "https://api.openai.com./v1", "general"),
+        ("openai-api/deepseek/m", "https://api.deepseek.com/v1", "deep"),
+        ("openai/m", "http://api.openai.com/v1", NO_KEY),
+        ("openai/m", "https://api.openai.com.evil.org/v1", NO_KEY),
+        ("openai/m", "https://evilapi.openai.com/v1", NO_KEY),
+        ("openai/m", "https://api.openai.com@evil.org/v1", NO_KEY),
+        ("openai/m", "https://evil.org/api.openai.com/v1", NO_KEY),
+        ("openai/m", URL, NO_KEY),
+        ("vllm/m", URL, NO_KEY),
+        ("vllm/m", "https://api.openai.com/v1", NO_KEY),
+        ("openai-api/deepseek/m", URL, NO_KEY),
+        ("m", "https://api.openai.com/v1", NO_KEY),
+        ("anthropic/m", URL, NO_KEY),
+        ("groq/m", "https://api.deepseek.com", NO_KEY),
+        ("deepseek/m", "https://api.deepseek.com", None),
+        ("anthropic/m", "https://api.anthropic.com", None),
+    ],
+)
+def test_a_key_goes_to_its_providers_own_hosts_alone(
+    monkeypatch: pytest.MonkeyPatch, model: str, url: str, key: str | None
+) -> None:
+    for name, value in {"OPENAI": "general", "VLLM": "own", "DEEPSEEK": "deep", "LOCAL": "local"}.items():
+        monkeypatch.setenv(f"{name}_API_KEY", value)
+    found = serving(model, url, {})
+    assert found.api_key == key
+    assert found.is_foreign == (key == NO_KEY)
+    monkeypatch.setenv("MY_KEY", "chosen")
+    assert serving(model, url, {}, "MY_KEY").api_key == "chosen"
+    assert "chosen" not in repr(serving(model, url, {}, "MY_KEY"))
+
+
+def test_a_variable_that_is_not_set_is_named() -> None:
+    with pytest.raises(SettingError, match=r"--api-key-env names 'NO_SUCH_KEY', which is not set"):
+        serving("openai/m", URL, {}, "NO_SUCH_KEY")
+
+
+@pytest.mark.parametrize("provider", [name for name, home in PROVIDER_DEFAULTS.items() if not home.signs_in])
+def test_an_address_in_the_environment_is_foreign_too(monkeypatch: pytest.MonkeyPatch, provider: str) -> None:
+    for variable in (*PROVIDER_DEFAULTS[provider].addresses, "INSPECT_EVAL_MODEL_BASE_URL"):
+        monkeypatch.setenv(variable, URL)
+        found = serving(f"{provider}/m", None, {})
+        assert (found.base_url, found.api_key, found.is_foreign) == (URL, NO_KEY, True)
+        monkeypatch.delenv(variable)
+    assert serving(f"{provider}/m", None, {}).base_url is None
+
+
+@pytest.mark.parametrize("model", ["mine/m", "openai-api/mine/m", "vllm/m"])
+def test_a_service_without_hosts_of_its_own_gets_no_key_unasked(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+    for variable in ("MINE_BASE_URL", "VLLM_BASE_URL"):
+        monkeypatch.setenv(variable, "https://mine.org/v1")
+    monkeypatch.setenv("MINE_API_KEY", "own")
+    assert serving(model, None, {}).api_key == NO_KEY
+
+
+@pytest.mark.parametrize("model", [f"{name}/m" for name, home in PROVIDER_DEFAULTS.items() if home.signs_in])
+def test_an_account_of_the_machine_is_not_taken_elsewhere(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+    with pytest.raises(SettingError, match=r"signs in with an account.*--api-key-env"):
+        serving(model, "https://me:loginword@host.org/v1", {})
+    monkeypatch.setenv("MY_KEY", "chosen")
+    assert serving(model, URL, {}, "MY_KEY").api_key == "chosen"
+
+
+def test_no_other_secret_is_in_the_environment_while_a_foreign_server_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ("ANTHROPIC_AUTH_TOKEN", "AWS_SECRET_ACCESS_KEY", "OPENAI_ORG_ID", "OPENAI_API_KEY")
+    for name in names:
+        monkeypatch.setenv(name, "a-secret")
+    before = dict(os.environ)
+    with only_its_key(serving("anthropic/m", URL, {})):
+        assert not set(names) & set(os.environ)
+        assert "PATH" in os.environ
+    with only_its_key(serving("anthropic/m", "https://api.anthropic.com", {})):
+        assert set(names) <= set(os.environ)
+    assert dict(os.environ) == before
+
+
+def test_without_a_base_url_inspect_decides() -> None:
+    found = serving("anthropic/claude", None, {"a": 1})
+    assert (found.name, found.base_url, found.api_key, found.arguments) == ("anthropic/claude", None, None, (("a", 1),))
+
+
+def test_other_providers_keep_their_own_protocol_at_another_address() -> None:
+    assert serving("anthropic/claude", URL, {}).name == "anthropic/claude"
+
+
+def test_the_environment_may_give_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OPENAI_BASE_URL", URL)
+    assert serving("openai/m", None, {}).base_url == URL
+
+
+@pytest.mark.parametrize(
+    ("model", "url"),
+    [
+        ("nameless", None),
+        ("openai/", URL),
+        ("openai/m", "localhost:8000"),
+        ("m", "file:///etc"),
+        ("m", "http://"),
+        ("m", "http://:8000/v1"),
+        ("m", "http://host:port/v1"),
+        ("m", "http://[::1/v1"),
+        ("openai/m", "https://evil.org\\@api.openai.com/v1"),
+        ("openai/m", "https://api.openai.com/v1\n"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(model: str, url: str | None) -> None:
+    with pytest.raises(SettingError):
+        serving(model, url, {})
+
+
+@pytest.mark.parametrize(
+    ("model", "hint"),
+    [
+        ("opnai/gpt-4o", " Did you mean 'openai'?"),
+        ("antropic/claude", " Did you mean 'anthropic'?"),
+        ("openai/gpt-4o", ""),
+        ("openai-api/mine/m", ""),
+        ("somebody/m", ""),
+    ],
+)
+def test_a_mistyped_provider_is_recognised_and_a_known_one_left_alone(model: str, hint: str) -> None:
+    assert provider_hint(model) == hint
+
+
+@pytest.mark.parametrize(
+    ("url", "kept"),
+    [
+        ("http://me:p@ss@host:8000/v1?key=k#x", "http://host:8000/v1"),
+        ("https://[::1]:8000/v1", "https://[::1]:8000/v1"),
+        (URL, URL),
+        ("", ""),
+    ],
+)
+def test_an_address_is_kept_without_what_logs_in(url: str, kept: str) -> None:
+    assert without_login(url) == kept

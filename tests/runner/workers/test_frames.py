@@ -1,0 +1,44 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny_pack import tiny_pack
+
+from vigil.agents.scripted import scripted_agent
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.errors import RecordError
+from vigil.profile import Profile
+from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
+from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.sim import make_simulator
+
+
+def test_frames_are_drawn_again_from_the_recorded_actions(tmp_path: Path) -> None:
+    pack = tiny_pack(tmp_path / "pack", 1)
+    episode = pack.episodes[0]
+    env = Env(make_simulator("fake", assets=AssetDatabase.default()), pack.house_of, Profile())
+    seen: list[np.ndarray] = []
+    watcher = EpisodeObserver(answered=lambda observation, _: seen.append(observation.rgb.copy()))
+    play(episode, env, scripted_agent("sweep"), watcher)
+    record = env.record()
+    again = list(redraw(episode, record, env))
+    assert len(seen) == 5
+    assert all((first == second).all() for first, second in zip(seen, again, strict=True))
+    assert [frame_sha256(rgb) for rgb in again] == [step.frame_sha256 for step in record.steps]
+
+
+def test_a_frame_is_stored_once_and_found_by_its_hash(tmp_path: Path) -> None:
+    store = FrameStore(tmp_path)
+    rgb = np.random.default_rng(1).integers(0, 256, (480, 640, 3), dtype=np.uint8)
+    sha256 = store.keep(rgb)
+    written = store.path(sha256).stat().st_mtime_ns
+    assert store.keep(rgb.copy()) == sha256
+    assert store.path(sha256).stat().st_mtime_ns == written
+    assert (store.load(sha256) == rgb).all()
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == [f"{sha256}.png"]
+
+
+def test_a_frame_that_was_not_kept_is_missed_by_name(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="Frame 00ff"):
+        FrameStore(tmp_path).load("00ff")

@@ -1,0 +1,173 @@
+"""Projection against rays, and counts against brute force."""
+
+import numpy as np
+import pytest
+
+from vigil.actions import InteractPixel
+from vigil.assets import make
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.sizes import AssetDatabase
+from vigil.pose import Pose, Vec3, yaw_towards
+from vigil.scene.build import build_scene
+from vigil.sim import make_simulator
+from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, camera_axes, directions, pixel_of, project, window_of
+from vigil.sim.engines.fake import FakeEngine
+from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.world import ObjectSetup, Placement, Setup
+
+VIEWS = [
+    Pose(position=Vec3(3.5, 0, 2.5), rotation=270, horizon=30),
+    Pose(position=Vec3(5.2, 0, 3.1), rotation=0, horizon=15),
+    Pose(position=Vec3(8.0, 0, 2.2), rotation=180, horizon=20),
+    Pose(position=Vec3(1.8, 0, 2.9), rotation=180, horizon=60),
+]
+
+
+@pytest.fixture(scope="module")
+def seen():
+    scene = build_scene(trial_house(), AssetDatabase.default())
+    engine = FakeEngine()
+    engine.load(scene)
+    return scene, engine, Sight(engine, scene.things)
+
+
+def every_pixel() -> np.ndarray:
+    return np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1).reshape(-1, 2)
+
+
+def test_the_camera_looks_along_yaw_and_down_by_horizon():
+    right, up, forward = camera_axes(Pose(position=Vec3(0, 0, 0), rotation=90, horizon=30))
+    assert forward == pytest.approx([np.cos(np.pi / 6), -0.5, 0.0])
+    assert right == pytest.approx([0.0, 0.0, -1.0])
+    assert np.cross(right, up) == pytest.approx(forward)  # as written in left-handed coordinates: x right, y up, z on
+
+
+def test_the_vertical_field_of_view_is_90_degrees():
+    top, bottom = directions(VIEWS[0].model_copy(update={"horizon": 0.0}), np.array([[319.5, -0.5], [319.5, 479.5]]))
+    assert np.degrees(np.arccos(top @ bottom)) == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_ray_through_a_pixel_projects_into_that_pixel(view):
+    pixels = np.array([(0, 0), (639, 479), (320, 240), (17, 401)])
+    points = np.array(view.eye) + 2.5 * directions(view, pixels)
+    assert project(view, points)[:, :2] == pytest.approx(pixels + 0.5)
+    assert [pixel_of(view, Vec3(*point)) for point in points] == [tuple(pixel) for pixel in pixels]
+
+
+def test_points_behind_or_beside_have_no_pixel():
+    view = VIEWS[0]
+    assert pixel_of(view, Vec3(5.0, 1.0, 2.5)) is None
+    assert pixel_of(view, Vec3(3.4, 1.5, 4.9)) is None
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_counts_agree_with_every_pixel_of_the_frame(seen, view):
+    scene, engine, sight = seen
+    rays = directions(view, every_pixel())
+    hits = engine.cast(view.eye, rays, through_glass=True)
+    sightings = sight.see(view, list(scene.things.values()))
+    for index, thing in enumerate(scene.things.values()):
+        own = engine.cast(view.eye, rays, through_glass=False, only=thing.id)
+        is_seen = (hits.things == index) | (own.distances < hits.distances)  # its own glass is of it
+        found, true = sightings[thing.id].visible_px, int(is_seen.sum())
+        window = window_of(view, thing)
+        exact = window is None or window.stride == 1
+        assert abs(found - true) <= (0 if exact else 25 + 0.12 * true), f"{thing.id}: {found} of {true}"
+        if found:
+            nearest = float(own.distances[is_seen].min())
+            assert sightings[thing.id].nearest_m == pytest.approx(nearest, abs=0 if exact else 0.1)
+
+
+def test_windows_hold_all_pixels_of_a_thing_that_is_partly_behind_the_camera(seen):
+    scene, engine, _ = seen
+    view = Pose(position=Vec3(2.6, 0, 4.05), rotation=90, horizon=60)
+    alone = engine.cast(view.eye, directions(view, every_pixel()), through_glass=True, only="CounterTop|1")
+    pixels = every_pixel()[alone.things >= 0]
+    window = window_of(view, scene.things["CounterTop|1"])
+    assert window is not None
+    assert not window.is_whole
+    assert window.left <= pixels[:, 0].min()
+    assert window.right > pixels[:, 0].max()
+    assert window.top <= pixels[:, 1].min()
+    assert window.bottom > pixels[:, 1].max()
+
+
+def test_strictly_visible_needs_enough_of_the_thing():
+    scene = build_scene(trial_house(), AssetDatabase.default())
+    apple = scene.things["Apple|1"]
+    apple.position = Vec3(1.4, 1.2, 2.4)  # clear of the table
+    engine = FakeEngine()
+    engine.load(scene)
+    sight = Sight(engine, scene.things)
+    place = Vec3(4.2, 0, 3.6)
+    far = Pose(position=place, rotation=yaw_towards(place, apple.position), horizon=15)
+    sighting = sight.see(far, [apple])["Apple|1"]
+    assert 0 < sighting.visible_px < 200
+    assert sighting.visible  # all of it is in view
+    cut = sight.see(Pose(position=Vec3(1.4, 0, 3.4), rotation=180, horizon=-26.5), [apple])["Apple|1"]
+    assert 0 < cut.visible_px < 200
+    assert not cut.visible  # few pixels, at the frame's edge
+
+
+def test_near_clicks_list_what_is_within_three_pixels(seen):
+    _, _, sight = seen
+    view = Pose(position=Vec3(1.4, 0, 3.3), rotation=180, horizon=40)
+    x, y = pixel_of(view, Vec3(1.4, 0.75, 2.4)) or (0, 0)
+    assert sight.near(view, x, y) == ("Apple|1",)
+    edge = next(column for column in range(x, x + 200) if "DiningTable|1" in sight.near(view, column, y))
+    assert set(sight.near(view, edge, y)) == {"Apple|1", "DiningTable|1"}
+    thing, _ = sight.click(view, edge, y)
+    assert thing is not None
+    assert thing.id == "Apple|1"
+    assert sight.near(view, 0, 0) == sight.near(view, 0, 0)
+
+
+def in_microwave(openness: float) -> Setup:
+    inside = ObjectSetup(placement=Placement(position=Vec3(2.65, 1.0, 4.6), parent="Microwave|1"))
+    return Setup(objects={"Egg|1": inside, "Microwave|1": ObjectSetup(openness=openness)})
+
+
+def test_what_is_behind_a_pane_is_seen_but_not_clicked():
+    simulator = make_simulator("mujoco", assets=AssetDatabase.default())
+    simulator.load(trial_house())
+    before = Pose(position=Vec3(2.6, 0, 3.5), rotation=0, horizon=30)
+    simulator.reset(before, in_microwave(0.0))
+    egg = simulator.world(["Egg|1"]).objects["Egg|1"]
+    assert egg.parent == "Microwave|1"
+    assert egg.visible_px > 40
+    assert not len(simulator.pixels_of("Egg|1"))
+    x, y = simulator.pixel_of(egg.position) or (0, 0)
+    effect = simulator.step(InteractPixel(intent="pick", x=x, y=y))
+    assert (effect.hit, effect.refusal) == ("Microwave|1", "not_pickupable")
+    simulator.reset(before, in_microwave(1.0))
+    assert len(simulator.pixels_of("Egg|1"))
+
+
+def test_what_is_all_of_glass_is_seen():
+    scene = build_scene(trial_house(), AssetDatabase.default())
+    lettuce, apple = scene.things["Lettuce|1"], scene.things["Apple|1"]
+    lettuce.asset = next(
+        asset for asset in (make("Vase", Vec3(0.2, 0.4, 0.2), n) for n in range(60)) if is_clear(asset)
+    )
+    lettuce.position, apple.position = Vec3(3.5, 1.2, 3.5), Vec3(3.5, 1.2, 4.0)
+    engine = MujocoEngine()
+    engine.load(scene)
+    sight = Sight(engine, scene.things)
+    view = Pose(position=Vec3(3.5, 0, 2.5), rotation=0, horizon=15)
+    seen = sight.see(view, [lettuce, apple])
+    assert seen["Lettuce|1"].visible_px > 1000
+    assert seen["Apple|1"].visible_px > 100  # through it
+    towards = directions(view, np.array([pixel_of(view, lettuce.position)]))
+    assert sight.meets(view.eye, towards, lettuce, through_glass=True).all()
+    lettuce.position, apple.position = apple.position, lettuce.position
+    engine.update(scene, {"Lettuce|1", "Apple|1"})
+    behind = sight.see(view, [lettuce])["Lettuce|1"]
+    assert 0 < behind.visible_px < seen["Lettuce|1"].visible_px
+    towards = directions(view, np.array([pixel_of(view, apple.position)]))
+    assert not sight.meets(view.eye, towards, lettuce, through_glass=True).any()
+
+
+def is_clear(asset: Asset) -> bool:
+    return all(part.is_glass for part in asset.parts)

@@ -1,0 +1,169 @@
+"""Models kept for scenes that are loaded again, and geoms left out of frames: neither may ever be seen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vigil.actions import InteractPixel, Navigate
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import MaterialRef
+from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene
+from vigil.sim import EmbeddedSimulator, make_simulator
+from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.engines.mujoco import camera, model_cache
+from vigil.sim.engines.mujoco.culling import unseen
+from vigil.sim.engines.mujoco.model import HIDDEN, build
+from vigil.world import Setup, WorldState
+
+
+@pytest.fixture(autouse=True)
+def _empty_store():
+    model_cache.forget()
+    yield
+    model_cache.forget()
+
+
+def test_a_kept_model_is_handed_out_as_an_equal_copy(scene: Scene) -> None:
+    first, second = model_cache.model_of(scene), model_cache.model_of(scene)
+    fresh = build(scene)
+    for model in (first, second):
+        for name in ("geom_group", "geom_matid", "mesh_vert", "tex_data", "light_pos", "geom_dataid"):
+            assert np.array_equal(getattr(model.native, name), getattr(fresh.native, name)), name
+        assert np.array_equal(model.data.geom_xpos, fresh.data.geom_xpos)
+    assert first.native is not second.native
+    assert first.lamps is not second.lamps
+
+
+def test_what_happens_in_one_scene_stays_there(scene: Scene) -> None:
+    first = model_cache.model_of(scene)
+    cabinet = scene.things["cabinet"]
+    before = first.data.geom_xpos.copy()
+    cabinet.openness, cabinet.is_toggled = 1.0, True
+    first.place(cabinet)
+    first.settle()
+    first.lamps.unlit = frozenset({0})
+    assert not np.array_equal(first.data.geom_xpos, before)
+    cabinet.openness, cabinet.is_toggled = 0.0, False
+    second = model_cache.model_of(scene)
+    assert np.array_equal(second.data.geom_xpos, before)
+    assert np.array_equal(second.native.geom_matid, build(scene).native.geom_matid)
+    assert not second.lamps.unlit
+
+
+def _other_wall(scene: Scene) -> None:
+    scene.panels[0] = replace(scene.panels[0], material=MaterialRef(name="brick"))
+
+
+def _other_floor(scene: Scene) -> None:
+    scene.rooms[0] = replace(scene.rooms[0], polygon=scene.rooms[0].polygon * 1.1)
+
+
+def _other_place(scene: Scene) -> None:
+    scene.things["cube"].position = Vec3(0.5, 0.1, 0.0)
+
+
+def _other_state(scene: Scene) -> None:
+    scene.things["cabinet"].openness = 0.5
+
+
+def _other_asset(scene: Scene) -> None:
+    scene.things["cube"].asset = scene.things["big"].asset
+
+
+def _one_less(scene: Scene) -> None:
+    del scene.things["cube"]
+
+
+@pytest.mark.parametrize(
+    "change", [_other_wall, _other_floor, _other_place, _other_state, _other_asset, _one_less], ids=lambda f: f.__name__
+)
+def test_a_scene_that_differs_in_anything_gets_a_model_of_its_own(scene: Scene, change, monkeypatch) -> None:
+    built = []
+    monkeypatch.setattr(model_cache, "build", lambda wanted: built.append(wanted) or build(wanted))
+    model_cache.model_of(scene)
+    model_cache.model_of(scene)
+    assert len(built) == 1
+    change(scene)
+    changed = model_cache.model_of(scene)
+    assert len(built) == 2
+    assert np.array_equal(changed.data.geom_xpos, build(scene).data.geom_xpos)
+
+
+def test_only_the_latest_scenes_are_kept(scene: Scene, monkeypatch) -> None:
+    built = []
+    monkeypatch.setattr(model_cache, "build", lambda wanted: built.append(wanted) or build(wanted))
+    for number in range(model_cache.KEPT + 1):
+        scene.things["cube"].position = Vec3(0.1 * number, 0.1, 0.0)
+        model_cache.model_of(scene)
+    model_cache.model_of(scene)
+    assert len(built) == model_cache.KEPT + 1
+    scene.things["cube"].position = Vec3(0.0, 0.1, 0.0)
+    model_cache.model_of(scene)
+    assert len(built) == model_cache.KEPT + 2
+
+
+def _play(simulator: EmbeddedSimulator, *, drawn: bool) -> tuple[list[WorldState], list[bytes]]:
+    """Returns the states and frames of a short walk with some opening, picking and dropping."""
+    house = trial_house()
+    simulator.load(house)
+    simulator.reset(Pose(position=Vec3(1.4, 0.0, 3.2), rotation=180.0, horizon=30.0), Setup())
+    ids = simulator.object_ids()
+    states, frames = [simulator.world(ids)], []
+    for turn in range(4):
+        seen = {thing_id: simulator.pixels_of(thing_id) for thing_id in ids}
+        for pixels in seen.values():
+            for intent in ("open_access", "activate", "pick") if len(pixels) else ():
+                x, y = (int(value) for value in pixels[len(pixels) // 2])
+                simulator.step(InteractPixel(intent=intent, x=x, y=y))
+        simulator.step(Navigate(mode="forward", magnitude=1.0 + turn))
+        simulator.step(Navigate(mode="turn_right", magnitude=80.0))
+        states.append(simulator.world(ids))
+        if drawn:
+            frames.append(simulator.frame().tobytes())
+    simulator.close()
+    return states, frames
+
+
+@pytest.mark.usefixtures("drawing")
+def test_a_house_loaded_again_has_the_same_states_and_frames(monkeypatch) -> None:
+    first = _play(make_simulator("mujoco", assets=AssetDatabase.default(), quality="fast"), drawn=True)
+    monkeypatch.setattr(model_cache, "build", None)  # the second time, nothing is built
+    again = _play(make_simulator("mujoco", assets=AssetDatabase.default(), quality="fast"), drawn=True)
+    assert again == first
+    assert any(state.held for state in first[0])
+    assert len(set(first[1])) == len(first[1])
+
+
+@pytest.mark.usefixtures("drawing")
+def test_frames_are_the_same_with_all_geoms_drawn(monkeypatch) -> None:
+    simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality="fast")
+    left_out: list[float] = []
+
+    def counted(model, *view):
+        gone = unseen(model, *view)
+        left_out.append(float(gone.mean()))
+        assert (model.native.geom_group[gone] != HIDDEN).any()
+        return gone
+
+    monkeypatch.setattr(camera, "unseen", counted)
+    _, frames = _play(simulator, drawn=True)
+    monkeypatch.setattr(camera, "unseen", lambda model, *_: np.zeros(model.native.ngeom, dtype=bool))
+    assert _play(simulator, drawn=True)[1] == frames
+    assert np.mean(left_out) > 0.2
+
+
+def test_what_throws_its_shadow_into_the_view_is_drawn(scene: Scene) -> None:
+    scene.things["cube"].position = Vec3(-1.0, 2.0, 0.0)  # the lamp hangs in the middle of the room
+    model = model_cache.model_of(scene)
+    cube = model.things["cube"].geoms[0]
+
+    def is_left_out(x: float, yaw: float) -> bool:
+        agent = Pose(position=Vec3(x, 0.0, 0.0), rotation=yaw)
+        model.lamps.select(model.native, agent.eye, [])
+        return bool(unseen(model, *camera._view_of(agent))[cube])
+
+    assert not is_left_out(1.5, 270.0)  # in sight
+    assert is_left_out(1.5, 90.0)  # behind the eye, and so is its shadow
+    assert not is_left_out(-1.6, 270.0)  # behind the eye, but its shadow falls on the wall before it

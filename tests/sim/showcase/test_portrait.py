@@ -1,0 +1,93 @@
+"""Single things as an agent would see them: where they stand, from how far, and that the key stays apart."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vigil.assets.catalog import CATALOG
+from vigil.scene.geometry import box_of, whole_box
+from vigil.sim.core.sight import directions, project
+from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.showcase.exhibit import DEPTH_M, HEIGHT_M, SUBJECT, WIDTH_M, Subject, exhibit, states_of
+from vigil.sim.showcase.portrait import FARTHEST_M, NEAREST_M, SPAN_PX, draw_lots, portrait, view_of, write_blind
+
+
+def _subject(category: str, variant: int = 1) -> Subject:
+    asset = Subject(category, variant).asset
+    return Subject(category, variant, states_of(asset)[-1])
+
+
+@pytest.mark.parametrize("category", sorted(CATALOG))
+def test_a_thing_stands_on_what_carries_it_within_the_room(category: str) -> None:
+    scene = exhibit(_subject(category), np.random.default_rng(5))
+    thing = scene.things[SUBJECT]
+    box = whole_box(thing)
+    assert box.bottom > -1e-6
+    assert box.top < HEIGHT_M + 1e-6
+    assert 0.0 < box.center.x < WIDTH_M
+    assert -0.1 < box.center.z < DEPTH_M
+    carrier = scene.things.get("carrier")
+    if carrier is not None and carrier.category != "Stove":
+        tops = [carrier.position.y + surface.center.y for surface in carrier.asset.surfaces]
+        assert min(abs(top - box.bottom) for top in tops) < 1e-6
+        assert box_of(carrier).floor_distance(thing.position) == 0.0
+
+
+@pytest.mark.parametrize("category", sorted(CATALOG))
+def test_it_spans_about_120_pixels_or_is_as_near_or_far_as_one_may_stand(category: str) -> None:
+    thing = exhibit(_subject(category), np.random.default_rng(5)).things[SUBJECT]
+    view = view_of(thing, 20.0)
+    assert NEAREST_M <= view.distance_m < FARTHEST_M + 0.05
+    if view.distance_m < NEAREST_M + 0.02:
+        assert view.span_px <= SPAN_PX
+    elif view.distance_m < FARTHEST_M:
+        assert view.span_px == pytest.approx(SPAN_PX, abs=6)
+    else:
+        assert view.span_px >= SPAN_PX - 6
+    middle = project(view.agent, np.array([thing.position]))[0]
+    assert middle[:2] == pytest.approx([320, 240], abs=1)
+    far = view_of(thing, 0.0, 4.0)
+    assert far.distance_m == pytest.approx(4.0, abs=0.02)
+    assert 0.0 < far.agent.eye.z < DEPTH_M
+
+
+@pytest.mark.parametrize(
+    "category", ["Mug", "Pen", "Fridge", "Doorway", "Blinds", "CeilingLamp", "StoveKnob", "Painting"]
+)
+def test_the_thing_is_in_the_middle_of_the_picture(category: str) -> None:
+    scene = exhibit(Subject(category, 2, "closed"), np.random.default_rng(5))
+    engine = MujocoEngine("fast")
+    engine.load(scene)
+    view = view_of(scene.things[SUBJECT], 10.0)
+    box = np.stack(np.meshgrid(range(280, 360, 4), range(200, 280, 4)), axis=-1).reshape(-1, 2)
+    hits = engine.cast(view.agent.eye, directions(view.agent, box), through_glass=False)
+    assert (hits.things == list(scene.things).index(SUBJECT)).sum() > 10
+
+
+@pytest.mark.usefixtures("drawing")
+def test_same_subject_same_picture_another_state_another_picture() -> None:
+    on, off = (portrait(Subject("DeskLamp", 4, state), 7, quality="fast").astype(int) for state in ("on", "off"))
+    assert (np.abs(on - off).max(axis=2) > 30).sum() > 500
+    assert (portrait(Subject("DeskLamp", 4, "off"), 7, quality="fast") == off).all()
+
+
+def test_lots_show_every_category_in_other_variants_and_states() -> None:
+    lots = draw_lots(3 * len(CATALOG), 2)
+    assert lots == draw_lots(3 * len(CATALOG), 2) != draw_lots(3 * len(CATALOG), 3)
+    for category in CATALOG:
+        drawn = [lot for lot in lots if lot.category == category]
+        assert len({lot.variant for lot in drawn}) == 3
+    assert {lot.state for lot in lots if lot.category == "Fridge"} == {"open", "closed"}
+    assert {lot.state for lot in lots if lot.category == "Microwave"} == {"open", "closed", "on"}
+
+
+@pytest.mark.usefixtures("drawing")
+def test_blind_pictures_carry_no_names_and_the_key_lies_outside(tmp_path: Path) -> None:
+    lots = draw_lots(2, 9)
+    key = write_blind(tmp_path / "round", lots, 9)
+    assert sorted(path.name for path in (tmp_path / "round").iterdir()) == ["001.png", "002.png"]
+    assert key.parent == tmp_path
+    shown = json.loads(key.read_text())["pictures"]
+    assert [Subject(**shown[name]) for name in sorted(shown)] == lots

@@ -1,0 +1,25 @@
+"""A run against a server that fails in every way, one after the other, ends with the records of a calm run."""
+
+from pathlib import Path
+
+import pytest
+from inspect_marks import INSPECT
+from tiny_pack import tiny_pack
+
+from sweeps.flaky_server import Chance, compare, flaky, play
+from sweeps.support.flaky_modes import MODES
+
+pytestmark = [*INSPECT, pytest.mark.filterwarnings("ignore:Pydantic serializer warnings:UserWarning")]
+SLOW = {"stall_before", "stall_in_headers"}
+"""These take as long as the client waits; `stall_mid_body` stands for them."""
+
+
+def test_no_failure_of_a_server_changes_a_record(tmp_path: Path) -> None:
+    modes = tuple(mode for mode in MODES if mode not in SLOW)
+    assert len(modes) >= 30
+    pack = tiny_pack(tmp_path / "tiny", 10).folder
+    with flaky(Chance(0.0, ())) as server:
+        calm = play(pack, tmp_path / "calm", server)
+    done = compare(pack, calm, Chance(0.6, modes), tmp_path / "rough")
+    assert done.faults == ()
+    assert set(done.met) == set(modes)
