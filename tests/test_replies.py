@@ -242,6 +242,8 @@ def test_normalized_coordinates():
         (f'{{"plan": NaN, "next": {WALK}}}', False),
         (f"[{WALK}]", False),
         (f"[1] {WALK}", True),
+        (f"I {{think}} so: {WALK}", True),
+        (f"A {{set {{of}} braces}}, then {WALK}", True),
         (f"{WALK.replace('2', 'NaN')}", False),
     ],
 )
