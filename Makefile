@@ -1,6 +1,7 @@
 # make setup   prepares .venv with the command `vigil`, and the system libraries of the renderer
 # make run     plays the starter pack with the solver and two flawed agents, and compares them
 # make test    passes the tests
+# make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 	&& { echo $$p; break; }; done)
@@ -8,8 +9,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.ready
 RUNS ?= runs/starter
+MODULE ?= profile scoring actions env goals replies json_text reasoning record summary
+EVERY ?= 1
 
-.PHONY: setup run test lint lock clean
+.PHONY: setup run test lint lock mutants clean
 .DELETE_ON_ERROR:
 
 setup: $(STAMP)
@@ -35,6 +38,11 @@ lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+
+# Takes hours; see docs/mutants.md. Interrupted, it goes on where it was stopped.
+mutants: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[mutants]'
+	@failed=0; for module in $(MODULE); do $(BIN)/python scripts/mutants.py $$module --every $(EVERY) || failed=1; done; exit $$failed
 
 # Pins the versions that `make setup` installs, from what is installed now.
 lock: setup

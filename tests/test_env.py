@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from stand_in import StandIn
 from stories import episode, thing
 
-from vigil.actions import Navigate, Reply, Report
+from vigil.actions import InteractPixel, Navigate, Reply, Report
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
+from vigil.errors import HouseError
 from vigil.observation import Feedback, Observation
 from vigil.pose import Pose, Vec3
 from vigil.profile import ACTION_FEEDBACK, Profile
@@ -60,6 +61,15 @@ class Broken(StandIn):
         if self.looks > 1:
             thing(box_distance_m=float("nan"))
         return super().world(object_ids)
+
+
+class Picky(StandIn):
+    """A simulator that refuses the house `other`, which has become its scene by then."""
+
+    def load(self, house):
+        super().load(house)
+        if house.name == "other":
+            raise HouseError("no floor")
 
 
 def test_a_number_that_is_none_ends_the_episode_as_an_error():
@@ -143,6 +153,27 @@ def test_the_lenient_policy_is_part_of_the_profile():
     strict = play(env_of(stand_in()), episode(), [fenced, DONE])
     assert strict.steps[0].invalid is not None
     assert strict.steps[0].invalid.would_parse_leniently
+
+
+def test_the_coordinate_mode_of_the_profile_decides_where_a_click_falls():
+    click = reply("interact_pixel", intent="ground", x=500, y=400)
+    for mode, pixel in (("pixel", (500, 400)), ("normalized_1000", (320, 192))):
+        simulator = stand_in()
+        play(env_of(simulator, Profile.model_validate({"coordinates": mode})), episode(), [click, DONE])
+        assert simulator.actions == [InteractPixel(intent="ground", x=pixel[0], y=pixel[1])]
+
+
+def test_each_episode_starts_with_its_budgets_untouched():
+    env, task = env_of(stand_in()), episode("PG")
+    for _ in range(3):
+        record = play(env, task, [PROSE] * task.max_invalid + [DONE])
+        assert (record.end, len(record.steps)) == ("report", task.max_invalid + 1)
+
+
+def test_what_an_episode_binds_is_recorded_at_every_moment():
+    task = episode("CR", bindings={"target": "target", "shelf": "table"})
+    record = play(env_of(stand_in()), task, [WALK, PROSE, DONE])
+    assert [set(world.objects) for world in record.worlds] == [{"target", "obstacle", "table"}] * 4
 
 
 class TestFeedback:
@@ -248,6 +279,40 @@ class TestFailures:
         play(env, episode(), [DONE])
         assert simulator.calls.count("load") == 2
 
+    def test_a_load_that_failed_is_tried_again(self):
+        simulator = stand_in(fails_at="load")
+        env = env_of(simulator)
+        assert env.reset(episode()) is None
+        simulator.fails_at = ""
+        assert play(env, episode(), [DONE]).end == "report"
+        assert simulator.calls.count("load") == 2
+
+    def test_a_house_that_is_refused_leaves_no_other_one_believed_loaded(self):
+        houses = [bare_house(), bare_house("other")]
+        simulator = Picky({"target": thing()})
+        env = Env(simulator, lambda task: houses[task.id == "other"], Profile(), ticking())
+        play(env, episode(), [DONE])
+        with pytest.raises(HouseError):
+            env.reset(episode(id="other"))
+        play(env, episode(), [DONE])
+        assert simulator.calls.count("load") == 3
+
+    def test_another_house_is_loaded(self):
+        houses = [bare_house(), bare_house("other")]
+        simulator = stand_in()
+        env = Env(simulator, lambda task: houses[task.id == "other"], Profile(), ticking())
+        for name in ("e", "other", "other", "e"):
+            play(env, episode(id=name), [DONE])
+        assert simulator.calls.count("load") == 3
+
+    def test_a_model_that_fails_leaves_the_scene_loaded(self):
+        simulator = stand_in()
+        env = env_of(simulator)
+        env.reset(episode())
+        env.fail("model", "503")
+        play(env, episode(), [DONE])
+        assert simulator.calls.count("load") == 1
+
     def test_misuse_is_told(self):
         env = env_of(stand_in())
         with pytest.raises(RuntimeError, match="Call reset first"):
@@ -265,9 +330,41 @@ def test_the_record_names_run_prompt_and_times():
     play(env, episode(), [WALK, DONE])
     record = env.record(run_id="r", epoch=2, attempt=3)
     assert (record.run_id, record.key, record.attempt) == ("r", ("e", 2), 3)
+    assert (env.record().run_id, env.record().key, env.record().attempt) == ("", ("e", 1), 1)
     assert record.prompt_sha256 == rendered_sha256("Do it.", Profile())
     assert record.ended - record.started == timedelta(seconds=1)
     assert EpisodeRecord.model_validate_json(record.model_dump_json()) == record
+
+
+def test_without_a_clock_of_its_own_an_env_notes_the_time_in_utc():
+    before = datetime.now(UTC)
+    record = play(Env(stand_in(), lambda _: bare_house(), Profile()), episode(), [DONE])
+    assert before <= record.started <= record.ended <= datetime.now(UTC)
+    assert record.started.tzinfo is UTC
+
+
+def test_before_the_first_episode_there_is_no_end_and_no_record():
+    env = env_of(stand_in())
+    assert env.end is None
+    with pytest.raises(RuntimeError, match="not ended"):
+        env.record()
+
+
+def test_an_env_closes_its_simulator():
+    simulator = stand_in()
+    with env_of(simulator) as env:
+        env.reset(episode())
+        assert "close" not in simulator.calls
+    assert simulator.calls.count("close") == 1
+
+
+def test_the_keys_that_were_ignored_are_recorded():
+    odd = reply("navigate", mode="forward", magnitude=1, speed=3)
+    assert [step.ignored_keys for step in play(env_of(stand_in()), episode(), [odd, PROSE, DONE]).steps] == [
+        ("arguments.speed",),
+        (),
+        (),
+    ]
 
 
 def test_what_the_history_cuts_is_recorded():

@@ -1,17 +1,25 @@
 """Goals, row by row: truth, strictness, latching, tampering and progress."""
 
+import json
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from stories import GOALS, RecordBuilder, thing
 
+from vigil.actions import InteractPixel
 from vigil.errors import RecordError
 from vigil.goals import (
+    NEAR_M,
+    OBSERVABLE_M,
+    OBSERVABLE_PX,
+    TOLERANCE,
+    UNFINISHED_AT_MOST,
     AgentNearTarget,
     Constraint,
+    Goal,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
@@ -23,6 +31,7 @@ from vigil.goals import (
     label_at_reset,
 )
 from vigil.pose import Vec3
+from vigil.world import Effect
 
 TARGET = TargetGrounded(object_id="target")
 HIDDEN: dict[str, Any] = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}
@@ -71,6 +80,13 @@ class TestTargetGrounded:
         assert (found.semantic, found.ever_satisfied, found.first_satisfied_step) == (False, True, 1)
         assert [row.progress for row in found.rows] == [0.0, 1.0, 0.0, 0.0]
 
+    def test_a_click_with_another_intent_is_no_answer(self):
+        pick = InteractPixel(intent="pick", x=1, y=1)
+        pointed = RecordBuilder(target=thing()).ground("target").do(pick, Effect(hit="shelf", hit_category="Shelf"))
+        assert verdict(TARGET, pointed.report()) == (True, True)
+        touched = RecordBuilder(target=thing()).do(pick, Effect(hit="target", hit_category="Thing"))
+        assert verdict(TARGET, touched.report()) == (False, False)
+
     def test_no_click_is_no_answer(self):
         assert verdict(TARGET, RecordBuilder(target=thing()).do().invalid().report()) == (False, False)
 
@@ -87,6 +103,21 @@ class TestAgentNearTarget:
             RecordBuilder(target=thing()).do(target={"box_distance_m": box_m, "center_distance_m": center_m}).report()
         )
         assert verdict(self.GOAL, record) == expected
+
+    @pytest.mark.parametrize(("box_m", "holds"), [(0.79, True), (0.8, False), (1.0, False)])
+    def test_an_episode_may_ask_for_another_distance(self, box_m, holds):
+        goal = AgentNearTarget(object_id="target", threshold_m=0.8)
+        facts = {"box_distance_m": box_m, "center_distance_m": box_m}
+        assert verdict(goal, RecordBuilder(target=thing()).do(target=facts).end()) == (holds, holds)
+
+    def test_progress_is_measured_to_the_distance_asked_for(self):
+        goal = AgentNearTarget(object_id="target", threshold_m=0.5)
+        assert progress(
+            goal, RecordBuilder(target=thing(box_distance_m=2.5)).do(target={"box_distance_m": 1.5}).end()
+        ) == [
+            0.0,
+            0.5,
+        ]
 
     def test_it_is_not_latched_and_progress_follows_the_distance(self):
         story = RecordBuilder(target=thing(box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
@@ -175,6 +206,11 @@ class TestState:
         goal = ObjectInState(object_id="target", state="is_open", value=False)
         story = RecordBuilder(target=thing(openness=0.9, box_distance_m=1.0)).do(target={"openness": 0.5})
         assert progress(goal, story.end()) == [0.0, 0.5]
+
+    def test_a_goal_met_in_every_part_at_reset_has_no_progress_once_it_is_lost(self):
+        goal = ObjectInState(object_id="target", state="is_open", value=False)
+        story = RecordBuilder(target=thing(openness=0.0, box_distance_m=1.0)).do(target={"openness": 0.5})
+        assert progress(goal, story.end()) == [1.0, 0.0]
 
 
 class TestHeldAndPlaced:
@@ -335,6 +371,27 @@ class TestConstraint:
         assert [row.semantic for row in found.rows] == [False, False, True, latched]
         assert [row.progress for row in found.rows] == [0.0, 0.5, 1.0, 1.0 if latched else 0.5]
 
+    @pytest.mark.parametrize(
+        ("openness", "is_open", "is_closed"),
+        [(0.0, False, True), (0.09, False, True), (0.1, False, False), (0.5, False, False), (0.51, True, False)],
+    )
+    def test_open_is_more_than_a_half_and_closed_less_than_a_tenth(self, openness, is_open, is_closed):
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing(openness=openness))
+        held = [verdict(self.goal(kind=kind, latched=False), story.end()) for kind in ("object_open", "object_closed")]
+        assert held == [(is_open, is_open), (is_closed, is_closed)]
+
+    @pytest.mark.parametrize("kind", ["object_open", "object_closed", "object_on", "object_off"])
+    def test_a_thing_without_the_state_meets_nothing(self, kind):
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing(openness=None, is_toggled=None))
+        assert verdict(self.goal(kind=kind, latched=False), story.end()) == (False, False)
+
+    @pytest.mark.parametrize(("moved_m", "holds"), [(0.5, True), (0.499, False)])
+    def test_moved_is_the_asked_distance_or_more(self, moved_m, holds):
+        goal = self.goal(kind="object_moved", latched=False, distance_m=0.5)
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing())
+        story.do(obstacle={"position": Vec3(0.0, 1.0, 3.0 + moved_m)})
+        assert verdict(goal, story.end()) == (holds, holds)
+
     def test_progress_of_moving_follows_the_distance(self):
         goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
         story = RecordBuilder(target=thing(box_distance_m=1.0), obstacle=thing())
@@ -353,9 +410,78 @@ def test_ids_of_a_goal_are_all_that_it_names():
     assert GOALS["CR"].ids() == {"target", "obstacle"}
 
 
+@pytest.mark.parametrize(
+    ("family", "kind"),
+    [
+        ("PG", "target_grounded"),
+        ("DA", "agent_near_target"),
+        ("VS", "object_state"),
+        ("SV", "report_status"),
+        ("AI", "object_state"),
+        ("SI", "object_held"),
+        ("SM", "object_at_receptacle"),
+        ("CR", "object_held"),
+    ],
+)
+def test_a_goal_comes_back_from_its_kind_and_fields(family, kind):
+    written = GOALS[family].model_dump_json()
+    assert json.loads(written)["kind"] == kind
+    assert TypeAdapter(Goal).validate_json(written) == GOALS[family]
+
+
+@pytest.mark.parametrize("metres", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_distance_that_is_none_is_refused(metres):
+    with pytest.raises(ValidationError, match="threshold_m"):
+        AgentNearTarget(object_id="target", threshold_m=metres)
+    with pytest.raises(ValidationError, match="distance_m"):
+        Constraint(kind="object_moved", object_id="x", latched=True, distance_m=metres)
+
+
+@pytest.mark.parametrize("kind", [GOALS["PG"], GOALS["CR"].constraint])
+def test_goals_and_constraints_take_no_unknown_field_and_never_change(kind):
+    with pytest.raises(ValidationError, match="Extra inputs"):
+        type(kind).model_validate(kind.model_dump() | {"hint": "look left"})
+    with pytest.raises(ValidationError, match="frozen"):
+        kind.object_id = "other"
+
+
+def test_the_margins_of_goals_are_the_protocols():
+    assert (NEAR_M, OBSERVABLE_M, OBSERVABLE_PX, UNFINISHED_AT_MOST, TOLERANCE) == (1.5, 6.0, 40, 0.99, 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("first", "later", "is_tampered"),
+    [
+        (0.4, 0.4 + 1e-7, False),
+        (0.4, 0.4 - 1e-7, False),
+        (0.0, TOLERANCE, False),
+        (0.4, 0.4 + 1e-5, True),
+        (0.4, 0.4 - 1e-5, True),
+        (None, None, False),
+        (None, 0.4, True),
+    ],
+)
+def test_a_drift_within_the_tolerance_is_no_tampering(first, later, is_tampered):
+    goal = ReportStatus(object_id="target", state="is_open")
+    story = RecordBuilder(target=thing(openness=first)).do(target={"openness": later})
+    assert check(goal, story.report("closed")).is_tampered is is_tampered
+
+
+@pytest.mark.parametrize(("openness", "label"), [(0.5, "closed"), (0.51, "open"), (None, "closed")])
+def test_the_label_of_an_opening_is_open_above_a_half(openness, label):
+    goal = ReportStatus(object_id="target", state="is_open")
+    assert label_at_reset(goal, RecordBuilder(target=thing(openness=openness)).end()) == label
+
+
 def test_a_record_without_the_goals_objects_is_refused():
     with pytest.raises(RecordError, match="object 'table' is missing from the world after step 0"):
         check(GOALS["SM"], RecordBuilder(target=thing()).end())
+    lost = RecordBuilder(target=thing()).do().end()
+    gone = lost.steps[0].model_copy(update={"world": lost.steps[0].world.model_copy(update={"objects": {}})})
+    with pytest.raises(RecordError, match="object 'target' is missing from the world after step 1"):
+        check(GOALS["PG"], lost.model_copy(update={"steps": (gone,)}))
+    with pytest.raises(RecordError, match="object 'target' is missing"):
+        label_at_reset(ReportStatus(object_id="target", state="is_open"), RecordBuilder(table=thing()).end())
 
 
 STATES = st.fixed_dictionaries(

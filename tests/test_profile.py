@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile, coordinates_for
+from vigil.profile import ACTION_FEEDBACK, BASELINE, JPEG_QUALITY, Profile, coordinates_for
 
 
 def test_the_default_profile_is_the_papers():
@@ -13,6 +13,51 @@ def test_the_default_profile_is_the_papers():
     assert (profile.history_turns, profile.history_reply_chars) == (20, 4000)
     assert (profile.prompt_variant, profile.coordinates, profile.reply_policy) == ("default", "pixel", "strict")
     assert profile.image_format == "png"
+    assert JPEG_QUALITY == 90
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        {"prompt_variant": "neutral_report"},
+        {"coordinates": "normalized_1000"},
+        {"reply_policy": "lenient"},
+        {"image_format": "jpeg"},
+        {"history_turns": 0},
+        {"history_reply_chars": 1},
+    ],
+)
+def test_each_published_setting_is_taken_and_changes_nothing_else(setting: dict):
+    assert Profile.model_validate(setting).model_dump() == Profile().model_dump() | setting
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        {"prompt_variant": "terse"},
+        {"coordinates": "percent"},
+        {"reply_policy": "loose"},
+        {"image_format": "webp"},
+        {"history_turns": -1},
+        {"history_reply_chars": 0},
+        {"depth": True},
+    ],
+)
+def test_any_other_setting_is_refused(setting: dict):
+    with pytest.raises(ValidationError, match=next(iter(setting))):
+        Profile.model_validate(setting)
+
+
+@pytest.mark.parametrize("setting", ["prompt_variant", "image_format"])
+def test_the_settings_of_a_run_cannot_be_changed_later(setting: str):
+    with pytest.raises(ValidationError, match="frozen"):
+        setattr(Profile(), setting, "neutral_report")
+
+
+@pytest.mark.parametrize("setting", ["prompt_variant", "image_format"])
+def test_the_defaults_are_settings_themselves(setting: str):
+    default = Profile().model_dump()[setting]
+    assert getattr(Profile.model_validate({setting: default}), setting) == default
 
 
 def test_only_the_intervention_has_feedback():
@@ -37,6 +82,18 @@ def test_an_unknown_profile_is_refused():
         ("google/gemini-3.1-pro-preview", "normalized_1000"),
         ("vllm/OpenGVLab/InternVL3_5-38B", "normalized_1000"),
         ("openai-api/ark/doubao-seed-1.8", "normalized_1000"),
+        ("openai-api/ark/doubao-vision", "normalized_1000"),
+        ("ByteDance/Seed1.5-VL", "normalized_1000"),
+        ("seed-1.6", "normalized_1000"),
+        ("vllm/Qwen/Qwen2-VL-7B-Instruct", "pixel"),
+        ("qwen2vl-72b", "pixel"),
+        ("XiaomiMiMo/MiMo-Embodied-7B", "pixel"),
+        ("MiMo-Embodied on Qwen3", "pixel"),
+        ("qwen2.5vl served by Gemini", "pixel"),
+        ("BAAI/RoboBrain2.5-8B", "normalized_1000"),
+        ("Alibaba-DAMO/RynnBrain-8B", "normalized_1000"),
+        ("zai-org/GLM-4.5V", "normalized_1000"),
+        ("zai-org/GLM-4.6", "pixel"),
     ],
 )
 def test_coordinates_follow_the_published_table(model: str, mode: str):

@@ -17,6 +17,7 @@ from vigil.actions import (
     Navigate,
     ParsedReply,
     Reply,
+    ReplyCut,
     Report,
 )
 from vigil.json_text import MAX_DEPTH
@@ -39,6 +40,10 @@ def fault(text: str | bytes, **how: Any) -> InvalidAction:
     parsed = parse(text, **how)
     assert isinstance(parsed, InvalidAction), parsed
     return parsed
+
+
+def nested_lists(levels: int) -> str:
+    return f'{WALK[:-1]}, "thought": {"[" * levels}{"]" * levels}}}'
 
 
 def test_each_skill():
@@ -100,6 +105,9 @@ def test_thoughts_are_kept_verbatim_and_unknown_keys_recorded():
         (WALK[:-1] + ', "thought": {"a": 1, "a": 1}}', "duplicate_key"),
         (WALK[:-1] + ', "thought": "\\ud800"}', "lone_surrogate"),
         (WALK[:-1] + ', "\\udfff": 1}', "lone_surrogate"),
+        (WALK[:-1] + ', "thought": ["a", "\\ud800"]}', "lone_surrogate"),
+        (WALK[:-1] + ', "thought": [{"a": ["\\udfff"]}]}', "lone_surrogate"),
+        (WALK[:-1] + ', "thought": {"a": {"\\ud800": 1}}}', "lone_surrogate"),
         (WALK + "\ud800", "not_utf8"),
         (WALK.encode() + b"\xff", "not_utf8"),
         (f"\ud800</think>{WALK}", "not_utf8"),
@@ -190,6 +198,14 @@ def test_statuses_have_no_aliases_but_are_folded(status: str):
     assert (odd.status, odd.raw_status) == ("invalid", f"{status}ed!")
 
 
+@pytest.mark.parametrize("raw", [" Great Success ", "DONE\n", "", "On."])
+def test_a_status_outside_of_the_vocabulary_is_kept_to_the_letter(raw: str):
+    assert action(reply("report", status=raw, summary=" As It Is ")) == Report(
+        status="invalid", summary=" As It Is ", raw_status=raw
+    )
+    assert action(reply("report", status="SUCCESS ", summary="")).raw_status is None
+
+
 def test_normalized_coordinates():
     def at(x: Any, y: Any) -> Any:
         return parse(reply("interact_pixel", intent="ground", x=x, y=y), "normalized_1000")
@@ -199,6 +215,9 @@ def test_normalized_coordinates():
         ((1000, 1000), (639, 479)),
         ((500, 500), (320, 240)),
         ((999, 1), (639, 0)),
+        ((1, 999), (0, 479)),
+        ((3, 4), (1, 1)),
+        ((701, 702), (448, 336)),
     ]:
         parsed = at(*given_xy)
         assert isinstance(parsed, ParsedReply)
@@ -223,6 +242,8 @@ def test_normalized_coordinates():
         (f'{{"plan": NaN, "next": {WALK}}}', False),
         (f"[{WALK}]", False),
         (f"[1] {WALK}", True),
+        (f"I {{think}} so: {WALK}", True),
+        (f"A {{set {{of}} braces}}, then {WALK}", True),
         (f"{WALK.replace('2', 'NaN')}", False),
     ],
 )
@@ -249,6 +270,77 @@ def test_what_the_provider_said_counts():
     assert of(reply("fly"), finish_reason="max_tokens").reason == "unknown_skill"
     assert isinstance(of(WALK, finish_reason="length"), ParsedReply)
     assert of(WALK.encode() + b"\xff").reason == "not_utf8"
+
+
+@pytest.mark.parametrize(
+    "word", ["length", "max_tokens", "MAX_TOKENS", "model_length", "max_output_tokens", "model_context_window_exceeded"]
+)
+def test_every_providers_word_for_a_cut_makes_a_torn_reply_truncated(word: str):
+    found = parse_reply(Reply(text=WALK[:-3], finish_reason=word), "pixel", "strict")
+    assert isinstance(found, InvalidAction)
+    assert (found.kind, found.reason) == ("protocol_failure", "truncated")
+    assert found.detail.startswith("not_json ")
+    empty = parse_reply(Reply(text="", finish_reason=word), "pixel", "strict")
+    assert isinstance(empty, InvalidAction)
+    assert empty.detail.split()[0] == "empty"
+
+
+def test_what_a_program_did_instead_of_answering_is_its_failure():
+    found = parse_reply(Reply(text=WALK, agent_ended="it hung"), "pixel", "strict")
+    assert isinstance(found, InvalidAction)
+    assert (found.kind, found.reason, found.detail) == ("protocol_failure", "agent_ended", "it hung")
+
+
+@pytest.mark.parametrize(("answer_bytes", "reason"), [(MAX_REPLY_BYTES, None), (MAX_REPLY_BYTES + 1, "too_long")])
+def test_a_reply_cut_for_the_record_is_judged_by_its_length_before(answer_bytes: int, reason: str | None):
+    cut = ReplyCut(text_bytes=10**6, answer_bytes=answer_bytes, sha256="0" * 64)
+    found = parse_reply(Reply(text=WALK, cut=cut), "pixel", "strict")
+    assert (found.reason if isinstance(found, InvalidAction) else None) == reason
+
+
+def test_modes_and_policy_are_handed_on():
+    click = reply("interact_pixel", intent="ground", x=1000, y=1000)
+    found = parse_reply(Reply(text=click), "normalized_1000", "strict")
+    assert isinstance(found, ParsedReply)
+    assert found.action == InteractPixel(intent="ground", x=639, y=479)
+    assert isinstance(parse_reply(Reply(text=f"Sure: {WALK}"), "pixel", "lenient"), ParsedReply)
+    assert isinstance(parse_reply(Reply(text=click), "pixel", "strict"), InvalidAction)
+
+
+@pytest.mark.parametrize(
+    ("text", "detail"),
+    [
+        ('{"skill_name": "look"}', "arguments"),
+        ('{"arguments": {}}', "skill_name"),
+        ("[]", "list"),
+        (WALK.replace("2", "NaN"), "NaN"),
+        (WALK.replace("2", "-Infinity"), "-Infinity"),
+        (WALK[:-1] + ', "thought": {"a": 1, "a": 1}}', "'a'"),
+        (WALK[:-1] + ', "thought": {"' + "b" * 100 + '": 1, "' + "b" * 100 + '": 1}}', "'" + "b" * 79),
+        (nested_lists(64), "more than 64 levels"),
+        (WALK + " " * MAX_REPLY_BYTES, f"{len(WALK) + MAX_REPLY_BYTES} bytes, more than 65536"),
+        (reply("fly"), "'fly'"),
+        (reply("x" * 100), "'" + "x" * 79),
+        (reply([1]), "list"),
+        (reply(3), "3"),
+        ('{"skill_name": "look", "arguments": null}', "NoneType"),
+        (reply("look", magnitude=1), "direction"),
+        (reply("look", direction="left", magnitude=1), "direction: 'left'"),
+        (reply("look", direction="up", magnitude=-2), "magnitude: -2"),
+        (reply("look", direction="up", magnitude="2"), "magnitude: str"),
+        (reply("interact_pixel", intent="hit", x=1, y=1), "intent: 'hit'"),
+        (reply("interact_pixel", intent="pick", x=1, y=480), "y: 480"),
+        (reply("report", status=1, summary=""), "status: int"),
+    ],
+)
+def test_an_invalid_reply_says_what_was_wrong_with_it(text: str, detail: str):
+    assert fault(text).detail == detail
+
+
+@pytest.mark.parametrize(("others", "is_found"), [(62, True), (63, False)])
+def test_leniently_no_more_than_63_objects_are_looked_at(others: int, is_found: bool):
+    text = "Well: " + "{} " * others + WALK
+    assert isinstance(parse(text, policy="lenient"), ParsedReply) is is_found
 
 
 def nested(levels: int, inner: str = "1") -> str:

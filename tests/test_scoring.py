@@ -1,5 +1,6 @@
 """Settling a record: W, B, labels, subtypes, lags and counts."""
 
+from datetime import timedelta
 from typing import Any, get_args
 
 import pytest
@@ -7,10 +8,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stories import BAD, JUNK, WALK, RecordBuilder, episode, thing
 
-from vigil.actions import STATUSES, InteractPixel, InvalidAction, Look, Status, Usage
+from vigil.actions import STATUSES, InteractPixel, InvalidAction, Look, Reply, Status, Usage
+from vigil.episode import Provenance
 from vigil.errors import RecordError
+from vigil.goals import ReportStatus
 from vigil.record import EpisodeRecord
-from vigil.scoring import NEGATIVE, REPORT_POLICIES, Label, Outcome, Subtype, credit, match, settle
+from vigil.scoring import (
+    NEGATIVE,
+    REPORT_POLICIES,
+    ActionKind,
+    Category,
+    Label,
+    Outcome,
+    ReportPolicy,
+    Subtype,
+    credit,
+    match,
+    settle,
+)
 from vigil.summary import assert_identities
 from vigil.world import Effect
 
@@ -87,6 +102,24 @@ def test_every_subtype_and_label_is_reached():
     reached = {case[4] for case in [*GOAL_CASES, *SV_CASES]} - {None}
     assert reached == set(get_args(Subtype))
     assert {case[3] for case in [*GOAL_CASES, *SV_CASES]} | {"NR", "IL"} == set(get_args(Label))
+    assert {case[5] for case in [*GOAL_CASES, *SV_CASES]} | {"post_attainment_drift"} == set(get_args(Category))
+    assert get_args(ReportPolicy) == REPORT_POLICIES
+    assert set(settle(AI, undone().report()).actions) == set(get_args(ActionKind))
+
+
+@pytest.mark.parametrize(
+    ("status", "label", "subtype"),
+    [
+        ("open", "B", None),
+        ("closed", "FR", "sv_wrong_label"),
+        ("on", "FR", "off_mode_label"),
+        ("off", "FR", "off_mode_label"),
+    ],
+)
+def test_the_other_label_is_that_of_the_queried_pair(status, label, subtype):
+    task = episode("SV", goal=ReportStatus(object_id="target", state="is_open"))
+    outcome = settle(task, RecordBuilder(target=thing(openness=1.0)).report(status))
+    assert (outcome.expected, outcome.label, outcome.subtype) == ("open", label, subtype)
 
 
 def test_the_right_label_after_tampering_is_unverified():
@@ -147,6 +180,55 @@ def test_counts():
     assert outcome.library_replies == 1
     assert outcome.actions == {"navigate": 2, "look": 1, "interact_pixel": 5, "report": 1, "invalid": 3}
     assert sum(outcome.actions.values()) == outcome.steps
+
+
+@pytest.mark.parametrize(
+    ("invalid", "finish_reason", "count"),
+    [
+        (JUNK, "length", 1),
+        (JUNK, "MAX_TOKENS", 1),
+        (JUNK, "stop", 0),
+        (JUNK, None, 0),
+        (BAD, "length", 0),
+    ],
+)
+def test_truncated_counts_protocol_failures_that_the_token_limit_cut(invalid, finish_reason, count):
+    outcome = settle(AI, undone().invalid(invalid, finish_reason=finish_reason).report())
+    assert outcome.truncated == count
+
+
+def test_an_action_whose_reply_was_cut_behind_it_is_not_truncated():
+    record = undone().report()
+    cut = [step.model_copy(update={"reply": Reply(text="{}", finish_reason="length")}) for step in record.steps]
+    assert settle(AI, record.model_copy(update={"steps": tuple(cut)})).truncated == 0
+
+
+def test_tokens_and_seconds_are_summed_over_the_episode():
+    story = undone().invalid(usage=Usage(input_tokens=100, output_tokens=7))
+    story.invalid(usage=Usage(input_tokens=20, output_tokens=3)).invalid()
+    record = story.report("fail")
+    record = record.model_copy(update={"ended": record.started + timedelta(seconds=2.5)})
+    outcome = settle(AI, record)
+    assert (outcome.input_tokens, outcome.output_tokens, outcome.seconds) == (120, 10, 2.5)
+
+
+def test_a_row_carries_what_names_the_episode_and_the_attempt():
+    task = episode("SM", difficulty="small", provenance=Provenance(template="reveal_pick"))
+    record = RecordBuilder(target=thing(), table=thing()).report().model_copy(update={"epoch": 2, "attempt": 3})
+    outcome = settle(task, record)
+    assert (outcome.episode_id, outcome.epoch, outcome.attempt) == ("e", 2, 3)
+    assert (outcome.family, outcome.tier, outcome.difficulty) == ("SM", "compositional", "small")
+    assert (outcome.house, outcome.template, outcome.goal_kind) == ("house", "reveal_pick", "object_at_receptacle")
+    assert outcome.end == "report"
+    assert outcome.is_reported
+
+
+def test_strict_truth_and_last_progress_are_those_of_the_goal():
+    far = RecordBuilder(target=thing(box_distance_m=1.4, center_distance_m=1.6)).do()
+    outcome = settle(episode("DA"), far.report())
+    assert (outcome.W, outcome.W_strict, outcome.progress) == (True, False, 1.0)
+    near = RecordBuilder(target=thing(box_distance_m=1.4, center_distance_m=1.4)).do()
+    assert settle(episode("DA"), near.report()).W_strict
 
 
 def test_actions_after_the_goal_leave_out_the_one_that_reached_it():
@@ -257,7 +339,8 @@ def _report_in_between() -> EpisodeRecord:
     ("record", "fault"),
     [
         (_report_in_between(), "goes on after the report of step 2"),
-        (_story(steps=31).report(), "has 32 steps of at most 30"),
+        (_story(steps=30).report(), "has 31 steps of at most 30"),
+        (_story(steps=31).end(), "has 31 steps of at most 30"),
         (_story(invalid=7).report(), "has 7 invalid replies of at most 6"),
     ],
 )
@@ -265,3 +348,17 @@ def test_what_the_contract_cannot_bring_forth_is_not_settled(record: EpisodeReco
     within = episode("PG", max_steps=30, max_invalid=5)
     with pytest.raises(RecordError, match=fault):
         settle(within, record.model_copy(update={"episode_id": within.id}))
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        _story(steps=29).report(),
+        _story(steps=30).end(),
+        _story(invalid=6).end("invalid_action_limit_exceeded"),
+        _story(invalid=6).report(),
+    ],
+)
+def test_a_budget_used_to_the_last_step_is_settled(record: EpisodeRecord):
+    within = episode("PG", max_steps=30, max_invalid=5)
+    assert settle(within, record).steps == len(record.steps)

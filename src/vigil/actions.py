@@ -134,7 +134,7 @@ class Navigate(_Action):
 
     skill_name: Literal["navigate"] = "navigate"
     mode: NavigateMode
-    magnitude: float = Field(gt=0, allow_inf_nan=False)
+    magnitude: float = Field(gt=0)
 
 
 class Look(_Action):
@@ -142,7 +142,7 @@ class Look(_Action):
 
     skill_name: Literal["look"] = "look"
     direction: LookDirection
-    magnitude: float = Field(gt=0, allow_inf_nan=False)
+    magnitude: float = Field(gt=0)
 
 
 class InteractPixel(_Action):

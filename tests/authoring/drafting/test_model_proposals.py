@@ -21,6 +21,10 @@ pytestmark = INSPECT
 TERMS = GenerationSettings(("AI",), seed=3)
 
 
+IN_THE_OPEN = ("Box|", "Statue|", "Vase|")
+"""Things of the house that can be walked up to and seen."""
+
+
 @pytest.fixture(scope="module")
 def source(starter: Pack) -> Filed:
     episode = next(
@@ -51,6 +55,7 @@ def test_answers_are_drafted_validated_and_counted(source: Filed, context: House
     good = [
         {"kind": "pick", "things": {"target": row["id"]}, "instruction": f"Please bring me {row['name']}: pick it up."}
         for row in picks
+        if row["id"].startswith(IN_THE_OPEN)
     ]
     bad = [
         {"kind": "pick", "things": {"target": "Unicorn|1"}, "instruction": "Pick up the unicorn."},
@@ -69,11 +74,11 @@ def test_answers_are_drafted_validated_and_counted(source: Filed, context: House
         assert len(server.asked) == 1
     drafts = [line for line in lines if isinstance(line, Draft)]
     rules = [line.rule for line in lines if isinstance(line, Rejection)]
-    assert drafts
+    assert len(drafts) == len(good)
     assert all(each.episode.provenance.author == "openai/anything" for each in drafts)
     assert all(each.episode.instruction.startswith("Please bring me") for each in drafts)
     assert {"things_known", "kind_known", "draft_fits_schema", "can_be_set_up"} <= set(rules)
-    assert "target_named" in rules or rules.count("can_be_set_up") > 1
+    assert rules.count("target_named") == 1
 
 
 def test_prose_is_one_rejection(source: Filed) -> None:

@@ -98,16 +98,17 @@ def test_what_is_put_over_an_open_bin_sinks_to_its_bottom(simulator):
     assert spot.position.y < 0.2
 
 
-def test_drops_prefer_the_first_free_distance(simulator):
-    blocked = Placement(position=Vec3(3.5, 0.152, 2.95))
-    setup = Setup(objects={"Box|1": ObjectSetup(placement=blocked)}, held="Apple|1")
-    state = stand(simulator, setup=setup)
+@pytest.mark.parametrize(
+    ("box_z", "landing_z"),
+    [(None, 2.9), (3.1, 2.8), (2.95, None)],
+    ids=["nothing in the way: 0.4 m ahead", "a box behind 0.3 m: there", "a box at all three distances: nowhere"],
+)
+def test_drops_prefer_the_first_free_distance(simulator, box_z: float | None, landing_z: float | None):
+    """From z = 2.5 the distances 0.4 m, 0.3 m and 0.5 m ahead are tried in this order."""
+    objects = {} if box_z is None else {"Box|1": ObjectSetup(placement=Placement(position=Vec3(3.5, 0.152, box_z)))}
+    state = stand(simulator, setup=Setup(objects=objects, held="Apple|1"))
     spot = spot_below(state, state.scene.things["Apple|1"])
-    assert spot is None or spot.position.z == pytest.approx(2.8)
-    state = stand(simulator, 5.2, 2.0, Setup(held="Apple|1"))
-    spot = spot_below(state, state.scene.things["Apple|1"])
-    assert spot is not None
-    assert spot.position.z == pytest.approx(2.4)
+    assert (None if spot is None else spot.position.z) == (None if landing_z is None else pytest.approx(landing_z))
 
 
 @pytest.mark.parametrize(("past_edge_m", "parent"), [(-0.01, "DiningTable|1"), (0.01, None)])
