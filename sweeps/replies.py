@@ -43,8 +43,7 @@ def main() -> int:
     started = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         pack = Path(folder) / "pack"
-        budget = {"max_steps": STEPS, "max_invalid": STEPS}
-        episodes = [tiny_episode(number, "DA", **budget) for number in range(EPISODES_A_RUN)]
+        episodes = [tiny_episode(number, "DA", max_steps=STEPS, max_invalid=STEPS) for number in range(EPISODES_A_RUN)]
         loose_pack(pack, episodes, [tiny_house()])
         while done < given.count:
             count, found = _one_run(pack, Path(folder) / f"run-{run}", f"{given.seed} {run}", given.stream, forms)

@@ -11,7 +11,7 @@ from typing import get_args
 
 import numpy as np
 
-from vigil.scoring import REPORT_POLICIES, Category, Label, Outcome, credit
+from vigil.scoring import REPORT_POLICIES, Category, Label, Outcome, ReportPolicy, credit
 
 Z_95 = 1.959963984540054
 PRIOR_HITS = 5
@@ -33,7 +33,7 @@ CONDITIONAL = {
 Columns = Mapping[str, np.ndarray]
 Interval = tuple[float, float]
 
-CREDITS = {policy: f"credit.{policy}" for policy in REPORT_POLICIES}
+CREDITS: dict[ReportPolicy, str] = {policy: f"credit.{policy}" for policy in REPORT_POLICIES}
 COLUMNS: dict[str, type] = {
     **dict.fromkeys(("episode_id", "family"), str),
     **dict.fromkeys(("label", "subtype", "category", "expected"), object),

@@ -15,7 +15,7 @@ from vigil.analysis.plots.style import saved
 from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, track, trajectory_animation, trajectory_figure
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
 from vigil.cli.arguments import Epoch, RunArguments, WithPaper
-from vigil.episode import FAMILIES, Episode
+from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack
 from vigil.runner.shared_settings import AssetFile, PackPlace
@@ -59,7 +59,7 @@ def report(
         print(path)
 
 
-def _check(runs: list[Path], pack: str | None) -> None:
+def _check(runs: list[Path], pack: str | Path | None) -> None:
     settled = read_runs(runs, pack, use_cache=False)
     faults = [fault for run in settled for fault in run_faults(run)]
     for fault in faults:
@@ -153,7 +153,7 @@ def _kind_of(out: Path, name: str) -> str:
     return suffix[1:]
 
 
-def _settled_runs(folders: list[Path] | None, name: str, pack: str | None = None) -> list[Run]:
+def _settled_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> list[Run]:
     if not folders:
         raise SettingError(f"The figure {name!r} is drawn from runs: give their folders.")
     order = [folder.resolve() for folder in folders]
@@ -198,5 +198,5 @@ def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | No
 def _protocol(pack: str | Path, assets: Path | None) -> Figure:
     loaded = Pack.load(pack)
     episodes = {episode.family: episode for episode in reversed(loaded.episodes)}
-    shown = {family: episodes[family] for family in FAMILIES if family in episodes}
+    shown: dict[Family, Episode] = {family: episodes[family] for family in FAMILIES if family in episodes}
     return protocol_figure(first_frames(loaded, shown, assets), shown)

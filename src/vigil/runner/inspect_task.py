@@ -31,10 +31,11 @@ from inspect_ai.scorer import Score, Scorer, Target, grouped, mean, scorer
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from rich.markup import escape
 
+from vigil.actions import Coordinates, ReplyPolicy
 from vigil.episode import Episode, Family
 from vigil.errors import InputError, ModelAPIError, VigilError
 from vigil.pack import Pack
-from vigil.profile import BASELINE, Coordinates, ImageFormat, Profile, PromptVariant, ReplyPolicy
+from vigil.profile import BASELINE, ImageFormat, Profile, PromptVariant
 from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries

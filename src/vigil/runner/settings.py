@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
+from vigil.actions import Coordinates, ReplyPolicy
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
 from vigil.episode import Episode
@@ -13,11 +14,9 @@ from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack, Selection
 from vigil.profile import (
     PROFILE_NAMES,
-    Coordinates,
     ImageFormat,
     Profile,
     PromptVariant,
-    ReplyPolicy,
     coordinates_for,
 )
 from vigil.prompt import policy_sha256, policy_version

@@ -2,6 +2,7 @@
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from vigil.house import Room
 from vigil.pose import Box
@@ -22,7 +23,7 @@ def floor_of(room: Room) -> shapely.Polygon:
     return shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
 
 
-def whole_floor(rooms: list[RoomShape]) -> shapely.Geometry:
+def whole_floor(rooms: list[RoomShape]) -> BaseGeometry:
     """Returns the floor of all rooms together."""
     floors = shapely.unary_union([shapely.Polygon(room.polygon).buffer(0) for room in rooms])
     return floors.buffer(FLOOR_GROWTH_M, join_style="mitre")
@@ -48,12 +49,12 @@ def meets_body(prism: Prism) -> bool:
     return prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M
 
 
-def thing_shapes(thing: Thing) -> list[shapely.Geometry]:
+def thing_shapes(thing: Thing) -> list[BaseGeometry]:
     """Returns the floor shapes of the thing's solids that a body can meet."""
     return [polygon_of(prism) for prism in prisms_of(thing) if meets_body(prism)]
 
 
-def wall_shapes(panel: WallPanel) -> list[shapely.Geometry]:
+def wall_shapes(panel: WallPanel) -> list[BaseGeometry]:
     """Returns the floor shapes of what is left of a panel where a body can meet it."""
     return [polygon_of(prism) for prism in wall_prisms(panel) if meets_body(prism)]
 

@@ -110,7 +110,7 @@ class Run:
         return tuple(f"{self.name}: {fault}." for fault in (*found, *self.remarks))
 
 
-def read_runs(folders: Sequence[Path], pack: str | None = None, *, use_cache: bool = True) -> list[Run]:
+def read_runs(folders: Sequence[Path], pack: str | Path | None = None, *, use_cache: bool = True) -> list[Run]:
     """Returns the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
 
     `pack` is where their pack is now, when not where they say. Raises RecordError or PackMismatch.
@@ -136,7 +136,7 @@ def _kept_run(folder: Path) -> Run | None:
     return None if kept is None else _run(folder, header, *kept)
 
 
-def _settled_run(folder: Path, pack: str | None, keep: bool) -> Run:
+def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     """Returns the run from its records, and keeps its rows beside it."""
     run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
     table, facts = _settle(run.table, data)

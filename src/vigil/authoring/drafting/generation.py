@@ -101,7 +101,8 @@ def generate_drafts(
         units: list[Unit] = []
         for source in wanted:
             missing = tuple(family for family in settings.families if (source.name, family) not in writer.done)
-            units += [(source, missing)] if missing else []
+            if missing:
+                units.append((source, missing))
         begun, kept, rejected = time.monotonic(), 0, 0
         for number, (house, lines) in enumerate(_worked(units, settings, workers, proposer), start=1):
             writer.add(house, lines)

@@ -80,5 +80,9 @@ def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | 
     """Returns the frame that each of some episodes of a pack starts with."""
     with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets))) as simulator:
         env = Env(simulator, pack.house_of, Profile())
-        drawn = {family: env.reset(episode) for family, episode in episodes.items()}
-        return {family: observation.rgb for family, observation in drawn.items() if observation is not None}
+        frames: dict[Family, np.ndarray] = {}
+        for family, episode in episodes.items():
+            observation = env.reset(episode)
+            if observation is not None:
+                frames[family] = observation.rgb
+        return frames

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from vigil.pose import Vec3
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, thing_shapes, wall_shapes, whole_floor
@@ -29,7 +30,7 @@ class CollisionMap:
         self._inside = whole_floor(scene.rooms)
         shapely.prepare(self._inside)
         self._wall_shapes = [(panel.id, shape) for panel in scene.panels for shape in wall_shapes(panel)]
-        self._thing_shapes: dict[str, list[shapely.Geometry]] = {}
+        self._thing_shapes: dict[str, list[BaseGeometry]] = {}
         self._tree: shapely.STRtree | None = None
         self._shapes = np.empty(0, dtype=object)
         self._owners: list[str] = []
@@ -50,7 +51,7 @@ class CollisionMap:
         point = shapely.Point(position.x, position.z)
         return bool(self._inside.contains(point)) and not len(self._near(point))
 
-    def is_inside(self, shape: shapely.Geometry) -> bool:
+    def is_inside(self, shape: BaseGeometry) -> bool:
         """Whether a floor shape lies inside the rooms."""
         return bool(self._inside.covers(shape))
 
@@ -111,7 +112,7 @@ class CollisionMap:
         fits |= (cells == 0).all(axis=1)
         return cells[fits], places[fits]
 
-    def _gaps(self, owners: list[str], hits: np.ndarray, shape: shapely.Geometry) -> np.ndarray:
+    def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
         """Returns each owner's distance (m) to a shape, over its parts that a sweep comes near to."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
@@ -123,7 +124,7 @@ class CollisionMap:
         near[tree.query(shapes, predicate="dwithin", distance=BODY_RADIUS_M - TOUCH_M)[0]] = True
         return near
 
-    def _near(self, shape: shapely.Geometry, within_m: float = BODY_RADIUS_M) -> np.ndarray:
+    def _near(self, shape: BaseGeometry, within_m: float = BODY_RADIUS_M) -> np.ndarray:
         return np.sort(self._indexed().query(shape, predicate="dwithin", distance=within_m - TOUCH_M))
 
     def _indexed(self) -> shapely.STRtree:
