@@ -11,6 +11,9 @@ Results are kept in runs/mutants/MODULE.jsonl: the same command tries again what
 stopped; what was once killed stays killed while the module is unchanged. Exit code 1 when more than 5 % survive.
 """
 
+# pyright: reportMissingImports=false
+# The extra `mutants` is not part of the development environment.
+
 import argparse
 import contextlib
 import gc
@@ -139,10 +142,11 @@ def attempt(name: str, path: Path, source: str, tests: Sequence[str], seconds: i
         os.dup2(silence, 1)
         os.dup2(silence, 2)
         sys.meta_path.insert(0, MutantFinder(name, path, source))
+        code = 1
         try:
             code = int(pytest.main([*OPTIONS, *tests]))
         finally:
-            os._exit(code if "code" in locals() else 1)
+            os._exit(code)
     _, status, usage = os.wait4(child, 0)
     took = usage.ru_utime + usage.ru_stime
     if os.WIFSIGNALED(status):

@@ -100,7 +100,9 @@ def generate_drafts(
     with file.writing(settings.header(settings.backend, author)) as writer:
         units: list[Unit] = []
         for source in wanted:
-            missing = tuple(family for family in settings.families if (source.name, family) not in writer.done)
+            missing: tuple[Family, ...] = tuple(
+                family for family in settings.families if (source.name, family) not in writer.done
+            )
             if missing:
                 units.append((source, missing))
         begun, kept, rejected = time.monotonic(), 0, 0
