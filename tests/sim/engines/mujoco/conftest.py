@@ -9,7 +9,6 @@ from vigil.assets.kernel.asset import Asset, Joint, Mesh, Part
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
-from vigil.sim.engines.mujoco.binding import BACKEND
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 
 
@@ -92,10 +91,3 @@ def engine(scene: Scene) -> Iterator[MujocoEngine]:
     loaded.load(scene)
     yield loaded
     loaded.close()
-
-
-@pytest.fixture
-def drawing() -> None:
-    """Skips where no OpenGL library is installed."""
-    if BACKEND.fault:
-        pytest.skip(BACKEND.fault)
