@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drawn_courses import EPISODES, PLOTS
 from hypothesis import given
 from hypothesis import strategies as st
-from published import CAN_ADVANCE, EpisodeCourse, played, thousand
+from published import EpisodeCourse, played
 
-from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import columns
 from vigil.analysis.measures.rows import table_of
-from vigil.episode import FAMILIES
 from vigil.rates import (
     CONDITIONAL,
     RATES,
@@ -24,16 +23,6 @@ from vigil.rates import (
     wilson,
 )
 from vigil.scoring import NEGATIVE, Outcome, settle
-
-EPISODES = {one.family: one for one in thousand(1)}
-PLOTS = st.builds(
-    EpisodeCourse,
-    family=st.sampled_from(sorted(FAMILIES)),
-    w=st.booleans(),
-    end=st.sampled_from([*STATUSES, "NR", "IL"]),
-    wait=st.integers(0, 3),
-    advanced=st.booleans(),
-).map(lambda plot: plot if plot.family in CAN_ADVANCE else EpisodeCourse(plot.family, plot.w, plot.end, plot.wait))
 
 RATE_OF: dict[str, tuple[Callable[[Outcome], bool], Callable[[Outcome], bool]]] = {
     "W": (lambda o: o.W, lambda o: True),

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from drawn_courses import EPISODES, PLOTS
 from hypothesis import given
 from hypothesis import strategies as st
-from published import CAN_ADVANCE, EpisodeCourse, played, thousand
+from published import EpisodeCourse, played
 
-from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import (
     LABELS,
     Measures,
@@ -25,16 +25,6 @@ from vigil.analysis.measures.metrics import (
 from vigil.analysis.measures.rows import table_of
 from vigil.episode import FAMILIES
 from vigil.scoring import settle
-
-EPISODES = {one.family: one for one in thousand(1)}
-PLOTS = st.builds(
-    EpisodeCourse,
-    family=st.sampled_from(sorted(FAMILIES)),
-    w=st.booleans(),
-    end=st.sampled_from([*STATUSES, "NR", "IL"]),
-    wait=st.integers(0, 3),
-    advanced=st.booleans(),
-).map(lambda plot: plot if plot.family in CAN_ADVANCE else EpisodeCourse(plot.family, plot.w, plot.end, plot.wait))
 
 
 def rows_of(plots: list[EpisodeCourse]) -> Any:

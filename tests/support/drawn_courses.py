@@ -1,0 +1,17 @@
+"""Episodes of every family and course, drawn by hypothesis."""
+
+from hypothesis import strategies as st
+from published import CAN_ADVANCE, EpisodeCourse, thousand
+
+from vigil.actions import STATUSES
+from vigil.episode import FAMILIES
+
+EPISODES = {one.family: one for one in thousand(1)}
+PLOTS = st.builds(
+    EpisodeCourse,
+    family=st.sampled_from(sorted(FAMILIES)),
+    w=st.booleans(),
+    end=st.sampled_from([*STATUSES, "NR", "IL"]),
+    wait=st.integers(0, 3),
+    advanced=st.booleans(),
+).map(lambda plot: plot if plot.family in CAN_ADVANCE else EpisodeCourse(plot.family, plot.w, plot.end, plot.wait))
