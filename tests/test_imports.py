@@ -26,6 +26,7 @@ PURE = [
     "record",
     "goals",
     "episode",
+    "strata",
     "pack",
     "freezing",
     "row_check",
