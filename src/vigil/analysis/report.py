@@ -47,7 +47,7 @@ LIMITS = (
 _GROUPS = (
     ("overview", "regimes", "outcome_partition", "clustered", "comparisons", "comparable_pairs", "power"),
     tuple(PAPER_TABLES)[:9],
-    ("runs", "family_rates", "after_goal", "sv_statuses", "composition", "stop_only", "invalid_replies"),
+    ("runs", "family_rates", "strata", "after_goal", "sv_statuses", "composition", "stop_only", "invalid_replies"),
     tuple(PAPER_TABLES)[9:],
 )
 _HEADINGS = ("Findings at a glance", "The paper's tables, with these runs", "Further analyses", "Protocol and pack")

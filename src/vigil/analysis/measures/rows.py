@@ -39,7 +39,7 @@ from vigil import (
 )
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
-from vigil.pack import find, frozen_episodes
+from vigil.pack import count_rooms, find, frozen_episodes
 from vigil.record import EPISODES_FILE, RunHeader, read_header
 from vigil.record_file import read_file
 from vigil.saved_run import RecordTable, open_run
@@ -47,7 +47,7 @@ from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
 ROWS_FILE = "rows.parquet"
-ROWS_VERSION = 3
+ROWS_VERSION = 4
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
@@ -140,6 +140,7 @@ def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     """Returns the run from its records, and keeps its rows beside it."""
     run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
     table, facts = _settle(run.table, data)
+    table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
     if keep:
         facts = _keep(folder / ROWS_FILE, _key(run.header, data), table, facts)
     return _run(folder, run.header, table, facts)
@@ -223,7 +224,7 @@ def _schema() -> dict[str, str]:
         else:
             kinds[field.name] = "object"
     credits = {f"credit.{policy}": "float64" for policy in REPORT_POLICIES}
-    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool"}
+    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool", "rooms": "float64"}
 
 
 _SCHEMA = _schema()
@@ -241,6 +242,7 @@ def _settle(table: RecordTable, data: bytes) -> tuple[pd.DataFrame, dict]:
 
 _frozen = cache(frozen_episodes)
 """Many runs of a report are of one pack."""
+_rooms = cache(count_rooms)
 
 
 def _key(header: RunHeader, data: bytes) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
 from vigil.analysis.tables import comparison, own, protocol, results
+from vigil.analysis.tables.strata import strata
 from vigil.analysis.tables.table import Table
 
 Builder = Callable[[Study], Table]
@@ -30,6 +31,7 @@ OWN_TABLES: dict[str, Builder] = {
     "runs": own.runs,
     "overview": own.overview,
     "family_rates": own.family_rates,
+    "strata": strata,
     "clustered": comparison.clustered,
     "outcome_partition": own.outcome_partition,
     "regimes": own.regime_table,
