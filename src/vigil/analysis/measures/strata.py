@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.metrics import Measures, measure
-from vigil.analysis.measures.rows import values, where
+from vigil.analysis.measures.metrics import columns
+from vigil.analysis.measures.rows import values
 from vigil.episode import FAMILIES, Family
+from vigil.rates import Counts, count, selected
 from vigil.strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, distance_band
 
 _SIZES = ("large", "medium", "small")
@@ -18,20 +19,20 @@ _WITH_TEMPLATE: tuple[Family, ...] = ("VS", "SV", "AI", "SI", "SM")
 
 @dataclass(frozen=True, slots=True)
 class Stratum:
-    """The episodes of one kind, and all that they say."""
+    """The episodes of one kind, as counts."""
 
     name: str
-    measures: Measures
+    counts: Counts
 
 
 def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
     """Returns, for each way of telling episodes apart, those strata that have any."""
-    return {way: _parts(rows, names_of(rows)) for way, names_of in STRATA.items()}
-
-
-def _parts(rows: pd.DataFrame, names: np.ndarray) -> list[Stratum]:
-    found = sorted({name for name in names if name}, key=_place)
-    return [Stratum(name, measure(where(rows, names == name))) for name in found]
+    facts = columns(rows)
+    found = {way: names_of(rows) for way, names_of in STRATA.items()}
+    return {
+        way: [Stratum(name, count(selected(facts, names == name))) for name in sorted(set(names) - {""}, key=_place)]
+        for way, names in found.items()
+    }
 
 
 def _place(name: str) -> tuple[int, str]:
