@@ -47,10 +47,23 @@ LIMITS = (
 _GROUPS = (
     ("overview", "regimes", "outcome_partition", "clustered", "comparisons", "comparable_pairs", "power"),
     tuple(PAPER_TABLES)[:9],
-    ("runs", "family_rates", "strata", "after_goal", "sv_statuses", "composition", "stop_only", "invalid_replies"),
+    (
+        *("feedback_events", "prompt_shifts", "serving_modes", "transitions", "transition_tests"),
+        *("repeat_rates", "stability"),
+    ),
+    (
+        *("runs", "models", "family_rates", "strata", "after_goal", "sv_statuses", "composition", "stop_only"),
+        "invalid_replies",
+    ),
     tuple(PAPER_TABLES)[9:],
 )
-_HEADINGS = ("Findings at a glance", "The paper's tables, with these runs", "Further analyses", "Protocol and pack")
+_HEADINGS = (
+    "Findings at a glance",
+    "The paper's tables, with these runs",
+    "Paired runs and repeats",
+    "Further analyses",
+    "Protocol and pack",
+)
 
 
 @dataclass(frozen=True)
