@@ -33,8 +33,8 @@ _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
     "say that the agent meant it.",
-    "B says that a reached state was closed with a matching report. It is not calibration and not "
-    "self-knowledge: a constant report can match by chance (see the counterfactual policies).",
+    "B says that a reached state was closed with a matching report. It is no calibration, no self-knowledge and no "
+    "general competence: a constant report can match by chance (see the counterfactual policies).",
     "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from "
     "persistence, a lost goal or not knowing that reporting is asked for.",
     "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the "
