@@ -12,6 +12,7 @@ from vigil.analysis.measures.strata import by_stratum
 from vigil.analysis.measures.study import study
 from vigil.analysis.tables.registry import tables
 from vigil.episode import Episode, Provenance
+from vigil.errors import PackMismatch
 from vigil.rates import wilson
 from vigil.record import EpisodeRecord
 
@@ -89,3 +90,9 @@ def test_a_pack_without_its_houses_tells_no_rooms(run: Path):
         file.unlink()
     (found,) = read_runs([run])
     assert by_stratum(found.rows)["Rooms of the house (all families)"] == []
+
+
+def test_a_damaged_house_is_named(run: Path):
+    (run.parent / "pack/houses/house_1.json").write_text('{"walls": []}', encoding="utf-8")
+    with pytest.raises(PackMismatch, match=r"house_1\.json' is no house"):
+        read_runs([run])

@@ -14,7 +14,7 @@ from vigil.analysis.measures.pairs import Pair, mean_difference
 from vigil.analysis.measures.paper import Paper
 from vigil.analysis.measures.study import Study, by_group
 from vigil.analysis.measures.transitions import label_matrix, transitions
-from vigil.analysis.tables.results import MODEL, published_group, published_row, run_row, w_and_b
+from vigil.analysis.tables.results import INTERVALS_ELSEWHERE, MODEL, published_group, published_row, run_row, w_and_b
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
@@ -22,7 +22,6 @@ from vigil.analysis.tables.table import (
     Table,
     counts,
     intervals,
-    numbers,
     points,
     printed,
     texts,
@@ -74,13 +73,13 @@ def serving_modes(study: Study) -> Table:
         *(Column(side, f"W/B {shown}", "pair") for side, shown in sides.items()),
         *_SHIFTS,
         *_TESTS,
-        *numbers(steps_base="Steps instruct", steps_other="Steps thinking"),
+        *intervals(steps_base="Steps instruct", steps_other="Steps thinking"),
     )
     rows = []
     for pair in _grouped(study, study.pairing.serving):
-        base, other = (measure(rows) for rows in pair.tables())
-        steps = {"steps_base": base.means["steps"], "steps_other": other.means["steps"]}
-        cells = {"n": base.n, "base": w_and_b(base), "other": w_and_b(other), **shifts(pair), **p_values(pair), **steps}
+        cells: dict[str, Any] = {"n": len(pair.tables()[0]), **shifts(pair), **p_values(pair)}
+        for side, table in zip(sides, pair.tables(), strict=True):
+            cells |= {side: w_and_b(measure(table)), f"steps_{side}": mean_of(table, "steps")}
         entry = study.entry(pair.other)
         rows.append(run_row(entry, cells, group=entry.group))
     if study.published:
@@ -88,7 +87,7 @@ def serving_modes(study: Study) -> Table:
     notes = (
         "Runs of one checkpoint under the same settings but for the serving mode; thinking minus instruct, over the "
         f"episodes that both have scored. A mode that nobody stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
-        "Published differences are those of printed rows.",
+        f"Published differences are those of printed rows. {INTERVALS_ELSEWHERE}",
         *study.pairing.choices["serving"],
     )
     return Table("serving_modes", "Serving modes: thinking against instruct", columns, tuple(rows), notes)
