@@ -123,9 +123,14 @@ def recognise(runs: Sequence[Run]) -> Pairing:
         except RecordError as error:
             refusals.append(str(error))
     repeats, repeated = _repeats(runs, pairs["repeat"])
-    chosen = {kind: _one_base_each(pairs[kind]) for kind in VARIED if kind != "repeat"}
-    feedback, prompt, serving = (chosen[kind][0] for kind in ("feedback", "prompt", "serving"))
-    choices = {kind: notes for kind, (_, notes) in chosen.items()}
+    feedback, of_feedback = _one_base_each(pairs["feedback"])
+    prompt, of_prompt = _one_base_each(pairs["prompt"])
+    serving, of_serving = _one_base_each(pairs["serving"])
+    choices: dict[PairKind, tuple[str, ...]] = {
+        "feedback": of_feedback,
+        "prompt": of_prompt,
+        "serving": of_serving,
+    }
     return Pairing(feedback, prompt, serving, repeats, repeated, tuple(refusals), choices)
 
 

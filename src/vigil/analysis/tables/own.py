@@ -328,9 +328,9 @@ def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
     return " ".join(part for part in (header.package_version, (session.commit or "")[:8], changed) if part)
 
 
-def row_of(entry: RunEntry, *, group: str = "", **cells: Any) -> Row:
+def row_of(entry: RunEntry, **cells: Any) -> Row:
     """Returns a run's row, named and marked."""
-    return Row({"model": entry.name, **cells}, group, is_privileged=entry.run.model.is_privileged)
+    return Row({"model": entry.name, **cells}, is_privileged=entry.run.model.is_privileged)
 
 
 def shown_name(name: str) -> str:

@@ -1,5 +1,7 @@
 """Strata table: what every run does on each kind of episode. Source: the paper's section on task families."""
 
+from dataclasses import replace
+
 from vigil.analysis.measures.strata import STRATA, by_stratum
 from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.tables.own import MODEL, WILSON_NOTE, row_of, shown_name
@@ -18,7 +20,8 @@ def strata(study: Study) -> Table:
         for entry, ways in parts:
             for part in ways[way]:
                 cells = rate_cells(part.counts, _RATES)
-                rows.append(row_of(entry, group=way, stratum=part.name, n=part.counts.n, **cells))
+                row = row_of(entry, stratum=part.name, n=part.counts.n, **cells)
+                rows.append(replace(row, group=way))
     notes = (
         f"{WILSON_NOTE} Over all families the strata differ in their mix of families too. A target's size follows "
         "the rule of the protocol; distance is from the start to the target's box, in the floor plane.",

@@ -135,7 +135,7 @@ def _printed(value: Any, kind: Kind) -> str:
 
 def _with_interval(value: Any, digits: int) -> str:
     number, low, high = value if isinstance(value, tuple | list) else (value, None, None)
-    ends = "" if low is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
+    ends = "" if low is None or high is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
     return f"{_fixed(number, digits)}{ends}"
 
 
