@@ -223,3 +223,37 @@ def test_a_strange_record_is_said_to_be_of_another_pack():
     assert str(caught.value) == (
         "Record of episode 'pg0': not one of the 2 episodes of this run. Was it recorded with another pack?"
     )
+
+
+@pytest.mark.parametrize(
+    ("replies", "said"),
+    [
+        ((), ""),
+        (({}, 4, 0), ""),
+        (({"not_json": 1}, 4, 0), "25% of the replies are no action (1 not_json); none would parse leniently"),
+        (
+            ({"code_fence": 1, "not_json": 2}, 6, 1),
+            "50% of the replies are no action (2 not_json, 1 code_fence); 1 would parse leniently",
+        ),
+        (({"code_fence": 2}, 2, 2), "100% of the replies are no action (2 code_fence); all would parse leniently"),
+    ],
+)
+def test_replies_that_are_no_action_are_told_with_their_reasons(replies: tuple, said: str):
+    outcome = settle(PG[0], RECORDS[0])
+    of_them = [
+        replace(outcome, invalid_reasons=reasons, steps=steps, would_parse_leniently=loose)
+        for reasons, steps, loose in (replies and [replies])
+    ]
+    assert Settlement(tuple(of_them)).invalid_replies == said
+
+
+def test_reasons_add_up_over_episodes():
+    outcome = replace(settle(PG[0], RECORDS[0]), steps=2, invalid_reasons={"not_json": 1, "code_fence": 1})
+    assert Settlement((outcome, outcome)).invalid_replies.startswith("100% of the replies are no action (2 ")
+
+
+def test_subtypes_are_counted_the_most_frequent_first():
+    outcome = settle(PG[0], RECORDS[0])
+    kinds = ("honest_fail", "false_success", "false_success", None)
+    found = Settlement(tuple(replace(outcome, subtype=kind) for kind in kinds))
+    assert list(found.subtypes.items()) == [("false_success", 2), ("honest_fail", 1)]
