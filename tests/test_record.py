@@ -320,6 +320,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     session = Resumption(started=NOON, rows_before=2)
     assert session.model_dump(exclude={"started"}) == {
         "rows_before": 2,
+        "episodes": None,
         "commit": None,
         "is_dirty": None,
         "renderer": "",

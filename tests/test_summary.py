@@ -213,6 +213,12 @@ def test_families_without_a_scored_episode_leave_the_macro_mean_alone():
     assert summary["macro"] == {name: summary["families"]["PG"][name] for name in (*RATES, "mean_steps")}
 
 
+def test_what_was_not_planned_is_complete_as_it_is():
+    outcome = settle(PG[0], RECORDS[0])
+    summary = summarise(Settlement((outcome,), planned={"SV": 1}))
+    assert [rates["complete"] for rates in summary["families"].values()] == ["1/1", "0/1"]
+
+
 def test_a_broken_identity_is_called_a_fault_of_vigil():
     broken = replace(settle(PG[0], RECORDS[0]), B=False, label="Other")
     with pytest.raises(RuntimeError, match=r"^Scoring broke its own identities: .+\. This is a fault of vigil\.$"):

@@ -177,7 +177,7 @@ def find(path: str | Path) -> Path:
     folder, name = Path(path), str(path)
     if folder.is_dir():
         return folder
-    names = sorted(entry.parent.name for entry in PACKAGED.glob(f"*/{MANIFEST}"))
+    names = packaged_names()
     if name in names:
         return PACKAGED / name
     known = {alias: PACKAGED / each for each in names for alias in (*_aliases(PACKAGED / each), each)}
@@ -194,6 +194,11 @@ def find(path: str | Path) -> Path:
         f"There is no pack {name!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
         f"{did_you_mean(name, names)}"
     )
+
+
+def packaged_names() -> list[str]:
+    """Returns the names of the packs that come with the package, sorted."""
+    return sorted(entry.parent.name for entry in PACKAGED.glob(f"*/{MANIFEST}"))
 
 
 def manifest_of(path: str | Path) -> Manifest:

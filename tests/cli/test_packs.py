@@ -15,6 +15,18 @@ def vigil(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, ["pack", *map(str, arguments)])
 
 
+def test_packaged_packs_are_listed_with_their_short_names() -> None:
+    listed = vigil("list")
+    assert listed.exit_code == 0
+    lines = {line.split()[1]: line for line in listed.stdout.splitlines() if line.startswith("│")}
+    mini = find("vigil_mini").name
+    assert "vigil_mini " in lines[mini]
+    rows = {row["name"]: row for row in json.loads(vigil("list", "--json").stdout)}
+    assert set(rows) == set(lines)
+    assert all(Pack.load(short).sha256 == row["sha256"] for row in rows.values() for short in row["also"][-1:])
+    assert (rows[mini]["episodes"], rows[mini]["families"]) == (80, 8)
+
+
 def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
     houses = sorted((find("starter") / "houses").glob("bathroom*.json"))[:1]
     drafts, out = tmp_path / "drafts.jsonl", tmp_path / "mine"

@@ -18,9 +18,36 @@ from vigil.authoring.packing.verify import VerificationProgress, VerificationSet
 from vigil.cli.arguments import AsJson, PackArgument, Workers
 from vigil.cli.text import console, duration, say
 from vigil.episode import FAMILIES
-from vigil.pack import Pack
+from vigil.pack import Pack, find, manifest_of, manifest_sha256, packaged_names
+from vigil.pack_names import stem_of
 from vigil.runner.shared_settings import AssetFile, Backend
 from vigil.sim import make_simulator
+
+
+def list_packs(as_json: AsJson = False) -> None:
+    """Example: vigil pack list"""
+    manifests = {name: manifest_of(name) for name in packaged_names()}
+    rows = [
+        {
+            "name": name,
+            "also": [short for short in (stem_of(name), *manifest.meta.get("aliases", ())) if short],
+            "version": manifest.version,
+            "episodes": manifest.episodes,
+            "families": len(manifest.families),
+            "houses": manifest.houses,
+            "sha256": manifest_sha256(find(name)),
+        }
+        for name, manifest in manifests.items()
+    ]
+    if as_json:
+        print(json.dumps(rows))
+        return
+    table = Table("--pack", "or", "version", "episodes", "families", "houses", "sha256")
+    for row in rows:
+        counts = (str(row[key]) for key in ("episodes", "families", "houses"))
+        table.add_row(row["name"], ", ".join(row["also"]), row["version"], *counts, row["sha256"][:12])
+    console().print(table)
+    print("A pack of your own: the folder instead of a name. `vigil pack info NAME` says more of one.")
 
 
 def info(pack: PackArgument, as_json: AsJson = False) -> None:
