@@ -17,6 +17,9 @@ from vigil.errors import RecordError
 from vigil.jsonl import dump_line
 from vigil.profile import Profile
 from vigil.record import (
+    EPISODES_FILE,
+    FRAMES_FOLDER,
+    HEADER_FILE,
     AgentKind,
     Boundary,
     End,
@@ -446,3 +449,7 @@ def test_rows_that_stand_are_sorted_by_episode_and_epoch():
     ]
     assert table.is_done(("a", 1))
     assert not table.is_done(("a", 2))
+
+
+def test_the_files_of_a_run_keep_their_names():
+    assert (EPISODES_FILE, HEADER_FILE, FRAMES_FOLDER) == ("episodes.jsonl", "run.json", "frames")
