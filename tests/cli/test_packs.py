@@ -1,6 +1,7 @@
 """`vigil pack`: from houses to drafts to a pack, verified and compared, as one would type it."""
 
 import json
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -84,6 +85,9 @@ def test_a_secret_seed_makes_a_pack_in_one_command_that_continues(tmp_path: Path
     assert first.exit_code == 0, first.output
     pack = Pack.load(tmp_path / "a")
     assert pack.manifest.families == {"PG": 1, "SV": 1}
+    assert "can be found by trying" in first.stderr
+    assert "seed" not in pack.manifest.meta
+    assert pack.manifest.meta["seed_sha256"] == sha256(b"held_out 77").hexdigest()
     drafts = (tmp_path / "a.drafts.jsonl").read_bytes()
     (tmp_path / "b.drafts.jsonl").write_bytes(drafts[: drafts.index(b'"line":"done"')])
     assert vigil(*made, "--out", tmp_path / "b").exit_code == 0

@@ -24,7 +24,7 @@ from vigil.authoring.packing.verify import VerificationSettings, bundles, verifi
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import Workers
-from vigil.cli.text import duration
+from vigil.cli.text import duration, say
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
 from vigil.freezing import check_free
@@ -134,6 +134,13 @@ def _freeze(
     print(f"reviewed: {pack.manifest.meta['reviews']}")
 
 
+SECRET_FROM = 2**64
+SHORT_SEED = (
+    "A seed below 2^64 can be found by trying all of them against the pack. For a pack that is to stay unseen take a "
+    "long one: python3 -c 'import secrets; print(secrets.randbits(128))'."
+)
+
+
 def make(
     name: Name,
     out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
@@ -162,7 +169,11 @@ def make(
         DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")),
         VerificationSettings("mujoco", AssetDatabase.of(assets), workers),
     )
-    pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=families or tuple(FAMILIES))
+    if seed is not None and seed < SECRET_FROM:
+        say([SHORT_SEED])
+    chosen = families or tuple(FAMILIES)
+    is_secret = seed is not None
+    pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=chosen, is_seed_secret=is_secret)
     settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=means.assets)
     generate_drafts(file, sources, settings, workers=workers, on_progress=_ProgressLines().standing)
     _summary(file)
