@@ -383,6 +383,11 @@ def test_a_step_says_by_itself_what_is_wrong_with_it():
     assert (step.action, step.invalid) == (None, reason)
 
 
+def test_an_error_may_come_before_the_reset():
+    fields = row(end="error").model_dump() | {"initial": None, "steps": ()}
+    assert EpisodeRecord.model_validate(fields).initial is None
+
+
 def test_records_do_not_change():
     with pytest.raises(ValidationError, match="frozen"):
         row().attempt = 2
