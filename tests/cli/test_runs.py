@@ -121,6 +121,19 @@ def test_a_privileged_agent_is_marked_in_the_table_of_its_run(
     assert "noop (privileged): %" in vigil("score", tmp_path / "run").out
 
 
+def test_what_was_no_action_and_what_was_wrong_is_said_with_the_table(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path
+) -> None:
+    ran = vigil(*command, "--agent", "malformed", "--limit", "1").out
+    assert "malformed: 100% of the replies are no action" in ran
+    assert "no_object); none would parse leniently. `vigil view` shows what was replied" in ran
+    shutil.rmtree(tmp_path / "run")
+    vigil(*command, "--agent", "always_success", "--limit", "1")
+    scored = vigil("score", tmp_path / "run").out
+    assert "Of FR and Other: 1 false_success." in scored
+    assert "no action" not in scored
+
+
 def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:
     vigil(*command, "--agent", "noop", "--limit", "2")
     unseen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
