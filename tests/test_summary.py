@@ -10,6 +10,7 @@ from vigil.rates import CREDITS, RATES
 from vigil.record import EpisodeRecord, ErrorFact
 from vigil.scoring import Outcome, settle
 from vigil.summary import (
+    LIBRARY_REPLIES,
     Settlement,
     Unscored,
     assert_identities,
@@ -144,6 +145,7 @@ def test_a_run_is_complete_when_all_that_was_planned_is_scored(outcomes: int, pl
 def test_replies_of_a_library_are_counted():
     assert Settlement(verdicts(1, 1, replies=2)).library_replies == 4
     assert Settlement(()).library_replies == 0
+    assert LIBRARY_REPLIES.startswith("replies were judged as a library gave them back")
 
 
 @pytest.mark.parametrize(
