@@ -134,6 +134,18 @@ def test_what_was_no_action_and_what_was_wrong_is_said_with_the_table(
     assert "no action" not in scored
 
 
+def test_runs_of_one_agent_are_told_apart_in_a_table(vigil: Vigil, pack: Path, tmp_path: Path) -> None:
+    for name, more in (("one", ()), ("two", ("--prompt-variant", "neutral_report", "--limit", "2"))):
+        vigil("run", "--pack", pack, "--agent", "always_success", "--log-dir", tmp_path / name, *more)
+    scored = vigil("score", tmp_path / "one", tmp_path / "two")
+    differ = "episode_ids, profile.prompt_variant, prompt_policy, prompt_policy_sha256"
+    assert f"always_success stands for 2 runs; they differ in {differ}." in scored.err
+    assert all(name in scored.out for name in ("/one", "/two"))
+    shutil.copytree(tmp_path / "one", tmp_path / "copy")
+    assert "they differ in nothing but time" in vigil("score", tmp_path / "one", tmp_path / "copy").err
+    assert "stands for" not in vigil("score", tmp_path / "one").err
+
+
 def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:
     vigil(*command, "--agent", "noop", "--limit", "2")
     unseen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
