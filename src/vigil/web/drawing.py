@@ -25,7 +25,7 @@ from vigil.errors import SimulatorError
 from vigil.house import House
 from vigil.pose import Pose
 from vigil.sim import make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.protocol import Simulator
 from vigil.world import Effect, Setup
 
 PATIENCE_S = 90.0
@@ -152,13 +152,13 @@ class _SceneRenderer:
 
     def __init__(self, render_settings: RenderSettings) -> None:
         assets = AssetDatabase.of(render_settings.asset_database)
-        self.simulator: EmbeddedSimulator = make_simulator(
+        self.simulator: Simulator = make_simulator(
             render_settings.backend, assets=assets, quality=render_settings.quality
         )
         self._loaded: tuple[Path, int] | None = None
         self._stands: EpisodeMoment | None = None
 
-    def stand(self, scene: EpisodeMoment) -> EmbeddedSimulator:
+    def stand(self, scene: EpisodeMoment) -> Simulator:
         """Returns the simulator in that scene."""
         version = (scene.house, scene.house.stat().st_mtime_ns)
         if self._loaded != version:
@@ -191,7 +191,7 @@ class _SceneRenderer:
 _renderers: dict[RenderSettings, _SceneRenderer] = {}
 
 
-def _stand(scene: EpisodeMoment) -> tuple[_SceneRenderer, EmbeddedSimulator]:
+def _stand(scene: EpisodeMoment) -> tuple[_SceneRenderer, Simulator]:
     renderer = _renderers.get(scene.render_settings)
     if renderer is None:
         for other in _renderers.values():

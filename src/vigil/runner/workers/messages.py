@@ -17,10 +17,10 @@ from vigil.episode import Episode
 from vigil.observation import Feedback
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
-PrivilegedFactory = Callable[[str, Episode, EmbeddedSimulator], Agent]
+PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
 SimulatorFactory = Callable[[AssetDatabase, "Quality"], Simulator]
 """Makes a simulator of one's own, as those in `vigil.sim.BACKENDS`. Must be picklable."""

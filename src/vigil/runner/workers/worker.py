@@ -46,7 +46,7 @@ from vigil.runner.workers.messages import (
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
 
@@ -143,7 +143,7 @@ class RequestHandler:
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Agent:
         plan = self._plan
         if plan.agent_factory is not None:
-            if not isinstance(simulator, EmbeddedSimulator):
+            if not isinstance(simulator, PrivilegedSimulator):
                 raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
             return plan.agent_factory(plan.agent, assignment.episode, simulator)
         seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, assignment.epoch)
