@@ -293,6 +293,16 @@ def test_some_libraries_stay_in_one_place(library: str):
             assert is_home or part_of(module) in TOPMOST, f"{module} imports {library}, which belongs in {home}"
 
 
+def test_pages_start_no_process_of_their_own():
+    """Simulators in processes are `vigil.runner.workers` alone; the page of who plays cannot ask for drawings."""
+    for module in MODULES:
+        if part_of(module) == "web":
+            found = {"subprocess", "multiprocessing", "concurrent"} & libraries_of(module)
+            assert not found, f"{module} imports {found}"
+    for module in ("vigil.web.play", "vigil.web.play_session"):
+        assert "vigil.web.drawing" not in own_imports_of(module), module
+
+
 @pytest.mark.parametrize("part", [*BASE, "prompt", *PURE])
 def test_the_pure_parts_use_no_clock_network_or_global_randomness(part: str):
     assert not libraries_of(f"vigil.{part}") & NONDETERMINISTIC
