@@ -1,8 +1,10 @@
 """Records on disk: appended row by row, continued after a kill, decided by key."""
 
 import json
+from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from hypothesis import given
@@ -10,11 +12,25 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from stories import NOON, RecordBuilder, thing
 
+from vigil.actions import InvalidAction
 from vigil.errors import RecordError
 from vigil.jsonl import dump_line
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord, RunHeader, RunSpec, standing
+from vigil.record import (
+    AgentKind,
+    Boundary,
+    End,
+    EpisodeRecord,
+    Resumption,
+    RunHeader,
+    RunSpec,
+    Standing,
+    StepRecord,
+    read_header,
+    standing,
+)
 from vigil.record_file import RecordLog, read_records
+from vigil.versions import PackVersions, Versions
 
 
 def row(episode_id: str = "a", epoch: int = 1, end: str = "fail_no_report", attempt: int = 1) -> EpisodeRecord:
@@ -249,3 +265,183 @@ def test_a_torn_line_that_cannot_be_put_aside_stays_where_it_is(path: Path, monk
     log = RecordLog(path)
     log.close()
     assert list(log.rows) == [("a", 1)]
+
+
+def spec(**changes: object) -> RunSpec:
+    fields = {"agent": "solver", "agent_kind": "privileged", "prompt_policy": "v", "prompt_policy_sha256": "0"}
+    return RunSpec.model_validate({**fields, "pack": "p", "pack_sha256": "1", "episode_ids": ("a",), **changes})
+
+
+def header(**changes: object) -> RunHeader:
+    return RunHeader.model_validate({"run_id": "r", "spec": spec(), "package_version": "0", "started": NOON, **changes})
+
+
+def test_what_a_row_and_a_header_say_when_nothing_is_said():
+    step = row().steps[0]
+    given = {"index": 1, "reply": step.reply, "action": step.action, "world": step.world}
+    assert StepRecord.model_validate(given).model_dump(exclude=set(given)) == {
+        "frame_sha256": None,
+        "history_cut": False,
+        "invalid": None,
+        "ignored_keys": (),
+        "effect": None,
+    }
+    required = {name: getattr(row(), name) for name in ("run_id", "episode_id", "started", "ended", "initial", "end")}
+    assert EpisodeRecord.model_validate({**required, "steps": ()}).model_dump(exclude={*required, "versions"}) == {
+        "schema_version": 1,
+        "epoch": 1,
+        "attempt": 1,
+        "prompt_sha256": "",
+        "steps": (),
+        "error": None,
+    }
+    told = {"agent", "agent_kind", "prompt_policy", "prompt_policy_sha256", "pack", "pack_sha256", "episode_ids"}
+    assert spec().model_dump(exclude={*told, "versions", "pack_versions"}) == {
+        "base_url": None,
+        "sampling": {},
+        "model_args": {},
+        "profile": Profile().model_dump(),
+        "epochs": 1,
+        "seed": 0,
+        "simulator": "mujoco",
+        "asset_database_sha256": None,
+        "render_quality": "default",
+    }
+    assert header().model_dump(exclude={"run_id", "spec", "package_version", "started"}) == {
+        "schema_version": 1,
+        "commit": None,
+        "is_dirty": None,
+        "simulator_version": "",
+        "renderer": "",
+        "ended": None,
+        "host": {},
+        "resumed": (),
+    }
+    session = Resumption(started=NOON, rows_before=2)
+    assert session.model_dump(exclude={"started"}) == {
+        "rows_before": 2,
+        "commit": None,
+        "is_dirty": None,
+        "renderer": "",
+        "host": {},
+    }
+    assert EpisodeRecord.model_validate({**required, "steps": ()}).versions == spec().versions == Versions()
+    assert spec().pack_versions == PackVersions()
+
+
+@pytest.mark.parametrize(
+    ("kind", "allowed"),
+    [
+        (End, {"report", "fail_no_report", "invalid_action_limit_exceeded", "error"}),
+        (Boundary, {"simulator", "model", "agent", "worker", "runner"}),
+        (AgentKind, {"scripted", "privileged", "model", "exec", "human"}),
+    ],
+)
+def test_the_words_of_a_record_stay(kind: object, allowed: set[str]):
+    assert set(get_args(kind)) == allowed
+
+
+@pytest.mark.parametrize(
+    ("what", "change", "message"),
+    [
+        (spec, {"epochs": 0}, "epochs"),
+        (spec, {"render_quality": "best"}, "render_quality"),
+        (spec, {"sampling": {"temperature": 1.0}, "tools": ()}, "tools"),
+        (spec, {"agent_kind": "robot"}, "agent_kind"),
+        (header, {"hosts": {}}, "hosts"),
+        (header, {"resumed": [{"started": NOON}]}, "rows_before"),
+    ],
+)
+def test_a_header_that_is_none_is_refused(what: Callable[..., object], change: dict, message: str):
+    with pytest.raises(ValidationError, match=message):
+        what(**change)
+    assert spec(epochs=1, render_quality="fast").render_quality == "fast"
+
+
+@pytest.mark.parametrize("field", ["epoch", "attempt"])
+def test_epochs_and_attempts_count_from_one(field: str):
+    fields = row().model_dump()
+    assert getattr(EpisodeRecord.model_validate(fields | {field: 1}), field) == 1
+    with pytest.raises(ValidationError, match="greater than or equal to 1"):
+        EpisodeRecord.model_validate(fields | {field: 0})
+
+
+def test_a_step_says_by_itself_what_is_wrong_with_it():
+    fields = row().steps[0].model_dump()
+    with pytest.raises(ValidationError, match="greater than or equal to 1"):
+        StepRecord.model_validate(fields | {"index": 0})
+    reason = InvalidAction(kind="malformed_action", reason="not_json")
+    for change in ({"action": None}, {"invalid": reason}):
+        with pytest.raises(ValidationError, match="a step has either an action or the reason why there is none"):
+            StepRecord.model_validate(fields | change)
+    assert StepRecord.model_validate(fields | {"action": None, "invalid": reason}).invalid == reason
+
+
+def test_records_do_not_change():
+    with pytest.raises(ValidationError, match="frozen"):
+        row().attempt = 2
+
+
+def test_the_worlds_of_a_row_are_its_reset_and_what_each_step_left():
+    record = row()
+    assert record.worlds == (record.initial, *(step.world for step in record.steps))
+    assert record.key == ("a", 1)
+    with pytest.raises(RecordError, match=r"^Record of episode 'a' has no initial world: it ended as an error\.$"):
+        _ = row(end="error").model_copy(update={"initial": None, "steps": ()}).worlds
+
+
+def test_a_header_tells_the_machines_and_the_pack():
+    later = Resumption(started=NOON, rows_before=1, host={"platform": "two"})
+    found = header(host={"platform": "one", "pack_folder": "packs/p"}, resumed=(later,))
+    assert found.hosts == ({"platform": "one", "pack_folder": "packs/p"}, {"platform": "two"})
+    assert found.pack_folder == "packs/p"
+    assert header().pack_folder == ""
+    assert header().hosts == ({},)
+    assert not header(spec=spec(agent_kind="model")).is_privileged
+
+
+def test_a_header_says_under_which_other_versions_it_was_made():
+    assert header(spec=spec(versions=Versions.here(), pack_versions=PackVersions.here())).version_notes == ()
+    older = Versions.here().model_copy(update={"grammar": 1})
+    shapes = PackVersions.here().model_copy(update={"shapes": 1})
+    run, pack = header(spec=spec(versions=older, pack_versions=shapes)).version_notes
+    assert "Run 'r'" in run
+    assert "Its pack 'p'" in pack
+
+
+def test_a_header_is_read_or_the_fault_is_named(tmp_path: Path):
+    folder, file = str(tmp_path), tmp_path / "run.json"
+    with pytest.raises(RecordError) as none:
+        read_header(tmp_path)
+    assert str(none.value) == f"Folder {folder!r} has no run.json; give the folder of a run (its --log-dir)."
+    whole = header(host={"a": "b"})
+    file.write_text(whole.model_dump_json())
+    assert read_header(tmp_path) == whole
+    for text, said in (
+        ("{", " is not JSON: "),
+        ("[]", " has schema None, this version of vigil reads 1. Read it with the version that wrote it."),
+        ("{}", " has schema None, this version of vigil reads 1. Read it with the version that wrote it."),
+        (whole.model_dump_json().replace(":1,", ":2,", 1), " has schema 2, this version of vigil reads 1. Read it"),
+        (whole.model_dump_json().replace("run_id", "id"), ": run_id: Field required. Restore it from a copy."),
+    ):
+        file.write_text(text)
+        with pytest.raises(RecordError) as caught:
+            read_header(tmp_path)
+        assert str(caught.value).startswith(f"{str(file)!r}{said}")
+        assert str(caught.value).endswith((". Restore it from a copy.", ". Read it with the version that wrote it."))
+
+
+def test_rows_that_stand_are_sorted_by_episode_and_epoch():
+    rows = [row("b"), row("a", epoch=2), row("a"), row("a", attempt=2)]
+    assert [(key, record.attempt) for key, record in standing(rows).items()] == [
+        (("a", 1), 1),
+        (("a", 2), 1),
+        (("b", 1), 1),
+    ]
+    table = Standing()
+    assert [table.takes(each) for each in (row(end="error"), row(end="error"), row(), row(), row(end="error"))] == [
+        *(True, True, True),
+        *(False, False),
+    ]
+    assert table.is_done(("a", 1))
+    assert not table.is_done(("a", 2))

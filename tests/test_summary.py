@@ -6,10 +6,20 @@ import pytest
 from stories import RecordBuilder, episode, thing
 
 from vigil.errors import RecordError
-from vigil.rates import RATES
-from vigil.record import EpisodeRecord
-from vigil.scoring import settle
-from vigil.summary import Settlement, assert_identities, settle_run, summarise
+from vigil.rates import CREDITS, RATES
+from vigil.record import EpisodeRecord, ErrorFact
+from vigil.scoring import Outcome, settle
+from vigil.summary import (
+    Settlement,
+    Unscored,
+    assert_identities,
+    has_many_errors,
+    repeats,
+    settle_run,
+    settlement_of,
+    summarise,
+    verdict_on,
+)
 
 PG = [episode("PG", id=f"pg{index}") for index in range(4)]
 SV = [episode("SV", id=f"sv{index}") for index in range(2)]
@@ -93,3 +103,123 @@ def test_epochs_that_agree_make_no_interval_narrower():
     assert thrice["overall"]["episodes"] == 9
     for rate in RATES:
         assert thrice["overall"]["intervals"][rate] == pytest.approx(once["overall"]["intervals"][rate])
+
+
+def verdicts(*attempts: int, replies: int = 0) -> tuple[Outcome, ...]:
+    sound = settle(PG[0], RECORDS[0])
+    return tuple(replace(sound, attempt=attempt, library_replies=replies) for attempt in attempts)
+
+
+def test_errors_are_told_with_where_they_came_from():
+    late = RECORDS[3].model_copy(
+        update={"attempt": 3, "epoch": 2, "error": ErrorFact(boundary="model", message="timed out")}
+    )
+    assert verdict_on(PG[3], late) == Unscored("pg3", 2, "PG", "model", "timed out", 3)
+    bare = late.model_copy(update={"error": None})
+    assert verdict_on(PG[3], bare) == Unscored("pg3", 2, "PG", "runner", "", 3)
+    assert Unscored("pg3", 2, "PG", "runner", "").attempt == 1
+    assert verdict_on(PG[0], RECORDS[0]) == settle(PG[0], RECORDS[0])
+    found = settle_run(PG, [*RECORDS[:3], RECORDS[3]])
+    assert [error.episode_id for error in found.errors] == ["pg3"]
+    assert [outcome.episode_id for outcome in found.outcomes] == ["pg0", "pg1", "pg2"]
+
+
+def test_verdicts_are_sorted_by_episode_and_epoch():
+    two = named(RECORDS[0], "pg0", 2)
+    given = {record.key: settle(PG[int(record.episode_id[-1])], record) for record in (two, RECORDS[1], RECORDS[0])}
+    found = settlement_of(given, PG)
+    assert [(outcome.episode_id, outcome.epoch) for outcome in found.outcomes] == [("pg0", 1), ("pg0", 2), ("pg1", 1)]
+    assert found.planned == {"PG": 4}
+    assert settlement_of(given, [*PG, *SV], 3).planned == {"PG": 12, "SV": 6}
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "planned", "is_complete"),
+    [(1, {"PG": 1}, True), (1, {"PG": 1, "SV": 1}, False), (2, {"PG": 1}, True), (0, {}, True), (0, {"PG": 1}, False)],
+)
+def test_a_run_is_complete_when_all_that_was_planned_is_scored(outcomes: int, planned: dict, is_complete: bool):
+    assert Settlement(verdicts(*[1] * outcomes), planned=planned).is_complete is is_complete
+
+
+def test_replies_of_a_library_are_counted():
+    assert Settlement(verdicts(1, 1, replies=2)).library_replies == 4
+    assert Settlement(()).library_replies == 0
+
+
+@pytest.mark.parametrize(
+    ("errors", "scored", "are_many"), [(0, 0, False), (0, 5, False), (1, 99, False), (1, 98, True), (1, 0, True)]
+)
+def test_more_than_one_in_a_hundred_errors_are_many(errors: int, scored: int, are_many: bool):
+    assert has_many_errors(errors, scored) is are_many
+    lost = tuple(Unscored(f"e{number}", 1, "PG", "model", "") for number in range(errors))
+    assert Settlement(verdicts(*[1] * scored), lost).has_many_errors is are_many
+
+
+@pytest.mark.parametrize(
+    ("attempts", "said"),
+    [
+        ([], ""),
+        ([1, 1], ""),
+        ([1, 2], "1 of 2 episodes were begun more than once (more than 1 %), one of them 2 times"),
+        ([3, 1, 2], "2 of 3 episodes were begun more than once (more than 1 %), one of them 3 times"),
+        ([1] * 99 + [2], "1 of 100 episodes were begun more than once, one of them 2 times"),
+        ([1] * 98 + [2], "1 of 99 episodes were begun more than once (more than 1 %), one of them 2 times"),
+    ],
+)
+def test_episodes_that_were_begun_again_are_told(attempts: list[int], said: str):
+    found = Settlement(verdicts(*attempts))
+    assert found.attempts == tuple(attempts)
+    assert repeats(attempts) == found.repeats == said
+    assert found.has_many_repeats is ("more than 1 %" in said)
+
+
+def test_an_episode_that_was_lost_counts_among_those_begun_again():
+    lost = Unscored("pg3", 1, "PG", "model", "", 4)
+    found = Settlement(verdicts(1), (lost,), {"PG": 2})
+    assert found.attempts == (1, 4)
+    rates = summarise(found)["overall"]
+    assert [rates[name] for name in ("episodes", "errors", "repeated", "most_attempts", "complete")] == [
+        *(1, 1, 1, 4),
+        "1/2",
+    ]
+    nothing = summarise(Settlement(()))
+    assert nothing["families"] == {}
+    assert [nothing["overall"][name] for name in ("repeated", "most_attempts", "complete")] == [0, 0, "0/0"]
+    assert summarise(Settlement(verdicts(1, 1), planned={"PG": 1}))["overall"]["complete"] == "2/2"
+
+
+def test_a_summary_holds_these_fields():
+    summary = summarise(settle_run([*PG, *SV], RECORDS))
+    counts = ["episodes", "errors", "repeated", "most_attempts"]
+    fields = [*counts, *RATES, "mean_steps", "complete", "intervals"]
+    assert list(summary) == ["overall", "families", "macro"]
+    assert list(summary["families"]["PG"]) == fields
+    assert list(summary["overall"]) == [*fields, "report_policies"]
+    assert list(summary["overall"]["report_policies"]) == list(CREDITS)
+    assert list(summary["macro"]) == [*RATES, "mean_steps"]
+    assert [summary["overall"][name] for name in ("episodes", "errors", "complete")] == [5, 1, "5/6"]
+    assert [rates["errors"] for rates in summary["families"].values()] == [1, 0]
+    assert summary["macro"]["mean_steps"] == pytest.approx(
+        (summary["families"]["PG"]["mean_steps"] + summary["families"]["SV"]["mean_steps"]) / 2
+    )
+    assert all(len(interval) == 2 for interval in summary["overall"]["intervals"].values())
+
+
+def test_families_without_a_scored_episode_leave_the_macro_mean_alone():
+    summary = summarise(settle_run([*PG, *SV], RECORDS[:3]))
+    assert summary["families"]["SV"]["episodes"] == 0
+    assert summary["macro"] == {name: summary["families"]["PG"][name] for name in (*RATES, "mean_steps")}
+
+
+def test_a_broken_identity_is_called_a_fault_of_vigil():
+    broken = replace(settle(PG[0], RECORDS[0]), B=False, label="Other")
+    with pytest.raises(RuntimeError, match=r"^Scoring broke its own identities: .+\. This is a fault of vigil\.$"):
+        assert_identities([broken])
+
+
+def test_a_strange_record_is_said_to_be_of_another_pack():
+    with pytest.raises(RecordError) as caught:
+        settle_run(SV, RECORDS[:1])
+    assert str(caught.value) == (
+        "Record of episode 'pg0': not one of the 2 episodes of this run. Was it recorded with another pack?"
+    )

@@ -36,6 +36,8 @@ LEAST_OBSTACLE_M = 0.17
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
 START_AWAY_M = (0.9, 4.0)
+FACING_SPREAD_DEG = 25.0
+"""How far a start may look past its target."""
 NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
 
 
@@ -109,7 +111,7 @@ def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[
     ]
     for place in starts[:TRIED_STARTS]:
         context.begin(setup)
-        start = context.facing(place, target, LOOKING_DOWN_DEG, 25.0)
+        start = context.facing(place, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
         if not see(context.seen_from(start, target.id)):
             continue
         walks = context.oracle.plan().walks_from((place.x, place.z))

@@ -10,7 +10,14 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.drafting.constraints import PartialTask, acts_for, draft_of, placed_footprint, standing
+from vigil.authoring.drafting.constraints import (
+    FACING_SPREAD_DEG,
+    PartialTask,
+    acts_for,
+    draft_of,
+    placed_footprint,
+    standing,
+)
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target, setup_for
 from vigil.authoring.solving.free_space import is_cut_off
@@ -33,6 +40,8 @@ AROUND_M, STEP_M = 1.0, 0.12
 TRIED_PLACES, TRIED_FURNITURE, STAGINGS = 40, 4, 2
 TRIED_TARGETS, TRIED_STARTS, LEAST_SIGHTS = 10, 24, 6
 AWAY_M = (1.6, 6.0)
+HEADINGS_DEG = (0.0, 90.0)
+"""Of furniture beside a leaf."""
 LEAF_PX = 8000
 """Of what stands in the way; it is near, and a person must see which thing is meant."""
 
@@ -102,7 +111,7 @@ def _places(context: HouseContext, swung: BaseGeometry) -> list[tuple[float, flo
     """Returns places x, z and a heading around an open leaf, in a random order."""
     left, low, right, high = swung.buffer(AROUND_M).bounds
     x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
-    found = [(float(a), float(b), yaw) for a, b in zip(x.ravel(), z.ravel(), strict=True) for yaw in (0.0, 90.0)]
+    found = [(float(a), float(b), yaw) for a, b in zip(x.ravel(), z.ravel(), strict=True) for yaw in HEADINGS_DEG]
     return [found[index] for index in context.rng.permutation(len(found))[: TRIED_PLACES * 10]]
 
 
@@ -134,7 +143,7 @@ def _behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> 
             continue
         for spot in context.places_in(part, context.away_from(target, *AWAY_M), TRIED_STARTS):
             if context.sights(spot, target) >= LEAST_SIGHTS:
-                start = context.facing(spot, target, LOOKING_DOWN_DEG, 25.0)
+                start = context.facing(spot, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
                 is_met = context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
                     return start

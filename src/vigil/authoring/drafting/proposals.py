@@ -4,13 +4,13 @@ Drafts fulfil most rules by construction; `vigil.authoring.review.validate` deci
 objects, `sequences` proposes SM and `constraints` CR.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
 from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec
 from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Act, order, question, say
 from vigil.authoring.review.rules import WIDE_OPEN, place_blind_to
-from vigil.episode import LOOKING_DOWN_DEG, Episode, Size
+from vigil.episode import LOOKING_DOWN_DEG, Episode, Family, Size
 from vigil.goals import (
     NEAR_M,
     AgentNearTarget,
@@ -51,6 +51,8 @@ SV_TOGGLES = frozenset(
 )
 """What shows from across a room whether it is on."""
 LARGE_M, SMALL_M = 0.7, 0.22
+ACT_AWAY_M = (1.8, 5.0)
+"""How far from its target, out of reach, an AI episode starts."""
 
 Label = Literal["on", "off", "open", "closed"]
 LABELS: dict[Label, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
@@ -197,52 +199,51 @@ def _has_state(thing: Thing, state: str) -> bool:
 
 def acting(context: HouseContext, act: Act) -> Drafts:
     """Yields AI drafts: the target is in view but out of reach."""
-    for thing in context.things(lambda thing: is_target(thing) and allows(thing, act)):
-        setup = setup_for(thing, act)
-        if not context.can_begin(setup):
-            continue
-        start = context.start_seeing(thing, (1.8, 5.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
-        phrase = context.phrase(thing.id)
-        context.begin(Setup())
-        if start is not None:
-            yield context.draft(
-                "AI",
-                TaskSpec(
-                    start=start,
-                    setup=setup,
-                    instruction=_ordered(context, ORDERS, act, thing, str(phrase)),
-                    goal=goal_for(thing, act),
-                    bindings={"target": thing.id},
-                    template=act,
-                ),
-            )
+    yield from _drafts_of_act(
+        context,
+        ("AI", ORDERS, act),
+        context.things(lambda thing: is_target(thing) and allows(thing, act)),
+        lambda thing: context.start_seeing(thing, ACT_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)),
+    )
 
 
 def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
     """Yields SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
-    for thing in context.things(lambda thing: allows(thing, act) and _may_be_sought(context, thing)):
+    yield from _drafts_of_act(
+        context,
+        ("SI", SEARCH_ORDERS, act),
+        context.things(lambda thing: allows(thing, act) and _may_be_sought(context, thing)),
+        lambda thing: _start_without(context, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2),
+    )
+
+
+def _drafts_of_act(
+    context: HouseContext,
+    kind: tuple[Family, tuple[str, ...], Act],
+    things: Iterable[Thing],
+    start_for: Callable[[Thing], Pose | None],
+) -> Drafts:
+    """Yields a draft for each thing that has a start: a family's, with one of its sentences and one act."""
+    family, sentences, act = kind
+    for thing in things:
         setup = setup_for(thing, act)
         if not context.can_begin(setup):
             continue
-        start = _start_without(context, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2)
-        phrase = context.phrase(thing.id)
+        start = start_for(thing)
+        phrase = str(context.phrase(thing.id))
         context.begin(Setup())
         if start is not None:
-            yield context.draft(
-                "SI",
-                TaskSpec(
-                    start=start,
-                    setup=setup,
-                    instruction=_ordered(context, SEARCH_ORDERS, act, thing, str(phrase)),
-                    goal=goal_for(thing, act),
-                    bindings={"target": thing.id},
-                    template=act,
+            task = TaskSpec(
+                start=start,
+                setup=setup,
+                instruction=say(
+                    sentences, context.rng, target=phrase, **order(act, thing.category, phrase, context.rng)
                 ),
+                goal=goal_for(thing, act),
+                bindings={"target": thing.id},
+                template=act,
             )
-
-
-def _ordered(context: HouseContext, sentences: tuple[str, ...], act: Act, thing: Thing, phrase: str) -> str:
-    return say(sentences, context.rng, target=phrase, **order(act, thing.category, phrase, context.rng))
+            yield context.draft(family, task)
 
 
 def allows(thing: Thing, act: Act) -> bool:

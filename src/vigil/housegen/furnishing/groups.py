@@ -8,16 +8,59 @@ from vigil.housegen.furnishing.clusters import STAND_M, Cluster, Member, front_a
 
 COUNTER_LOOKS = 12
 """Looks of counters that the generator draws from."""
-COUNTER_DEPTH = 0.61
-RUN_GAP = 0.01
-SEAT_GAP = 0.06
+COUNTER_DEPTH_M = 0.61
+"""Depth of the straight part of a counter; deeper ones are L-shaped."""
+RUN_GAP_M = 0.01
+"""Gap between the things of a kitchen run."""
+BED_TABLE_GAP_M = 0.06
+SEAT_GAP_M = 0.06
 """Distance between a chair and the table it stands at."""
+STOOL_GAP_M = 0.05
+"""Distance between a stool and the island it stands at."""
+STOOL_SPACING_M = 0.2
+"""The least gap between two stools; more where the island is long: they share STOOL_SHARE of its length."""
+STOOL_SHARE = 0.6
 PULL_M = 0.2
 """Floor behind a dining chair to pull it back."""
-RUG_SHARE = 0.5
-"""Share of beds with a rug at their foot, where it fits."""
-SEAT_ROOM = 0.3
+SEAT_ROOM_M = 0.3
 """Floor behind a chair to sit down."""
+BED_RUG_SHARE = 0.5
+"""Share of beds with a rug at their foot, where it fits."""
+RUG_UNDER_BED_M = 0.25
+"""How far the middle of that rug lies before the bed's foot."""
+RUG_BEFORE_SOFA_M = 0.05
+BED_SIDE_M = (0.5, 0.9, 0.2)
+"""Floor at a bed's side to get in: its width, where it begins from the wall, and where it ends before the foot."""
+SOFA_FRONT_M = 0.4
+"""Floor before a sofa to sit down."""
+COFFEE_TABLE_GAP_M = 0.42
+ARMCHAIR_GAP_M = (0.25, 0.3)
+"""How far an armchair stands from a sofa: to its side, and before its front."""
+DRAWER_EDGE_M = 0.05
+"""The least distance from a chair to the end of its desk, where it leaves the drawers free."""
+KNEE_HALF_M = 0.1
+"""How far the front of a desk's drawers stays from its middle."""
+SCREEN_OVERHANG_M = 0.1
+"""How much wider than its stand a television may be."""
+SCREEN_BACK_M = 0.02
+"""How far behind the middle of its stand a television stands."""
+TWO_SEATS_M = 1.25
+"""A table longer than this seats two at each long side."""
+LONG_SIDES_FIRST = 0.7
+"""Share of free-standing tables whose long sides are taken before their ends."""
+COUNTER_FRONT_M = 0.8
+"""The least floor before a kitchen run; at an island, ISLAND_FRONT_M more than one stands on."""
+ISLAND_FRONT_M = 0.4
+VANITY_FRONT_M = 0.7
+CURTAIN_SHARE = 0.35
+"""Share of bathtubs with a curtain, where it fits."""
+CURTAIN_GAP_M = 0.01
+TUB_ACCESS_M = (0.3, 0.6)
+"""Floor along a bathtub: how far from its ends it begins, and its depth."""
+BASIN_EDGE_M = 0.02
+"""Distance of a basin from the counter's front and of a faucet from its back."""
+BASIN_MARGIN_M = 0.06
+"""What a counter must be deeper than the basin in it."""
 
 
 def bed_group(rng: np.random.Generator, tables: int) -> Cluster:
@@ -28,31 +71,32 @@ def bed_group(rng: np.random.Generator, tables: int) -> Cluster:
     access: list[Rect] = []
     for index in range(tables):
         sign = side if index == 0 else -side
-        x = sign * (bed.size.x / 2 + 0.06 + table.size.x / 2)
+        x = sign * (bed.size.x / 2 + BED_TABLE_GAP_M + table.size.x / 2)
         members.append(Member(table, x, table.size.z / 2))
         depth = front_access(table)
         access.append((x - table.size.x / 2, table.size.z, x + table.size.x / 2, table.size.z + depth))
     half = bed.size.x / 2
     rug = draw_model("Rug", rng)
-    if chance(rng, RUG_SHARE) and rug.size.x / 2 <= half + (table.size.x if tables == 2 else 0.0):
-        members.append(Member(rug, 0.0, bed.size.z - 0.25))
+    if chance(rng, BED_RUG_SHARE) and rug.size.x / 2 <= half + (table.size.x if tables == 2 else 0.0):
+        members.append(Member(rug, 0.0, bed.size.z - RUG_UNDER_BED_M))
     edge = side * half if tables else half
-    access.append((min(edge, edge + side * 0.5), 0.9, max(edge, edge + side * 0.5), bed.size.z - 0.2))
+    width, begin, end = BED_SIDE_M
+    access.append((min(edge, edge + side * width), begin, max(edge, edge + side * width), bed.size.z - end))
     return Cluster(members, access)
 
 
 def desk_group(rng: np.random.Generator) -> Cluster:
     """Returns a desk against the wall with a chair before it."""
     desk, chair = draw_model("Desk", rng), draw_model("Chair", rng)
-    z = desk.size.z + SEAT_GAP + chair.size.z / 2
-    back = desk.size.z + SEAT_GAP + chair.size.z
+    z = desk.size.z + SEAT_GAP_M + chair.size.z / 2
+    back = desk.size.z + SEAT_GAP_M + chair.size.z
     half = desk.size.x / 2
-    access: list[Rect] = [(-chair.size.x / 2, back, chair.size.x / 2, back + SEAT_ROOM)]
+    access: list[Rect] = [(-chair.size.x / 2, back, chair.size.x / 2, back + SEAT_ROOM_M)]
     offset = 0.0
     if desk.asset.can_open:
         side = _drawer_side(desk)
-        offset = -side * max(0.0, half - chair.size.x / 2 - 0.05)
-        zone = (0.1, half) if side > 0 else (-half, -0.1)
+        offset = -side * max(0.0, half - chair.size.x / 2 - DRAWER_EDGE_M)
+        zone = (KNEE_HALF_M, half) if side > 0 else (-half, -KNEE_HALF_M)
         access = [(zone[0], desk.size.z, zone[1], desk.size.z + front_access(desk))]
     return Cluster([Member(desk, 0.0, desk.size.z / 2), Member(chair, offset, z, 180.0)], access)
 
@@ -69,8 +113,8 @@ def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, wit
     sofa = draw_model("Sofa", rng)
     members = [Member(sofa, 0.0, sofa.size.z / 2)]
     half = sofa.size.x / 2
-    access: list[Rect] = [(-half, sofa.size.z, half, sofa.size.z + 0.4)]
-    ahead = sofa.size.z + 0.42
+    access: list[Rect] = [(-half, sofa.size.z, half, sofa.size.z + SOFA_FRONT_M)]
+    ahead = sofa.size.z + COFFEE_TABLE_GAP_M
     if with_table:
         table = draw_model("CoffeeTable", rng)
         members.append(Member(table, 0.0, ahead + table.size.z / 2))
@@ -78,11 +122,12 @@ def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, wit
     if with_chair:
         chair = draw_model("ArmChair", rng)
         side = pick(rng, (-1, 1))
-        x = side * (half + 0.25 + chair.size.z / 2)
-        members.append(Member(chair, x, sofa.size.z + 0.3 + chair.size.x / 2, -90.0 * side))
+        beside, before = ARMCHAIR_GAP_M
+        x = side * (half + beside + chair.size.z / 2)
+        members.append(Member(chair, x, sofa.size.z + before + chair.size.x / 2, -90.0 * side))
     if with_rug:
         rug = draw_model("Rug", rng)
-        members.append(Member(rug, 0.0, sofa.size.z + 0.05 + rug.size.z / 2))
+        members.append(Member(rug, 0.0, sofa.size.z + RUG_BEFORE_SOFA_M + rug.size.z / 2))
     return Cluster(members, access)
 
 
@@ -90,23 +135,25 @@ def media_group(rng: np.random.Generator) -> Cluster:
     """Returns a TV stand against the wall with the television on it."""
     stand = draw_model("TVStand", rng)
     wide = [model_of(f"vigil_Television_{number}", "Television") for number in range(24)]
-    fitting = [screen for screen in wide if screen.size.x <= stand.size.x + 0.1 and screen.size.z <= stand.size.z]
+    widest, deepest = stand.size.x + SCREEN_OVERHANG_M, stand.size.z
+    fitting = [screen for screen in wide if screen.size.x <= widest and screen.size.z <= deepest]
     screen = pick(rng, fitting or wide)
     half = stand.size.x / 2
     access: list[Rect] = [(-half, stand.size.z, half, stand.size.z + front_access(stand))]
-    return Cluster([Member(stand, 0.0, stand.size.z / 2), Member(screen, 0.0, stand.size.z / 2 - 0.02, on=0)], access)
+    middle = stand.size.z / 2
+    return Cluster([Member(stand, 0.0, middle), Member(screen, 0.0, middle - SCREEN_BACK_M, on=0)], access)
 
 
 def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Cluster:
     """Returns a table with chairs of one kind around it; at a wall its back side stays empty."""
     table, chair = draw_model("DiningTable", rng), draw_model("Chair", rng)
     half_x, half_z = table.size.x / 2, table.size.z / 2
-    out = SEAT_GAP + chair.size.z / 2
-    along = half_x / 2 if half_x * 2 > 1.25 else 0.0
+    out = SEAT_GAP_M + chair.size.z / 2
+    along = half_x / 2 if half_x * 2 > TWO_SEATS_M else 0.0
     front = [(-along, half_z + out, 180.0), (along, half_z + out, 180.0)] if along else [(0.0, half_z + out, 180.0)]
     back = [] if at_wall else [(x, -z, 0.0) for x, z, _ in front]
     ends = [(half_x + out, 0.0, 270.0), (-half_x - out, 0.0, 90.0)]
-    seats = [*front, *back, *ends] if at_wall or chance(rng, 0.7) else [*ends, *front, *back]
+    seats = [*front, *back, *ends] if at_wall or chance(rng, LONG_SIDES_FIRST) else [*ends, *front, *back]
     rise = half_z
     members = [Member(table, 0.0, rise)]
     members.extend(Member(chair, x, z + rise, yaw) for x, z, yaw in seats[:chairs])
@@ -137,20 +184,20 @@ def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> Cluste
 
 def _run(rng: np.random.Generator, row: list[AssetModel]) -> Cluster:
     """Returns things side by side along a wall, a sink in the first counter."""
-    left = -(sum(model.size.x for model in row) + RUN_GAP * (len(row) - 1)) / 2
+    left = -(sum(model.size.x for model in row) + RUN_GAP_M * (len(row) - 1)) / 2
     members: list[Member] = []
     access: list[Rect] = []
     basins: list[Member] = []
     for index, model in enumerate(row):
         middle, right = left + model.size.x / 2, left + model.size.x
         members.append(Member(model, middle, model.size.z / 2))
-        depth = min(model.size.z, COUNTER_DEPTH) if model.category == "CounterTop" else model.size.z
+        depth = min(model.size.z, COUNTER_DEPTH_M) if model.category == "CounterTop" else model.size.z
         if model.category == "CounterTop":
             if not basins:
                 basins = _basin(rng, index, middle, depth)
             right = min(right, right + depth - model.size.z)
-        access.append((left, depth, right, depth + max(0.8, front_access(model))))
-        left += model.size.x + RUN_GAP
+        access.append((left, depth, right, depth + max(COUNTER_FRONT_M, front_access(model))))
+        left += model.size.x + RUN_GAP_M
     return Cluster([*members, *basins], access)
 
 
@@ -160,9 +207,10 @@ def bathtub_group(rng: np.random.Generator) -> Cluster:
     half = tub.size.x / 2
     members = [Member(tub, 0.0, tub.size.z / 2)]
     curtain = draw_model("ShowerCurtain", rng)
-    if chance(rng, 0.35) and curtain.size.x <= tub.size.x:
-        members.append(Member(curtain, 0.0, tub.size.z + 0.01 + curtain.size.z / 2))
-    return Cluster(members, [(-half + 0.3, tub.size.z, half - 0.3, tub.size.z + 0.6)])
+    if chance(rng, CURTAIN_SHARE) and curtain.size.x <= tub.size.x:
+        members.append(Member(curtain, 0.0, tub.size.z + CURTAIN_GAP_M + curtain.size.z / 2))
+    from_end, depth = TUB_ACCESS_M
+    return Cluster(members, [(-half + from_end, tub.size.z, half - from_end, tub.size.z + depth)])
 
 
 def island_group(rng: np.random.Generator, stools: int, like: AssetModel) -> Cluster:
@@ -174,9 +222,9 @@ def island_group(rng: np.random.Generator, stools: int, like: AssetModel) -> Clu
     half_x, half_z = counter.size.x / 2, counter.size.z / 2
     members = [Member(counter, 0.0, half_z, 180.0)]
     for index in range(stools):
-        x = (index - (stools - 1) / 2) * max(stool.size.x + 0.2, half_x * 1.2 / max(1, stools))
-        members.append(Member(stool, x, counter.size.z + 0.05 + stool.size.z / 2, 180.0))
-    return Cluster(members, [(-half_x, -STAND_M - 0.4, half_x, 0.0)])
+        x = (index - (stools - 1) / 2) * max(stool.size.x + STOOL_SPACING_M, half_x * 2 * STOOL_SHARE / max(1, stools))
+        members.append(Member(stool, x, counter.size.z + STOOL_GAP_M + stool.size.z / 2, 180.0))
+    return Cluster(members, [(-half_x, -STAND_M - ISLAND_FRONT_M, half_x, 0.0)])
 
 
 def vanity_group(rng: np.random.Generator) -> Cluster:
@@ -184,7 +232,7 @@ def vanity_group(rng: np.random.Generator) -> Cluster:
     counter = model_of(f"Countertop_{int(rng.integers(COUNTER_LOOKS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
     return Cluster(
         [Member(counter, 0.0, counter.size.z / 2), *_basin(rng, 0, 0.0, counter.size.z)],
-        [(-counter.size.x / 2, counter.size.z, counter.size.x / 2, counter.size.z + 0.7)],
+        [(-counter.size.x / 2, counter.size.z, counter.size.x / 2, counter.size.z + VANITY_FRONT_M)],
     )
 
 
@@ -192,6 +240,6 @@ def _basin(rng: np.random.Generator, index: int, x: float, depth: float) -> list
     """Returns a sink with its faucet for the counter that is member `index`: its middle, and its depth."""
     sink, faucet = draw_model("Sink", rng), draw_model("Faucet", rng)
     return [
-        Member(sink, x, depth - 0.02 - min(sink.size.z, depth - 0.06) / 2, on=index),
-        Member(faucet, x, 0.02 + faucet.size.z / 2, on=index),
+        Member(sink, x, depth - BASIN_EDGE_M - min(sink.size.z, depth - BASIN_MARGIN_M) / 2, on=index),
+        Member(faucet, x, BASIN_EDGE_M + faucet.size.z / 2, on=index),
     ]

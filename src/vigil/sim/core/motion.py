@@ -17,6 +17,8 @@ from vigil.pose import Vec3
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene
 
+CENTRE_SHARE = 0.25
+"""The share of the body that counts as its axis."""
 TOUCH_M = 1e-6
 """Slack of the distance test: exact contact is free."""
 EXTERIOR = "exterior"
@@ -58,7 +60,7 @@ class CollisionMap:
     def centre_is_free(self, position: Vec3) -> bool:
         """Whether at least the body's axis is inside a room and in no obstacle."""
         point = shapely.Point(position.x, position.z)
-        return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * 0.25))
+        return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * CENTRE_SHARE))
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
         """Returns the id of what stops the body between two places, the nearest to `start`; None when free."""
