@@ -144,7 +144,7 @@ def test_closing_ends_a_process_that_is_at_something(
     os.close(writer)
     for thread, raised in asked:
         thread.join(5.0)
-        assert "drawing" in str(raised[0])
+        assert "drawing-worker" in str(raised[0])
     assert not Path(f"/proc/{pid}").exists()
     with pytest.raises(SimulatorError, match="has been closed"):
         service.walk(moment, None)

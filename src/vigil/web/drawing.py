@@ -34,7 +34,7 @@ class RenderService:
 
     def __init__(self, patience_s: float = PATIENCE_S) -> None:
         self._patience_s = patience_s
-        self._worker = Worker(DrawingPlan(), "drawing", WorkerSettings(patience_s, usable_cpus()))
+        self._worker = Worker(DrawingPlan(), "drawing-worker", WorkerSettings(patience_s, usable_cpus()))
         self._lock = threading.Lock()
         self._kept: OrderedDict[str, bytes] = OrderedDict()
 
