@@ -40,7 +40,8 @@ from vigil.runner.settings import RunSettings
 from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
 from vigil.saved_run import load_pack, read_run
 from vigil.sim import make_simulator
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.runner.workers.messages import RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.export import episode_page
 from vigil.web.library import Library
 from vigil.web.view import make_view

@@ -25,7 +25,7 @@ def keeps_the_privileged_protocol(trial: Trial) -> None:
 
 def shows_the_scene_as_it_is(trial: Trial) -> None:
     """One scene from load to load, whose things have the places and states of the world."""
-    trial.stand(*HERE[::2])
+    trial.stand(HERE.x, HERE.z)
     scene = trial.simulator.scene()
     setup = opened("Fridge|1").model_copy(update={"held": "Mug|1"})
     absent = {"Statue|1": ObjectSetup(is_absent=True), "FloorLamp|1": ObjectSetup(is_toggled=True)}
@@ -69,7 +69,7 @@ def lists_pixels_in_the_frame(trial: Trial) -> None:
 
 def sees_from_anywhere(trial: Trial) -> None:
     """Rays from any eye tell which points of an object are met first, wherever the agent is."""
-    trial.stand(*THERE.position[::2])
+    trial.stand(THERE.position.x, THERE.position.z)
     apple = trial.state("Apple|1").position
     points = np.array([apple, apple])
     sees = trial.simulator.sees_from
@@ -83,7 +83,7 @@ def sees_from_anywhere(trial: Trial) -> None:
     expect(bool(sees(eye, beyond, PANE).all()), "a pane does not stop a ray")
     expect(bool(sees(eye, beyond, PANE, through_glass=True).all()), "an object's own glass is not of it")
     expect(not sees(eye, beyond, "FloorLamp|2").any(), "a ray that stops at glass went through")
-    trial.stand(*THERE.position[::2], setup=Setup(held="Apple|1"))
+    trial.stand(THERE.position.x, THERE.position.z, setup=Setup(held="Apple|1"))
     expect(not sees(APPLE_FROM, points, "Apple|1").any(), "what is held is met by rays")
 
 
@@ -115,9 +115,9 @@ def undoes_rehearsals(trial: Trial) -> None:
 
 def stands_elsewhere_for_a_while(trial: Trial) -> None:
     """The world is as after a reset there; the hand comes along; afterwards the agent is back."""
-    trial.stand(*THERE.position[::2], THERE.rotation, THERE.horizon, Setup(held="Mug|1"))
+    trial.stand(THERE.position.x, THERE.position.z, THERE.rotation, THERE.horizon, Setup(held="Mug|1"))
     wanted = _answers(trial)
-    trial.stand(*HERE[::2], EAST, setup=Setup(held="Mug|1"))
+    trial.stand(HERE.x, HERE.z, EAST, setup=Setup(held="Mug|1"))
     before = _answers(trial)
     with trial.simulator.standing_at(THERE):
         expect(trial.agent == THERE and trial.held == "Mug|1", f"the agent is at {trial.agent}, holding {trial.held}")
@@ -131,7 +131,7 @@ def stands_elsewhere_for_a_while(trial: Trial) -> None:
 
 def refuses_unknown_ids(trial: Trial) -> None:
     """An id that the house lacks is an EpisodeError."""
-    trial.stand(*HERE[::2])
+    trial.stand(HERE.x, HERE.z)
     points = np.zeros((1, 3))
     _raises(EpisodeError, lambda: trial.simulator.pixels_of("Aple|1"))
     _raises(EpisodeError, lambda: trial.simulator.sees_from(HERE, points, "Aple|1"))
@@ -155,7 +155,7 @@ def needs_a_house(trial: Trial) -> None:
             _raises(SimulatorError, ask)
     finally:
         simulator.load(trial.house)
-    trial.stand(*HERE[::2])
+    trial.stand(HERE.x, HERE.z)
     expect(simulator.can_stand(HERE), "a simulator that was closed does not load again")
 
 
