@@ -10,8 +10,9 @@ from vigil.agents.choose import is_known
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import RunArgument
+from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import label_of, print_families
-from vigil.cli.text import ProgressLine, counting, say
+from vigil.cli.text import say
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
 from vigil.runner.dry_run import estimate
@@ -45,7 +46,7 @@ def run(
 
 def verify(run: RunArgument, settings: VerifySettings) -> None:
     """Example: vigil verify runs/solver"""
-    with counting("verify") as show:
+    with progress("verify") as show:
         found = verify_run(run, settings, on_progress=show)
     say((*found.header.version_notes, *found.notes))
     for difference in found.differences:
@@ -68,8 +69,8 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
 def _play(settings: RunSettings) -> None:
     if settings.model is not None and settings.coordinates is None:
         print(f"Coordinates: {profile_of(settings).coordinates} (published table; --coordinates overrides).")
-    with ProgressLine(settings.player) as live:
-        result = run_pack(settings, on_progress=live.show)
+    with run_progress(settings.player) as show:
+        result = run_pack(settings, on_progress=show)
     _print_result(result)
     if not result.is_complete:
         raise typer.Exit(1)

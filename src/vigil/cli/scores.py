@@ -16,6 +16,8 @@ from vigil.runner.shared_settings import PackPlace
 from vigil.saved_run import read_run
 from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
 
+INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
+LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
 
@@ -82,6 +84,8 @@ def print_families(name: str, settlement: Settlement) -> None:
         return table
 
     print_fitting(build)
+    if settlement.subtypes:
+        print(f"Of FR and Other: {', '.join(f'{number} {name}' for name, number in settlement.subtypes.items())}.")
 
 
 def _print_comparison(settled: list[tuple[str, Settlement]]) -> None:
@@ -142,6 +146,9 @@ def _warn(name: str, settlement: Settlement) -> None:
         print(f"{name}: {settlement.repeats}.")
     if settlement.library_replies:
         print(f"{name}: {settlement.library_replies} {LIBRARY_REPLIES}.")
+    if settlement.invalid_replies:
+        is_loose = any(outcome.would_parse_leniently for outcome in settlement.outcomes)
+        print(f"{name}: {settlement.invalid_replies}. {LENIENT_HINT if is_loose else INVALID_HINT}")
     reasons = Counter((error.boundary, _last_line(error.message)) for error in settlement.errors)
     for (boundary, message), count in reasons.most_common(MAX_REASONS):
         print(f"{name}: {count} x error at the {boundary}: {message}")

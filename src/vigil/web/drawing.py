@@ -4,8 +4,9 @@ A picture is named by the moment that it shows: house, start, setup, actions car
 """
 
 import threading
-from collections import OrderedDict
 from typing import Any
+
+from cachetools import LRUCache
 
 from vigil.actions import PhysicalAction
 from vigil.errors import SimulatorError
@@ -36,20 +37,17 @@ class RenderService:
         self._patience_s = patience_s
         self._worker = Worker(DrawingPlan(), "drawing-worker", WorkerSettings(patience_s, usable_cpus()))
         self._lock = threading.Lock()
-        self._kept: OrderedDict[str, bytes] = OrderedDict()
+        self._kept: LRUCache[str, bytes] = LRUCache(KEPT_PICTURES)
 
     def picture(self, moment: EpisodeMoment) -> bytes:
         """Returns the frame (PNG) of a moment. Raises SimulatorError or InputError."""
         name = moment.name
         with self._lock:
             if name in self._kept:
-                self._kept.move_to_end(name)
                 return self._kept[name]
         data = self._ask(DrawFrame(moment))
         with self._lock:
             self._kept[name] = data
-            while len(self._kept) > KEPT_PICTURES:
-                self._kept.popitem(last=False)
         return data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
