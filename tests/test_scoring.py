@@ -165,6 +165,7 @@ def test_lag_of_a_state_can_be_zero_and_counts_from_the_reset_too():
 def test_attained_and_lost_again_is_seen():
     outcome = settle(AI, done().do(target=OFF).report())
     assert (outcome.W, outcome.ever_satisfied, outcome.subtype, outcome.lag) == (False, True, "false_success", None)
+    assert outcome.lag_from_reset is None
     assert (outcome.progress_at_report, outcome.max_progress) == (0.0, 1.0)
     assert outcome.is_at_zero_progress
 
