@@ -269,19 +269,11 @@ def _settings(run: Run) -> Iterator[tuple[str, Any]]:
     policy = spec.prompt_policy.replace(f"/{spec.profile.prompt_variant}/", "/")
     spec = spec.model_copy(update={"prompt_policy": policy})
     free = _FREE | ({"seed"} if spec.agent_kind in _SEED_IS_FREE else set())
-    for name, value in spec.model_dump(mode="json").items():
-        if name not in free:
-            yield from _flat(name, value)
+    for place, value in spec.settings.items():
+        if place.partition(".")[0] not in free:
+            yield place, value
     yield "package_version", run.header.package_version
     yield "simulator_version", run.header.simulator_version
-
-
-def _flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, dict):
-        for name in sorted(value):
-            yield from _flat(f"{place}.{name}", value[name])
-    else:
-        yield place, tuple(value) if isinstance(value, list) else value
 
 
 def _shown(value: Any) -> str:
