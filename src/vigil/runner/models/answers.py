@@ -152,7 +152,7 @@ def _chat(answer: Answer, part: dict[str, Any]) -> None:
         answer.is_begun = True
         _content(answer, message.get("content"))
         _add(answer.refusals, message.get("refusal"))
-        answer.reasoning_chars += len(message.get("reasoning_content") or message.get("reasoning") or "")
+        answer.reasoning_chars += _reasoning_length(message)
         answer.finish_reason = choice.get("finish_reason") or answer.finish_reason
         answer.is_ended = answer.is_ended or is_whole or answer.finish_reason is not None
 
@@ -175,8 +175,18 @@ def _content(answer: Answer, content: Any) -> None:
                 answer.reasoning_chars += _length(part)
 
 
+def _reasoning_length(message: dict[str, Any]) -> int:
+    """Returns the length of the reasoning beside a message. Several servers send the same text in two fields."""
+    fields = (message.get("reasoning_content"), message.get("reasoning"))
+    text = next((one for one in fields if isinstance(one, str) and one), None)
+    if text is not None:
+        return len(text)
+    details = message.get("reasoning_details")
+    return sum(_length(one) for one in details if isinstance(one, dict)) if isinstance(details, list) else 0
+
+
 def _length(part: dict[str, Any]) -> int:
-    inner = part.get("thinking") or part.get("reasoning") or part.get("text") or ""
+    inner = part.get("thinking") or part.get("reasoning") or part.get("text") or part.get("summary") or ""
     return len(inner) if isinstance(inner, str) else sum(len(one.get("text") or "") for one in inner)
 
 
