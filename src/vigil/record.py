@@ -119,6 +119,8 @@ class RunSpec(_Record):
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
+    thinking: Literal["on", "off", "default"] = "default"
+    """As the user set it; what was sent for it is in `sampling`."""
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
     versions: Versions = Versions()

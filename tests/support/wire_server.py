@@ -242,12 +242,27 @@ Brain = Callable[[str, bytes], Said | Raw]
 """What to answer to a request: (its format, its body)."""
 
 
+@dataclass(frozen=True)
+class Request:
+    """A request as it came."""
+
+    path: str
+    headers: dict[str, str]
+    """Names in lower case."""
+    data: bytes
+
+    @property
+    def body(self) -> dict[str, Any]:
+        return json.loads(self.data)
+
+
 class WireServer:
     """Answers by its brain; whether as a stream, the request says."""
 
     def __init__(self, brain: Brain) -> None:
         server = self
         self.asked = 0
+        self.requests: list[Request] = []
         self._lock = threading.Lock()
 
         class Handler(BaseHTTPRequestHandler):
@@ -266,6 +281,8 @@ class WireServer:
             def _answer(self, data: bytes) -> Raw:
                 with server._lock:
                     server.asked += 1
+                    headers = {name.lower(): value for name, value in self.headers.items()}
+                    server.requests.append(Request(self.path, headers, data))
                     found = brain(wire_of(self.path), data)
                 is_streamed = "streamGenerateContent" in self.path or bool(re.search(rb'"stream": ?true', data))
                 return found if isinstance(found, Raw) else body_of(wire_of(self.path), found, is_streamed=is_streamed)

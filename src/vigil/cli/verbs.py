@@ -84,6 +84,10 @@ PACK = {
 }
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the table."),
+    "models": Verb(
+        "models:models",
+        "Lists the providers of models: names, keys (set or not), extras (installed or not), addresses, thinking.",
+    ),
     "score": Verb(
         "scores:score",
         "Settles the saved records anew and prints W, B, Delta, FR, NR, IL per family; several runs side by side.",

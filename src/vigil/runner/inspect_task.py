@@ -41,9 +41,10 @@ from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
 from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import without_login
 from vigil.runner.models.redirects import stay
-from vigil.runner.models.serving import OPENAI_STYLE, OTHER_PROVIDERS, only_its_key, serving
+from vigil.runner.models.serving import only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
@@ -53,6 +54,8 @@ from vigil.scoring import settle
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
 """Inspect finds the package of what is registered by itself, except in an editable install whose distribution has
 another name than the package."""
+STAND_IN = "mockllm/model"
+"""Named in settings that are made before Inspect tells its model."""
 PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
 
@@ -234,7 +237,7 @@ def vigil(
     try:
         settings = RunSettings(
             pack=pack,
-            model="inspect/model",
+            model=STAND_IN,
             families=(family,) if family else (),
             profile=profile,
             prompt_variant=prompt_variant,
@@ -326,7 +329,7 @@ class _InspectSession:
 
 def _keyed(active: Model, api_key_env: str | None) -> Model:
     """Returns `active`, or the same with another key where Inspect would send a provider's key to a foreign host."""
-    if str(active).partition("/")[0] not in OPENAI_STYLE | OTHER_PROVIDERS:
+    if not named(str(active)).is_known:
         return active
     found = serving(str(active), active.api.base_url, active.model_args, api_key_env)
     model = active

@@ -21,7 +21,15 @@ from vigil.runner.models.redaction import Secrets, hiding
 from vigil.runner.models.serving import only_its_key
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import RunSettings, log_dir, plan_run, secrets_of, serving_of, worker_plan
+from vigil.runner.settings import (
+    RunSettings,
+    log_dir,
+    plan_run,
+    sampling_of,
+    secrets_of,
+    serving_of,
+    worker_plan,
+)
 from vigil.runner.workers.live import boundary_of, lost_record, play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool, usable_cpus
@@ -108,6 +116,8 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
 
 def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) -> RunResult:
     pack, episodes, spec = plan_run(settings)
+    if settings.model is not None:
+        serving_of(settings).check()
     folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, episodes, _places(settings, pack))
     try:
         tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress)
@@ -175,7 +185,7 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> 
     settings, profile = run.settings, run.spec.profile
     endpoint = Endpoint(
         serving=serving_of(settings),
-        sampling={**run.spec.sampling, **({"extra_body": dict(settings.extra_body)} if settings.extra_body else {})},
+        sampling=sampling_of(settings),
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
         retry_policy=RetryPolicy(

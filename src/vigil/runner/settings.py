@@ -21,8 +21,10 @@ from vigil.profile import (
 )
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, RunSpec
+from vigil.runner.models.providers import Thinking, named
 from vigil.runner.models.redaction import Secrets, without_login, without_secrets
 from vigil.runner.models.serving import Serving, serving
+from vigil.runner.models.thinking import with_thinking
 from vigil.runner.setting_texts import only_one, public_name, read_extra_body, read_model_args
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
@@ -90,6 +92,7 @@ class RunSettings:
     top_p: Annotated[float | None, _NOT_SENT] = None
     max_tokens: Annotated[int | None, replace(_NOT_SENT, least=1, metavar="N")] = None
     reasoning_effort: Annotated[Reasoning | None, Setting(_EFFORTS, metavar="LEVEL")] = None
+    thinking: Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")] = "default"
     model_args: Annotated[
         Mapping[str, Any],
         Setting(
@@ -132,18 +135,12 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
     pack = Pack.load(settings.pack)
     episodes = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
     profile = profile_of(settings)
-    sampling = {
-        "temperature": settings.temperature,
-        "top_p": settings.top_p,
-        "max_tokens": settings.max_tokens,
-        "reasoning_effort": settings.reasoning_effort,
-        "extra_body": dict(settings.extra_body) or None,
-    }
     spec = RunSpec(
         agent=settings.player,
         agent_kind=_kind(settings),
         base_url=_address(settings),
-        sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
+        sampling=without_secrets(sampling_of(settings)),
+        thinking=settings.thinking,
         model_args=without_secrets(settings.model_args),
         profile=profile,
         versions=Versions.here(),
@@ -160,6 +157,22 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         render_quality=settings.render_quality,
     )
     return pack, episodes, spec
+
+
+def sampling_of(settings: RunSettings) -> dict[str, Any]:
+    """Returns what is sent with each request beside the messages: only what was set, and what turns thinking on or off.
+
+    Raises SettingError when settings contradict each other.
+    """
+    given = {
+        "temperature": settings.temperature,
+        "top_p": settings.top_p,
+        "max_tokens": settings.max_tokens,
+        "reasoning_effort": settings.reasoning_effort,
+        "extra_body": dict(settings.extra_body) or None,
+    }
+    sampling = {name: value for name, value in given.items() if value is not None}
+    return with_thinking(sampling, settings.thinking, named(settings.model)) if settings.model else sampling
 
 
 def profile_of(settings: RunSettings) -> Profile:

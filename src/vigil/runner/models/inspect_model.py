@@ -37,10 +37,11 @@ from vigil.reasoning import split_reasoning
 from vigil.runner.models.answers import NoAnswer, read_answer
 from vigil.runner.models.ask import AttemptFailed, RetryPolicy, Send, is_rejection, with_retries
 from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.providers import provider_hint
 from vigil.runner.models.redaction import without_login, without_secrets
 from vigil.runner.models.redirects import stay
 from vigil.runner.models.response_capture import Exchange, listening
-from vigil.runner.models.serving import KEY_HINT, Serving, provider_hint
+from vigil.runner.models.serving import KEY_HINT, Serving
 
 PREFLIGHT_RETRIES = 2
 _PASSING = (408, 409, 425, 429)
