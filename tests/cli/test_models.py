@@ -1,13 +1,19 @@
 """`vigil models`, and the commands of the paper's models."""
 
+import base64
+import io
 import json
 import os
 import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
+from inspect_marks import INSPECT
+from PIL import Image
 from typer.testing import CliRunner
+from wire_server import Said, WireServer
 
 from vigil.analysis.measures.paper import paper
 from vigil.cli import app
@@ -15,6 +21,7 @@ from vigil.cli.models import LISTED
 from vigil.errors import SettingError
 from vigil.runner.models.providers import PROVIDERS, named
 
+pytestmark = INSPECT
 PAGE = (Path(__file__).parents[2] / "docs" / "models.md").read_text(encoding="utf-8")
 COMMANDS = dict(reversed(pair) for pair in re.findall(r"^vigil (run --model .*?) +# (.+)$", PAGE, re.MULTILINE))
 
@@ -85,3 +92,23 @@ def test_one_model_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     assert facts["thinking off"] == "extra_body.enable_thinking=False"
     refused = CliRunner().invoke(app, ["models", "--base-url", "http://localhost:1/v1"])
     assert "add --model" in str(refused.exception)
+
+
+@pytest.mark.parametrize(("scale", "said"), [(1000, "points in normalized_1000"), (1, "fractions of 0 to 1")])
+def test_a_model_is_calibrated_against_its_server(scale: int, said: str) -> None:
+    def brain(wire: str, data: bytes) -> Said:
+        parts = json.loads(data)["messages"][-1]["content"]
+        url = next(part["image_url"]["url"] for part in parts if part["type"] == "image_url")
+        rgb = np.asarray(Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2]))), dtype=int)
+        rows, columns = np.nonzero((rgb[..., 0] > 200) & (rgb[..., 1] < 60))
+        return Said((json.dumps({"x": columns.mean() / 640 * scale, "y": rows.mean() / 480 * scale}),))
+
+    with WireServer(brain) as server:
+        words = ["calibrate", "--model", "vllm/some-model", "--base-url", f"{server.url}/v1", "--thinking", "off"]
+        done = CliRunner().invoke(app, words)
+    assert done.exit_code == (0 if scale == 1000 else 1), done.output
+    assert said in done.output
+    assert len(server.requests) == done.output.count("spot at") == 8
+    assert server.requests[0].body["chat_template_kwargs"]["enable_thinking"] is False
+    if scale == 1000:
+        assert "--coordinates normalized_1000 (the table does not name this model)" in done.output

@@ -233,3 +233,18 @@ def test_a_name_that_looks_like_markup_is_shown_while_it_plays() -> None:
     output = Console(width=120, file=io.StringIO())
     output.print(rendered)
     assert "exec:x [/b]" in output.file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("agent", "count", "is_said"), [("malformed", 12, True), ("malformed", 9, False), ("noop", 12, False)]
+)
+def test_a_run_of_mostly_invalid_replies_says_so_aloud_once(
+    vigil: Vigil, tmp_path: Path, agent: str, count: int, is_said: bool
+) -> None:
+    tiny_pack(tmp_path / "twelve", count, ("PG",))
+    words = ("run", "--pack", tmp_path / "twelve", "--backend", "fake", "--workers", "1", "--agent", agent)
+    said = vigil(*words, "--log-dir", tmp_path / "run")
+    assert said.code == 0
+    assert said.err.count("WARNING: ") == int(is_said)
+    if is_said:
+        assert "40 of 40 replies (100 %) are invalid after 10 episodes; most frequent: 40 no_object" in said.err

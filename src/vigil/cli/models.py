@@ -1,19 +1,23 @@
-"""`vigil models`."""
+"""`vigil models` and `vigil calibrate`."""
 
 import json
 import os
 from typing import Annotated
 
+import typer
 from rich.table import Table
 
 from vigil.cli.arguments import AsJson
 from vigil.cli.text import console
 from vigil.errors import SettingError
-from vigil.profile import coordinates_for
+from vigil.profile import coordinates_for, known_coordinates
+from vigil.runner.calibrate import calibrate_model
+from vigil.runner.models.calibration import SPOTS, Calibration
 from vigil.runner.models.providers import PROVIDERS, Provider, named
 from vigil.runner.models.serving import serving
 from vigil.runner.models.thinking import how_set, leaves_of
-from vigil.runner.shared_settings import ApiKeyEnv, BaseUrl
+from vigil.runner.settings import RunSettings
+from vigil.runner.shared_settings import ApiKeyEnv, AskedThinking, BaseUrl
 from vigil.setting import Setting
 
 OneModel = Annotated[str | None, Setting("Say of this model alone how it would be asked.", metavar="MODEL")]
@@ -37,6 +41,39 @@ def models(
         print(json.dumps({name: _facts(name) for name in LISTED}))
     else:
         console().print(_table())
+
+
+def calibrate(
+    model: Annotated[str, Setting("provider/model.", metavar="MODEL")],
+    base_url: BaseUrl = None,
+    api_key_env: ApiKeyEnv = None,
+    thinking: AskedThinking = "default",
+) -> None:
+    """Example: vigil calibrate --model vllm/moonshotai/Kimi-VL-A3B-Instruct"""
+    found = calibrate_model(RunSettings(model=model, base_url=base_url, api_key_env=api_key_env, thinking=thinking))
+    for number, (spot, answer) in enumerate(zip(SPOTS, found.answers, strict=True), 1):
+        said = "no point" if answer is None else f"({answer.x:g}, {answer.y:g})"
+        print(f"picture {number}  spot at ({spot.x:g}, {spot.y:g})  answered {said}")
+    for name, error in found.medians.items():
+        print(f"median error read as {name}: {error:.1f} px")
+    print(_verdict(model, found))
+    if found.coordinates is None:
+        raise typer.Exit(1)
+
+
+def _verdict(model: str, found: Calibration) -> str:
+    if found.coordinates is None:
+        return (
+            f"{found.answered} of {len(SPOTS)} answers had a point, and they fit neither pixel nor normalized_1000: "
+            f"{found.best or 'the model does not point well enough to tell'}."
+        )
+    known = known_coordinates(model)
+    table = "does not name this model" if known is None else f"says {known}"
+    return (
+        f"The model points in {found.coordinates}, with a median error of {found.medians[found.coordinates]:.1f} px "
+        f"over {found.answered} of {len(SPOTS)} pictures. Run it with --coordinates {found.coordinates} (the table "
+        f"{table})."
+    )
 
 
 def facts_of(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """`vigil run` and `vigil verify`."""
 
 import math
+import sys
 from dataclasses import replace
 from typing import Annotated
 
@@ -16,6 +17,7 @@ from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
 from vigil.profile import known_coordinates
 from vigil.runner.dry_run import estimate
+from vigil.runner.progress import OnProgress, Progress
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of, serving_of
@@ -83,10 +85,21 @@ def _play(settings: RunSettings) -> None:
     if settings.model is not None:
         print_asked(settings)
     with ProgressLine(settings.player) as live:
-        result = run_pack(settings, on_progress=live.show)
+        result = run_pack(settings, on_progress=_aloud(live.show))
     _print_result(result)
     if not result.is_complete:
         raise typer.Exit(1)
+
+
+def _aloud(show: OnProgress) -> OnProgress:
+    """Returns `show`, with warnings beside it on standard error."""
+
+    def tell(progress: Progress) -> None:
+        show(progress)
+        if progress.warning is not None:
+            print(f"WARNING: {progress.warning}", file=sys.stderr, flush=True)
+
+    return tell
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:

@@ -40,7 +40,7 @@ from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
-from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.preflight import check_model
 from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import without_login
 from vigil.runner.models.redirects import stay
@@ -63,7 +63,7 @@ PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 def evaluate(endpoint: Endpoint, tickets: Sequence[Assignment], play_one: PlayOne, log_dir: Path) -> None:
     """Plays all `tickets`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
     model = endpoint.model()
-    ask = with_retries(sender(model), endpoint.retry_policy)
+    ask = with_retries(sender(model, observed=endpoint.observed), endpoint.retry_policy)
     stop: list[VigilError] = []
     tidy = _ConnectionCloser(model, play_one, len(tickets))
     with _rare_collections(), _no_warnings():
@@ -227,6 +227,7 @@ def vigil(
     backend: str = "mujoco",
     workers: int | None = None,
     preflight: bool = True,
+    anyway: bool = False,
     api_key_env: str | None = None,
 ) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
@@ -247,6 +248,7 @@ def vigil(
             backend=backend,
             workers=workers,
             preflight=preflight,
+            anyway=anyway,
             api_key_env=api_key_env,
         )
         _, episodes, spec = plan_run(settings)
@@ -261,14 +263,14 @@ def vigil(
 class _InspectSession:
     """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed.
 
-    Before a model's first episode a call proves that pictures reach it, as `vigil run` does. Clients that are made here
+    Before a model's first episode it is checked, as `vigil run` does. Clients that are made here
     are closed, while the event loop still runs, whenever no episode is being played.
     """
 
     def __init__(self, settings: RunSettings) -> None:
         self._settings = settings
         self._pools: dict[Profile, SimulatorPool] = {}
-        self._seeing: set[str] = set()
+        self._checked: set[str] = set()
         self._models: dict[str, Model] = {}
         self._made: set[str] = set()
         """Names of the models that are not Inspect's own."""
@@ -287,7 +289,7 @@ class _InspectSession:
     async def _play(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
         settings = replace(self._settings, model=str(get_model()))
         profile = profile_of(settings)
-        await self._prove_sight(self.model())
+        await self._check(self.model(), profile)
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
             self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
@@ -317,14 +319,14 @@ class _InspectSession:
         """Returns what asks it for a reply."""
         return with_retries(sender(self.model()), RetryPolicy())
 
-    async def _prove_sight(self, model: Model) -> None:
+    async def _check(self, model: Model, profile: Profile) -> None:
         async with self._one_at_a_time:
-            if self._settings.preflight and str(model) not in self._seeing:
+            if self._settings.preflight and str(model) not in self._checked:
                 send = sender(model, GenerateConfig(max_retries=0))  # Inspect's own number has no end
                 ask = with_retries(send, RetryPolicy(retries=PREFLIGHT_RETRIES))
                 address = without_login(model.api.base_url or "")
-                await check_sight(ask, str(model), self._settings.image_format, address)
-                self._seeing.add(str(model))
+                await check_model(ask, str(model), profile, address, goes_on=self._settings.anyway)
+                self._checked.add(str(model))
 
 
 def _keyed(active: Model, api_key_env: str | None) -> Model:

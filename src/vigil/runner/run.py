@@ -17,8 +17,10 @@ from vigil.errors import InfrastructureError, SimulatorError
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
 from vigil.runner.models.ask import Ask, RetryPolicy
+from vigil.runner.models.observed import Observed
 from vigil.runner.models.redaction import Secrets, hiding
 from vigil.runner.models.serving import only_its_key
+from vigil.runner.models.thinking import how_set
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import (
@@ -183,7 +185,10 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> 
     from vigil.runner.models.inspect_model import Endpoint, preflight  # noqa: PLC0415
 
     settings, profile = run.settings, run.spec.profile
+    observed = _observed(run)
+    observed.on_news = lambda: run.folder.note_answered(observed.answered())
     endpoint = Endpoint(
+        observed=observed,
         serving=serving_of(settings),
         sampling=sampling_of(settings),
         max_connections=settings.max_connections,
@@ -207,10 +212,29 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> 
         return record
 
     with only_its_key(endpoint.serving):
-        if settings.preflight:
-            asyncio.run(preflight(endpoint, run.spec.agent, profile.image_format))
-        run.tally.start()
-        evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
+        try:
+            if settings.preflight:
+                asyncio.run(preflight(endpoint, run.spec.agent, profile, goes_on=settings.anyway))
+            run.tally.start()
+            evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
+        finally:
+            run.folder.note_answered(observed.answered())
+
+
+def _observed(run: _Run) -> Observed:
+    """Returns what takes in who answers; another model than in earlier sessions is refused unless told to go on."""
+    settings = run.settings
+    found, effort = serving_of(settings).named, settings.reasoning_effort
+    set_by = f"--reasoning-effort {effort}" if effort else ""
+    if settings.thinking != "default" and found is not None:
+        set_by = f"--thinking {settings.thinking}: {how_set(settings.thinking, found)}"
+    return Observed(
+        before=() if settings.anyway else run.folder.header.answering_models,
+        asked=settings.thinking,
+        effort=effort,
+        set_by=set_by,
+        hide=run.secrets.hide,
+    )
 
 
 def _shows(assignment: Assignment, run: _Run) -> Callable[[], None]:
