@@ -5,10 +5,8 @@ import os
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from vigil.cli.arguments import AsJson
-from vigil.cli.text import console
 from vigil.errors import SettingError
 from vigil.profile import coordinates_for, known_coordinates
 from vigil.runner.calibrate import calibrate_model
@@ -40,7 +38,7 @@ def models(
     elif as_json:
         print(json.dumps({name: _facts(name) for name in LISTED}))
     else:
-        console().print(_table())
+        print("\n".join(_lines()))
 
 
 def calibrate(
@@ -133,11 +131,9 @@ def _facts(name: str) -> dict[str, str]:
     }
 
 
-def _table() -> Table:
-    rows = [_facts(name) for name in LISTED]
-    table = Table(*rows[0], box=None, pad_edge=False)
-    for column in table.columns:
-        column.overflow = "fold"
-    for facts in rows:
-        table.add_row(*facts.values())
-    return table
+def _lines() -> list[str]:
+    """Returns the providers as lines of columns, which are not folded: addresses are there to be copied."""
+    facts = [_facts(name) for name in LISTED]
+    rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
