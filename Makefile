@@ -33,6 +33,9 @@ run: setup
 	@$(BIN)/vigil run --pack starter --agent never_report --log-dir $(RUNS)/never_report
 	@$(BIN)/vigil run --pack starter --agent premature --log-dir $(RUNS)/premature
 	@$(BIN)/vigil score $(RUNS)/solver $(RUNS)/never_report $(RUNS)/premature
+	@echo "Next: $(BIN)/vigil view $(RUNS)                      the runs step by step, in the browser"
+	@echo "      $(BIN)/vigil report $(RUNS)/* --out report     tables and figures, in report/report.html"
+	@echo "      $(BIN)/vigil run --model openai/gpt-4o --dry-run      what a model's run would take"
 
 test: setup
 	$(BIN)/python -m pytest -n auto --dist worksteal

@@ -24,6 +24,7 @@ from vigil.authoring.drafting.house_context import AUTHOR
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.packing.assemble import FACTS
 from vigil.authoring.review.validate import Validator
+from vigil.cli.progress import progress
 from vigil.episode import FAMILIES, Episode
 from vigil.goals import ObjectAtReceptacle
 from vigil.house import House
@@ -49,10 +50,11 @@ def main() -> None:
         done = {name for name, _ in writer.done}
         names = [name for name in sorted(by_house) if name not in done]
         work = [pool.submit(revised, wanted.pack, by_house[name]) for name in names]
-        for number, found in enumerate(work, start=1):
-            house, lines = found.result()
-            writer.add(house, lines)
-            print(f"{number}/{len(names)} houses", flush=True)
+        with progress("houses") as show:
+            for number, found in enumerate(work, start=1):
+                house, lines = found.result()
+                writer.add(house, lines)
+                show(number, len(names))
     read = file.read()
     print(f"{len(read.drafts)} of {len(pack.episodes)} episodes hold")
     for rejection in read.rejections:

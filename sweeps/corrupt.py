@@ -29,6 +29,7 @@ from sweeps.support.corruptions import corrupt
 from sweeps.support.tiny import tiny_pack
 from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.assets.sizes import AssetDatabase
+from vigil.cli.progress import progress
 from vigil.cli.scores import score
 from vigil.env import Env
 from vigil.errors import VigilError
@@ -201,15 +202,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             RunSettings(pack=pack.folder, agent="sweep", log_dir=finished, backend="fake", workers=1, save_frames=True)
         )
         readers = Readers(finished, pack.folder)
-        for number, case in enumerate(cases):
-            if number and number % 25 == 0:
-                print(f"{number} of {len(cases)} cases", flush=True)
-            deed, found = one_case(given.seed, case, finished, readers, given.case is not None)
-            for name, outcome in found.items():
-                outcomes[outcome if outcome in ("works", "refuses") else "falls"] += 1
-                if outcome not in ("works", "refuses"):
-                    falls[f"{name}: {outcome[:90]}"] += 1
-                    print(f"case {case}: {deed}: {name}: {outcome}", flush=True)
+        with progress("cases", ticks=False) as show:
+            for number, case in enumerate(cases, start=1):
+                deed, found = one_case(given.seed, case, finished, readers, given.case is not None)
+                for name, outcome in found.items():
+                    outcomes[outcome if outcome in ("works", "refuses") else "falls"] += 1
+                    if outcome not in ("works", "refuses"):
+                        falls[f"{name}: {outcome[:90]}"] += 1
+                        print(f"case {case}: {deed}: {name}: {outcome}", flush=True)
+                show(number, len(cases), f"{outcomes['falls']} falls")
         readers.close()
     for fall, count in falls.most_common():
         print(f"{count} x {fall}")

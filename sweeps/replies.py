@@ -11,7 +11,6 @@ import contextlib
 import os
 import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,6 +22,7 @@ from reply_forms import draw, mistakes
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from wire_server import CUT, STOP, Said, ScriptedModel, WireServer
 
+from vigil.cli.progress import progress
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 from vigil.runner.run import run_pack
@@ -40,16 +40,17 @@ def main() -> int:
     parser.add_argument("--stream", action="store_true", help="as streams of events")
     given = parser.parse_args()
     done, run, forms, wrong = 0, 0, Counter[str](), list[str]()
-    started = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         pack = Path(folder) / "pack"
         episodes = [tiny_episode(number, "DA", max_steps=STEPS, max_invalid=STEPS) for number in range(EPISODES_A_RUN)]
         loose_pack(pack, episodes, [tiny_house()])
-        while done < given.count:
-            count, found = _one_run(pack, Path(folder) / f"run-{run}", f"{given.seed} {run}", given.stream, forms)
-            done, run = done + count, run + 1
-            wrong += found
-            print(f"{done} replies in {run} runs, {len(wrong)} wrong, {time.monotonic() - started:.0f} s", flush=True)
+        with progress("replies", ticks=False) as show:
+            while done < given.count:
+                count, found = _one_run(pack, Path(folder) / f"run-{run}", f"{given.seed} {run}", given.stream, forms)
+                done, run = done + count, run + 1
+                wrong += found
+                show(done, given.count, f"{run} runs  {len(wrong)} wrong")
+    print(f"{done} replies in {run} runs, {len(wrong)} wrong")
     print(f"forms: {', '.join(f'{name} {count}' for name, count in sorted(forms.items()))}")
     for one in wrong[:20]:
         print(one)

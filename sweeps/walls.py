@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -22,6 +23,7 @@ from shapely.geometry.base import BaseGeometry
 import vigil.packs as packaged
 from sweeps.support.wall_geometry import Shell, floors_of, home_of, vertices_of
 from vigil.assets.sizes import AssetDatabase
+from vigil.cli.progress import progress
 from vigil.errors import VigilError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
@@ -256,23 +258,26 @@ def main() -> int:
     part, _, of = options.share.partition("/")
     wanted = [each for index, each in enumerate(houses(options.packs, options.seeds)) if index % int(of) == int(part)]
     simulator = make_simulator("mujoco", assets=AssetDatabase.default())
-    for name, source in wanted:
-        if name in done:
-            continue
-        began = time.process_time()
-        try:
-            house = House.load(source) if isinstance(source, Path) else generate(source[0], spec_for(source[1]))
-            finding = Walls(simulator, house).sweep()
-        except VigilError as error:
-            finding = Finding(Counter({"houses that do not load": 1}), [str(error)])
-        row = {"piece": name, "seconds": round(time.process_time() - began, 2), "counts": finding.counts,
-               "falls": finding.falls}  # fmt: skip
-        done[name] = row
-        append_line(options.log, json.dumps(row).encode() + b"\n")
-        print(f"{name}: {row['seconds']} s, {len(finding.falls)} falls", flush=True)
-        for fall in finding.falls[:5]:
-            print(f"  {fall}", flush=True)
+    missing = [(name, source) for name, source in wanted if name not in done]
+    with progress("houses", ticks=False) as show:
+        for number, (name, source) in enumerate(missing, start=1):
+            done[name] = row = _swept(simulator, name, source)
+            append_line(options.log, json.dumps(row).encode() + b"\n")
+            for fall in row["falls"][:5]:
+                print(f"{name}: {fall}", flush=True)
+            show(number, len(missing))
     return _told([done[name] for name, _ in wanted])
+
+
+def _swept(simulator: EmbeddedSimulator, name: str, source: Path | tuple[int, str]) -> dict[str, Any]:
+    began = time.process_time()
+    try:
+        house = House.load(source) if isinstance(source, Path) else generate(source[0], spec_for(source[1]))
+        finding = Walls(simulator, house).sweep()
+    except VigilError as error:
+        finding = Finding(Counter({"houses that do not load": 1}), [str(error)])
+    seconds = round(time.process_time() - began, 2)
+    return {"piece": name, "seconds": seconds, "counts": finding.counts, "falls": finding.falls}
 
 
 def _told(rows: list[dict]) -> int:

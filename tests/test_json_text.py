@@ -122,6 +122,7 @@ def test_the_end_of_an_object(text: str, start: int, end: int) -> None:
         ("", False),
         ("  ", False),
         ("word", False),
+        ("x", False),
         ("{}{}", False),
         ("[1] 2", False),
         ("12 13", False),

@@ -2,6 +2,7 @@
 
 import json
 from hashlib import sha256
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from vigil.actions import Report
 from vigil.episode import Episode, HouseRef, Solution
 from vigil.errors import EpisodeError, HouseError, PackMismatch, SettingError, VigilError
 from vigil.freezing import freeze
-from vigil.pack import Pack, Selection, frozen_episodes, manifest_sha256, protocol_faults
+from vigil.pack import Pack, Selection, count_families, frozen_episodes, manifest_sha256, protocol_faults
 from vigil.pose import Pose, Vec3
 from vigil.world import ObjectSetup, Placement, Setup
 
@@ -86,9 +87,17 @@ class TestSelect:
     def test_by_family_ids_and_limit_in_order_of_id(self, folder: Path):
         assert self.ids(folder) == ["da_a", "pg_a", "pg_b"]
         assert self.ids(folder, families=("PG",)) == ["pg_a", "pg_b"]
-        assert self.ids(folder, families=("PG",), limit=1) == ["pg_a"]
         assert self.ids(folder, ids=("pg_b", "da_a")) == ["da_a", "pg_b"]
         assert self.ids(folder, limit=99) == ["da_a", "pg_a", "pg_b"]
+
+    def test_a_limit_draws_evenly_and_a_higher_one_keeps_what_a_lower_one_drew(self, folder: Path):
+        first = self.ids(folder, families=("PG",), limit=1)
+        assert self.ids(folder, limit=2) == ["da_a", *first]
+        mini = Pack.load("vigil_mini")
+        drawn = [[episode.id for episode in mini.select(Selection(limit=limit))] for limit in range(1, 25)]
+        assert all(set(less) < set(more) for less, more in pairwise(drawn))
+        assert drawn[23] == sorted(drawn[23])
+        assert set(count_families(mini.select(Selection(limit=24))).values()) == {3}
 
     @pytest.mark.parametrize(
         ("how", "message"),

@@ -17,6 +17,9 @@ from vigil.errors import RecordError
 from vigil.jsonl import dump_line
 from vigil.profile import Profile
 from vigil.record import (
+    EPISODES_FILE,
+    FRAMES_FOLDER,
+    HEADER_FILE,
     AgentKind,
     Boundary,
     End,
@@ -320,6 +323,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     session = Resumption(started=NOON, rows_before=2)
     assert session.model_dump(exclude={"started"}) == {
         "rows_before": 2,
+        "episodes": None,
         "commit": None,
         "is_dirty": None,
         "renderer": "",
@@ -374,7 +378,14 @@ def test_a_step_says_by_itself_what_is_wrong_with_it():
     for change in ({"action": None}, {"invalid": reason}):
         with pytest.raises(ValidationError, match="a step has either an action or the reason why there is none"):
             StepRecord.model_validate(fields | change)
-    assert StepRecord.model_validate(fields | {"action": None, "invalid": reason}).invalid == reason
+    without = {name: value for name, value in fields.items() if name != "action"}
+    step = StepRecord.model_validate(without | {"invalid": reason})
+    assert (step.action, step.invalid) == (None, reason)
+
+
+def test_an_error_may_come_before_the_reset():
+    fields = row(end="error").model_dump() | {"initial": None, "steps": ()}
+    assert EpisodeRecord.model_validate(fields).initial is None
 
 
 def test_records_do_not_change():
@@ -445,3 +456,7 @@ def test_rows_that_stand_are_sorted_by_episode_and_epoch():
     ]
     assert table.is_done(("a", 1))
     assert not table.is_done(("a", 2))
+
+
+def test_the_files_of_a_run_keep_their_names():
+    assert (EPISODES_FILE, HEADER_FILE, FRAMES_FOLDER) == ("episodes.jsonl", "run.json", "frames")

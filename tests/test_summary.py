@@ -10,6 +10,7 @@ from vigil.rates import CREDITS, RATES
 from vigil.record import EpisodeRecord, ErrorFact
 from vigil.scoring import Outcome, settle
 from vigil.summary import (
+    LIBRARY_REPLIES,
     Settlement,
     Unscored,
     assert_identities,
@@ -144,6 +145,7 @@ def test_a_run_is_complete_when_all_that_was_planned_is_scored(outcomes: int, pl
 def test_replies_of_a_library_are_counted():
     assert Settlement(verdicts(1, 1, replies=2)).library_replies == 4
     assert Settlement(()).library_replies == 0
+    assert LIBRARY_REPLIES.startswith("replies were judged as a library gave them back")
 
 
 @pytest.mark.parametrize(
@@ -211,6 +213,12 @@ def test_families_without_a_scored_episode_leave_the_macro_mean_alone():
     assert summary["macro"] == {name: summary["families"]["PG"][name] for name in (*RATES, "mean_steps")}
 
 
+def test_what_was_not_planned_is_complete_as_it_is():
+    outcome = settle(PG[0], RECORDS[0])
+    summary = summarise(Settlement((outcome,), planned={"SV": 1}))
+    assert [rates["complete"] for rates in summary["families"].values()] == ["1/1", "0/1"]
+
+
 def test_a_broken_identity_is_called_a_fault_of_vigil():
     broken = replace(settle(PG[0], RECORDS[0]), B=False, label="Other")
     with pytest.raises(RuntimeError, match=r"^Scoring broke its own identities: .+\. This is a fault of vigil\.$"):
@@ -223,3 +231,37 @@ def test_a_strange_record_is_said_to_be_of_another_pack():
     assert str(caught.value) == (
         "Record of episode 'pg0': not one of the 2 episodes of this run. Was it recorded with another pack?"
     )
+
+
+@pytest.mark.parametrize(
+    ("replies", "said"),
+    [
+        ((), ""),
+        (({}, 4, 0), ""),
+        (({"not_json": 1}, 4, 0), "25% of the replies are no action (1 not_json); none would parse leniently"),
+        (
+            ({"code_fence": 1, "not_json": 2}, 6, 1),
+            "50% of the replies are no action (2 not_json, 1 code_fence); 1 would parse leniently",
+        ),
+        (({"code_fence": 2}, 2, 2), "100% of the replies are no action (2 code_fence); all would parse leniently"),
+    ],
+)
+def test_replies_that_are_no_action_are_told_with_their_reasons(replies: tuple, said: str):
+    outcome = settle(PG[0], RECORDS[0])
+    of_them = [
+        replace(outcome, invalid_reasons=reasons, steps=steps, would_parse_leniently=loose)
+        for reasons, steps, loose in (replies and [replies])
+    ]
+    assert Settlement(tuple(of_them)).invalid_replies == said
+
+
+def test_reasons_add_up_over_episodes():
+    outcome = replace(settle(PG[0], RECORDS[0]), steps=2, invalid_reasons={"not_json": 1, "code_fence": 1})
+    assert Settlement((outcome, outcome)).invalid_replies.startswith("100% of the replies are no action (2 ")
+
+
+def test_subtypes_are_counted_the_most_frequent_first():
+    outcome = settle(PG[0], RECORDS[0])
+    kinds = ("honest_fail", "false_success", "false_success", None)
+    found = Settlement(tuple(replace(outcome, subtype=kind) for kind in kinds))
+    assert list(found.subtypes.items()) == [("false_success", 2), ("honest_fail", 1)]

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -74,7 +74,7 @@ class Selection:
     families: tuple[Family, ...] = ()
     ids: tuple[str, ...] = ()
     limit: int | None = None
-    """The first so many of the selected, in order of episode id."""
+    """Only so many of the selected, evenly drawn from the families: see `evenly`."""
 
 
 class Pack:
@@ -147,7 +147,9 @@ class Pack:
         ]
         if not chosen:
             raise SettingError(f"Pack {self.name!r} has no episode that fits the selection. See `vigil pack info`.")
-        return chosen[: selection.limit]
+        if selection.limit is not None:
+            chosen = sorted(evenly(chosen)[: selection.limit], key=lambda episode: episode.id)
+        return chosen
 
     def _check(self) -> None:
         check_ids(self.episodes, self.folder)
@@ -175,7 +177,7 @@ def find(path: str | Path) -> Path:
     folder, name = Path(path), str(path)
     if folder.is_dir():
         return folder
-    names = sorted(entry.parent.name for entry in PACKAGED.glob(f"*/{MANIFEST}"))
+    names = packaged_names()
     if name in names:
         return PACKAGED / name
     known = {alias: PACKAGED / each for each in names for alias in (*_aliases(PACKAGED / each), each)}
@@ -192,6 +194,11 @@ def find(path: str | Path) -> Path:
         f"There is no pack {name!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
         f"{did_you_mean(name, names)}"
     )
+
+
+def packaged_names() -> list[str]:
+    """Returns the names of the packs that come with the package, sorted."""
+    return sorted(entry.parent.name for entry in PACKAGED.glob(f"*/{MANIFEST}"))
 
 
 def manifest_of(path: str | Path) -> Manifest:
@@ -228,6 +235,18 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
         )
     _verify(folder, EPISODES, _manifest(folder, raw).files[EPISODES])
     return _lines(folder, EPISODES, Episode)
+
+
+def evenly(episodes: Iterable[Episode]) -> list[Episode]:
+    """Returns episodes so that any first part of them holds every family as often as can be.
+
+    Families come in turn, in the order of the table; within each the order is that of the SHA-256 of the ids, as good
+    as a random one, and the same wherever the pack is. A longer first part holds all of a shorter one.
+    """
+    shuffled = sorted(episodes, key=lambda episode: hashlib.sha256(episode.id.encode()).digest())
+    by_family = [[episode for episode in shuffled if episode.family == family] for family in FAMILIES]
+    rounds = zip_longest(*by_family)
+    return [episode for each in rounds for episode in each if episode is not None]
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:

@@ -171,6 +171,8 @@ class Resumption(_Record):
     started: datetime
     rows_before: int
     """Rows of earlier sessions, the first ones in the file."""
+    episodes: int | None = None
+    """How many episodes the run was meant to play from then on: it may have grown; None where that was not noted."""
     commit: str | None = None
     is_dirty: bool | None = None
     renderer: str = ""

@@ -83,6 +83,8 @@ class Outcome:
     state_tampered: bool
     protocol_failures: int
     malformed_actions: int
+    invalid_reasons: dict[str, int]
+    """Of the invalid actions of both kinds: how many have each reason, by name."""
     truncated: int
     """Replies that the token limit cut and that are no action; among the protocol failures."""
     would_parse_leniently: int
@@ -265,6 +267,7 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict:
         "state_tampered": goal.is_tampered,
         "protocol_failures": sum(invalid.kind == "protocol_failure" for invalid in invalids),
         "malformed_actions": sum(invalid.kind == "malformed_action" for invalid in invalids),
+        "invalid_reasons": dict(sorted(Counter(invalid.reason for invalid in invalids).items())),
         "truncated": sum(_is_truncated(step) for step in steps),
         "would_parse_leniently": sum(invalid.would_parse_leniently for invalid in invalids),
         "library_replies": sum(step.reply.reply_source == "library" for step in steps),

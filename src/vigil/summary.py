@@ -4,6 +4,7 @@ All rates are fractions of the scored episodes; episodes that ended as `error` a
 `protocol.md` section 5.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -12,7 +13,7 @@ from vigil.errors import RecordError
 from vigil.pack import count_families
 from vigil.rates import CREDITS, RATES, Columns, broken_identities, columns_of, count, mean, selected
 from vigil.record import Boundary, EpisodeRecord, Key, standing
-from vigil.scoring import Outcome, settle
+from vigil.scoring import Outcome, Subtype, settle
 
 MAX_ERROR_SHARE = 0.01
 """A report over more errors than this says so at its top."""
@@ -55,6 +56,23 @@ class Settlement:
     def library_replies(self) -> int:
         """Replies that were taken from a library, because the server's own text could not be had."""
         return sum(outcome.library_replies for outcome in self.outcomes)
+
+    @property
+    def invalid_replies(self) -> str:
+        """Says how many replies were no action, and why; empty when all were actions."""
+        replies = sum(outcome.steps for outcome in self.outcomes)
+        reasons = sum((Counter(outcome.invalid_reasons) for outcome in self.outcomes), Counter())
+        if not reasons:
+            return ""
+        count, loose = reasons.total(), sum(outcome.would_parse_leniently for outcome in self.outcomes)
+        why = ", ".join(f"{number} {reason}" for reason, number in reasons.most_common())
+        parse = "all" if loose == count else str(loose) if loose else "none"
+        return f"{count / replies:.0%} of the replies are no action ({why}); {parse} would parse leniently"
+
+    @property
+    def subtypes(self) -> dict[Subtype, int]:
+        """How many reports are mismatched or not to be credited in each way, the most frequent first."""
+        return dict(Counter(outcome.subtype for outcome in self.outcomes if outcome.subtype).most_common())
 
     @property
     def has_many_errors(self) -> bool:

@@ -11,7 +11,6 @@ import multiprocessing
 import os
 import shlex
 import sys
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -20,6 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from vigil.cli.progress import progress
 from vigil.errors import RecordError
 from vigil.jsonl import AppendFile
 from vigil.runner.run_folder import source_state
@@ -84,10 +84,12 @@ def run(sweep: Sweep, options: argparse.Namespace) -> int:
         missing = [piece for piece in range(options.pieces) if piece not in log.done]
         if log.done:
             print(f"{path}: {len(log.done)} pieces are done, {len(missing)} are left", flush=True)
-        began = time.monotonic()
-        for number, (piece, seconds, finding) in enumerate(_results(sweep.work, missing, options.workers), start=1):
-            log.append(_line(piece, seconds, finding))
-            _tell(number, len(missing), time.monotonic() - began, finding)
+        with progress(sweep.name, ticks=False) as show:
+            for number, (piece, seconds, finding) in enumerate(_results(sweep.work, missing, options.workers), start=1):
+                log.append(_line(piece, seconds, finding))
+                for fall in finding.falls[:3]:
+                    print(f"FELL {fall.kind}: {fall.detail[:300]}", flush=True)
+                show(number, len(missing))
         wanted = [log.done[piece] for piece in sorted(log.done) if piece < options.pieces]
     return _summarize(sweep, {"log": str(path)}, wanted)
 
@@ -185,14 +187,6 @@ def _line(piece: int, seconds: float, finding: Finding) -> dict[str, Any]:
         "falls": [{"kind": fall.kind, "detail": fall.detail, "case": fall.case} for fall in finding.falls],
         "commit": source_state()[0],
     }
-
-
-def _tell(number: int, total: int, seconds: float, finding: Finding) -> None:
-    for fall in finding.falls[:3]:
-        print(f"FELL {fall.kind}: {fall.detail[:300]}", flush=True)
-    if sys.stdout.isatty() or number % max(1, total // 20) == 0:
-        left = seconds / number * (total - number)
-        print(f"{number}/{total} pieces, {seconds:.0f} s, about {left:.0f} s left", flush=True)
 
 
 def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, Any]]) -> int:

@@ -1,6 +1,7 @@
 """`vigil pack`: from houses to drafts to a pack, verified and compared, as one would type it."""
 
 import json
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,18 @@ from vigil.pack import Pack, find
 
 def vigil(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, ["pack", *map(str, arguments)])
+
+
+def test_packaged_packs_are_listed_with_their_short_names() -> None:
+    listed = vigil("list")
+    assert listed.exit_code == 0
+    lines = {line.split()[1]: line for line in listed.stdout.splitlines() if line.startswith("│")}
+    mini = find("vigil_mini").name
+    assert "vigil_mini " in lines[mini]
+    rows = {row["name"]: row for row in json.loads(vigil("list", "--json").stdout)}
+    assert set(rows) == set(lines)
+    assert all(Pack.load(short).sha256 == row["sha256"] for row in rows.values() for short in row["also"][-1:])
+    assert (rows[mini]["episodes"], rows[mini]["families"]) == (80, 8)
 
 
 def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
@@ -72,6 +85,9 @@ def test_a_secret_seed_makes_a_pack_in_one_command_that_continues(tmp_path: Path
     assert first.exit_code == 0, first.output
     pack = Pack.load(tmp_path / "a")
     assert pack.manifest.families == {"PG": 1, "SV": 1}
+    assert "can be found by trying" in first.stderr
+    assert "seed" not in pack.manifest.meta
+    assert pack.manifest.meta["seed_sha256"] == sha256(b"held_out 77").hexdigest()
     drafts = (tmp_path / "a.drafts.jsonl").read_bytes()
     (tmp_path / "b.drafts.jsonl").write_bytes(drafts[: drafts.index(b'"line":"done"')])
     assert vigil(*made, "--out", tmp_path / "b").exit_code == 0

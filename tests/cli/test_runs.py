@@ -1,6 +1,5 @@
 """`vigil run`, `vigil verify` and `vigil score`: what they say and how they exit."""
 
-import io
 import os
 import shutil
 import signal
@@ -12,13 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 from tiny_pack import tiny_pack
 
 from vigil.cli import main, text
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
-from vigil.runner.progress import Progress
 
 MODEL = ("--model", "openai/m", "--dry-run")
 
@@ -124,6 +121,31 @@ def test_a_privileged_agent_is_marked_in_the_table_of_its_run(
     assert "noop (privileged): %" in vigil("score", tmp_path / "run").out
 
 
+def test_what_was_no_action_and_what_was_wrong_is_said_with_the_table(
+    vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path
+) -> None:
+    ran = vigil(*command, "--agent", "malformed", "--limit", "1").out
+    assert "malformed: 100% of the replies are no action" in ran
+    assert "no_object); none would parse leniently. `vigil view` shows what was replied" in ran
+    shutil.rmtree(tmp_path / "run")
+    vigil(*command, "--agent", "always_success", "--limit", "1")
+    scored = vigil("score", tmp_path / "run").out
+    assert "Of FR and Other: 1 false_success." in scored
+    assert "no action" not in scored
+
+
+def test_runs_of_one_agent_are_told_apart_in_a_table(vigil: Vigil, pack: Path, tmp_path: Path) -> None:
+    for name, more in (("one", ()), ("two", ("--prompt-variant", "neutral_report", "--limit", "2"))):
+        vigil("run", "--pack", pack, "--agent", "always_success", "--log-dir", tmp_path / name, *more)
+    scored = vigil("score", tmp_path / "one", tmp_path / "two")
+    differ = "episode_ids, profile.prompt_variant, prompt_policy, prompt_policy_sha256"
+    assert f"always_success stands for 2 runs; they differ in {differ}." in scored.err
+    assert all(name in scored.out for name in ("/one", "/two"))
+    shutil.copytree(tmp_path / "one", tmp_path / "copy")
+    assert "they differ in nothing but time" in vigil("score", tmp_path / "one", tmp_path / "copy").err
+    assert "stands for" not in vigil("score", tmp_path / "one").err
+
+
 def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:
     vigil(*command, "--agent", "noop", "--limit", "2")
     unseen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
@@ -222,17 +244,6 @@ def test_tables_are_cut_in_no_terminal(
     assert "exec:long_words [b]odd [/name]: %" in alone
     rates = next(line.replace("│", " ").split() for line in alone.splitlines() if "4/4" in line)
     assert (rates[:2], rates[-1]) == (["all", "4/4"], "11.8")
-
-
-def test_a_name_that_looks_like_markup_is_shown_while_it_plays() -> None:
-    live = text.ProgressLine("exec:x [/b]")
-    live._is_terminal = True
-    with live:
-        live.show(Progress(total=2, done=1, errors=0, W=0.5, B=0.0, steps=3, elapsed_s=1.0, eta_s=1.0, latest=None))
-        rendered = live._bar.make_tasks_table(live._bar.tasks)
-    output = Console(width=120, file=io.StringIO())
-    output.print(rendered)
-    assert "exec:x [/b]" in output.file.getvalue()
 
 
 @pytest.mark.parametrize(

@@ -192,6 +192,29 @@ def test_a_run_goes_on_while_its_header_says_no_end(pack: Path, tmp_path: Path) 
     assert ended == [None, None]
 
 
+def test_a_run_grows_and_what_was_played_stays(pack: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    run_pack(settings(pack, folder, limit=2))
+    rows = (folder / EPISODES_FILE).read_bytes()
+    grown = run_pack(settings(pack, folder, limit=5))
+    assert (grown.resumed, len(grown.records), grown.is_complete) == (2, 5, True)
+    assert (folder / EPISODES_FILE).read_bytes().startswith(rows)
+    whole = run_pack(settings(pack, folder))
+    assert (whole.resumed, len(whole.records)) == (5, 8)
+    header = read_header(folder)
+    assert header == whole.header
+    assert [(session.rows_before, session.episodes) for session in header.resumed] == [(2, 5), (5, 8)]
+    fresh = run_pack(settings(pack, tmp_path / "fresh"))
+    assert fresh.header.spec == header.spec
+    assert [(row.key, row.initial, row.worlds) for row in whole.records] == [
+        (row.key, row.initial, row.worlds) for row in fresh.records
+    ]
+    with pytest.raises(RecordError, match="episode_ids: 8 of them there, 5 of them here"):
+        run_pack(settings(pack, folder, limit=5))
+    with pytest.raises(RecordError, match="seed"):
+        run_pack(settings(pack, folder, limit=8, seed=4))
+
+
 def test_a_run_that_never_started_leaves_nothing(pack: Path, tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="cannot be started"):
         run_pack(settings(pack, tmp_path / "run", agent="exec:/no/such/program"))

@@ -14,7 +14,7 @@ import typer
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli.arguments import Workers
-from vigil.cli.text import counting
+from vigil.cli.progress import progress
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
@@ -113,7 +113,7 @@ def sweep_houses(
     for count in counts:
         spec_for(str(count))
     total, done = len(counts) * (end - first), itertools.count(1)
-    with counting("houses") as show:
+    with progress("houses") as show:
 
         def told(problems: list[str]) -> None:
             show(next(done), total)

@@ -1,8 +1,7 @@
 """`vigil pack propose` and `vigil pack build`: from houses to drafts, from drafts and reviews to a pack."""
 
-import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -24,7 +23,8 @@ from vigil.authoring.packing.verify import VerificationSettings, bundles, verifi
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import Workers
-from vigil.cli.text import duration
+from vigil.cli.progress import progress
+from vigil.cli.text import say
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
 from vigil.freezing import check_free
@@ -32,7 +32,6 @@ from vigil.house import House
 from vigil.runner.models.completion import completing
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families
 
-PLAIN_SECONDS = 5.0
 HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
 """Houses for each episode of a family, unless said otherwise."""
 Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
@@ -70,13 +69,14 @@ def propose(
         families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets)
     )
     sources = _sources(houses or [], seeds, rooms, limit)
-    file, said = DraftsFile(out), _ProgressLines()
-    if model is None:
-        generate_drafts(file, sources, settings, workers=workers, on_progress=said.standing)
-    else:
-        with completing(model, base_url, api_key_env=api_key_env) as complete:
-            proposer = model, model_proposer(complete, per_house, model)
-            generate_drafts(file, sources, settings, proposer=proposer, on_progress=said.standing)
+    file = DraftsFile(out)
+    with _house_progress() as show:
+        if model is None:
+            generate_drafts(file, sources, settings, workers=workers, on_progress=show)
+        else:
+            with completing(model, base_url, api_key_env=api_key_env) as complete:
+                proposer = model, model_proposer(complete, per_house, model)
+                generate_drafts(file, sources, settings, proposer=proposer, on_progress=show)
     _summary(file)
 
 
@@ -134,6 +134,13 @@ def _freeze(
     print(f"reviewed: {pack.manifest.meta['reviews']}")
 
 
+SECRET_FROM = 2**64
+SHORT_SEED = (
+    "A seed below 2^64 can be found by trying all of them against the pack. For a pack that is to stay unseen take a "
+    "long one: python3 -c 'import secrets; print(secrets.randbits(128))'."
+)
+
+
 def make(
     name: Name,
     out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
@@ -162,9 +169,14 @@ def make(
         DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")),
         VerificationSettings("mujoco", AssetDatabase.of(assets), workers),
     )
-    pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=families or tuple(FAMILIES))
+    if seed is not None and seed < SECRET_FROM:
+        say([SHORT_SEED])
+    chosen = families or tuple(FAMILIES)
+    is_secret = seed is not None
+    pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=chosen, is_seed_secret=is_secret)
     settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=means.assets)
-    generate_drafts(file, sources, settings, workers=workers, on_progress=_ProgressLines().standing)
+    with _house_progress() as show:
+        generate_drafts(file, sources, settings, workers=workers, on_progress=show)
     _summary(file)
     given = [review for path in reviews or [] for review in _reviews(path)]
     _freeze(out, [file], given, pack_request, means)
@@ -188,20 +200,11 @@ def checker(
     return check
 
 
-class _ProgressLines:
-    """Prints the progress of the generation, a line every few seconds."""
-
-    def __init__(self) -> None:
-        self._last_s = -PLAIN_SECONDS
-
-    def standing(self, standing: GenerationProgress) -> None:
-        now = time.monotonic()
-        if standing.houses < standing.of and now - self._last_s < PLAIN_SECONDS:
-            return
-        self._last_s = now
-        left_s = standing.seconds / standing.houses * (standing.of - standing.houses)
-        told = f"{standing.houses}/{standing.of} houses  {standing.kept} drafts  {standing.rejected} rejected"
-        print(f"{told}  ETA {duration(left_s)}", file=sys.stderr, flush=True)
+@contextmanager
+def _house_progress() -> Iterator[Callable[[GenerationProgress], None]]:
+    """Yields what takes in how far the generation of drafts has come."""
+    with progress("houses") as show:
+        yield lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
 
 
 def _summary(file: DraftsFile) -> None:

@@ -13,7 +13,8 @@ from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import PackArgument
-from vigil.cli.text import ProgressLine, say
+from vigil.cli.progress import run_progress
+from vigil.cli.text import say
 from vigil.errors import SettingError, SimulatorError
 from vigil.pack import Pack
 from vigil.runner.run import run_pack
@@ -57,8 +58,8 @@ def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: 
         workers=workers,
         asset_database=assets,
     )
-    with ProgressLine(agent) as live:
-        result = run_pack(settings, on_progress=live.show)
+    with run_progress(agent) as show:
+        result = run_pack(settings, on_progress=show)
     if not result.is_complete:
         raise SimulatorError(
             f"{result.errors} episodes of {agent!r} ended as errors; the same command plays them again."

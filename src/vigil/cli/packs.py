@@ -1,7 +1,6 @@
 """`vigil pack`: what is in a pack, whether every episode holds what it promises, and how two packs differ."""
 
 import json
-import sys
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
@@ -14,13 +13,41 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
-from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, verify_pack
+from vigil.authoring.packing.verify import VerificationSettings, verify_pack
 from vigil.cli.arguments import AsJson, PackArgument, Workers
-from vigil.cli.text import console, duration, say
+from vigil.cli.progress import progress
+from vigil.cli.text import console, say
 from vigil.episode import FAMILIES
-from vigil.pack import Pack
+from vigil.pack import Pack, find, manifest_of, manifest_sha256, packaged_names
+from vigil.pack_names import stem_of
 from vigil.runner.shared_settings import AssetFile, Backend
 from vigil.sim import make_simulator
+
+
+def list_packs(as_json: AsJson = False) -> None:
+    """Example: vigil pack list"""
+    manifests = {name: manifest_of(name) for name in packaged_names()}
+    rows = [
+        {
+            "name": name,
+            "also": [short for short in (stem_of(name), *manifest.meta.get("aliases", ())) if short],
+            "version": manifest.version,
+            "episodes": manifest.episodes,
+            "families": len(manifest.families),
+            "houses": manifest.houses,
+            "sha256": manifest_sha256(find(name)),
+        }
+        for name, manifest in manifests.items()
+    ]
+    if as_json:
+        print(json.dumps(rows))
+        return
+    table = Table("--pack", "or", "version", "episodes", "families", "houses", "sha256")
+    for row in rows:
+        counts = (str(row[key]) for key in ("episodes", "families", "houses"))
+        table.add_row(row["name"], ", ".join(row["also"]), row["version"], *counts, row["sha256"][:12])
+    console().print(table)
+    print("A pack of your own: the folder instead of a name. `vigil pack info NAME` says more of one.")
 
 
 def info(pack: PackArgument, as_json: AsJson = False) -> None:
@@ -84,21 +111,15 @@ def verify(
     """Example: vigil pack verify starter --workers 2"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
-    findings = verify_pack(
-        loaded, VerificationSettings(backend, AssetDatabase.of(assets), workers), log, _print_standing
-    )
+    settings = VerificationSettings(backend, AssetDatabase.of(assets), workers)
+    with progress("verify") as show:
+        findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
     for finding in findings:
         print(finding)
     faulty = len({finding.episode_id for finding in findings})
     print(f"{len(loaded.episodes) - faulty} of {len(loaded.episodes)} episodes of pack {loaded.name!r} hold")
     if findings:
         raise typer.Exit(2)
-
-
-def _print_standing(standing: VerificationProgress) -> None:
-    left_s = standing.seconds / max(standing.done, 1) * (standing.of - standing.done)
-    told = f"{standing.done}/{standing.of} episodes  {standing.faulty} faulty  ETA {duration(left_s)}"
-    print(told, file=sys.stderr, flush=True)
 
 
 def diff(

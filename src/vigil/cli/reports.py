@@ -55,8 +55,11 @@ def report(
         return
     written = write_report(found, out, formats, _further(found, pack, episode or [], diagram, assets))
     _warn(found)
-    for path in written if len(written) <= 3 else [*written[:2], out]:
+    pages = [path for path in written if path.stem == "report"]
+    for path in written if len(written) <= 3 else pages:
         print(path)
+    if len(written) > 3:
+        print(f"{len(written) - len(pages)} more files under {out}")
 
 
 def _check(runs: list[Path], pack: str | Path | None) -> None:

@@ -11,8 +11,9 @@ from vigil.agents.choose import is_known
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import RunArgument
+from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import label_of, print_families
-from vigil.cli.text import ProgressLine, counting, say
+from vigil.cli.text import say
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
 from vigil.profile import known_coordinates
@@ -61,7 +62,7 @@ def print_asked(settings: RunSettings) -> None:
 
 def verify(run: RunArgument, settings: VerifySettings) -> None:
     """Example: vigil verify runs/solver"""
-    with counting("verify") as show:
+    with progress("verify") as show:
         found = verify_run(run, settings, on_progress=show)
     say((*found.header.version_notes, *found.notes))
     for difference in found.differences:
@@ -84,8 +85,8 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
 def _play(settings: RunSettings) -> None:
     if settings.model is not None:
         print_asked(settings)
-    with ProgressLine(settings.player) as live:
-        result = run_pack(settings, on_progress=_aloud(live.show))
+    with run_progress(settings.player) as show:
+        result = run_pack(settings, on_progress=_aloud(show))
     _print_result(result)
     if not result.is_complete:
         raise typer.Exit(1)
@@ -94,10 +95,10 @@ def _play(settings: RunSettings) -> None:
 def _aloud(show: OnProgress) -> OnProgress:
     """Returns `show`, with warnings beside it on standard error."""
 
-    def tell(progress: Progress) -> None:
-        show(progress)
-        if progress.warning is not None:
-            print(f"WARNING: {progress.warning}", file=sys.stderr, flush=True)
+    def tell(where: Progress) -> None:
+        show(where)
+        if where.warning is not None:
+            print(f"WARNING: {where.warning}", file=sys.stderr, flush=True)
 
     return tell
 

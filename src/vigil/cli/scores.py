@@ -2,8 +2,10 @@
 
 import json
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
@@ -11,11 +13,13 @@ from rich.table import Table
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
 from vigil.episode import FAMILIES
-from vigil.record import RunHeader
+from vigil.record import RunHeader, RunSpec
 from vigil.runner.shared_settings import PackPlace
 from vigil.saved_run import read_run
 from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
 
+INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
+LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
 
@@ -27,7 +31,7 @@ def score(
 ) -> None:
     """Example: vigil score runs/solver runs/premature"""
     different = {path.resolve(): path for path in reversed(runs)}
-    settled = [_settled(path, pack) for path in reversed(different.values())]
+    settled = _told_apart([_settled(path, pack) for path in reversed(different.values())])
     for run in settled:
         say(run.notes)
     if as_json:
@@ -49,6 +53,7 @@ class _Settled:
 
     path: Path
     name: str
+    spec: RunSpec
     settlement: Settlement
     notes: tuple[str, ...]
     """What a reader must know before any number."""
@@ -56,7 +61,39 @@ class _Settled:
 
 def _settled(path: Path, pack: str | Path | None) -> _Settled:
     run = read_run(path, pack)
-    return _Settled(path, label_of(run.header), run.table.settlement(), run.notes)
+    return _Settled(path, label_of(run.header), run.header.spec, run.table.settlement(), run.notes)
+
+
+def _told_apart(runs: list[_Settled]) -> list[_Settled]:
+    """Returns the runs under different names: those of one agent with their folders, and a note in what they differ."""
+    found: list[_Settled] = []
+    for run in runs:
+        alike = [each for each in runs if each.name == run.name]
+        if len(alike) > 1:
+            values = [settings_of(each.spec) for each in alike]
+            differ = [
+                name
+                for name in sorted({*chain(*values)})
+                if any(each.get(name) != values[0].get(name) for each in values)
+            ]
+            note = f"{run.name} stands for {len(alike)} runs; they differ in {', '.join(differ) or 'nothing but time'}."
+            notes = (note, *run.notes) if run is alike[0] else run.notes
+            run = replace(run, name=f"{run.name} · {run.path}", notes=notes)
+        found.append(run)
+    return found
+
+
+def settings_of(spec: RunSpec) -> dict[str, Any]:
+    """Returns all settings of a run by name, e.g. `profile.prompt_variant`; of its episodes only how many."""
+    flat: dict[str, Any] = {}
+    todo = [("", {**spec.model_dump(mode="json"), "episode_ids": len(spec.episode_ids)})]
+    for place, fields in todo:
+        for name, value in fields.items():
+            if isinstance(value, dict):
+                todo.append((f"{place}{name}.", value))
+            else:
+                flat[f"{place}{name}"] = value
+    return flat
 
 
 def label_of(header: RunHeader) -> str:
@@ -82,6 +119,8 @@ def print_families(name: str, settlement: Settlement) -> None:
         return table
 
     print_fitting(build)
+    if settlement.subtypes:
+        print(f"Of FR and Other: {', '.join(f'{number} {name}' for name, number in settlement.subtypes.items())}.")
 
 
 def _print_comparison(settled: list[tuple[str, Settlement]]) -> None:
@@ -142,6 +181,9 @@ def _warn(name: str, settlement: Settlement) -> None:
         print(f"{name}: {settlement.repeats}.")
     if settlement.library_replies:
         print(f"{name}: {settlement.library_replies} {LIBRARY_REPLIES}.")
+    if settlement.invalid_replies:
+        is_loose = any(outcome.would_parse_leniently for outcome in settlement.outcomes)
+        print(f"{name}: {settlement.invalid_replies}. {LENIENT_HINT if is_loose else INVALID_HINT}")
     reasons = Counter((error.boundary, _last_line(error.message)) for error in settlement.errors)
     for (boundary, message), count in reasons.most_common(MAX_REASONS):
         print(f"{name}: {count} x error at the {boundary}: {message}")

@@ -1,22 +1,15 @@
-"""Text for people: tables of runs, a line of progress."""
+"""Text for people: tables, rates, lengths of time."""
 
 import sys
-import textwrap
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 
 from rich.console import Console
 from rich.measure import Measurement
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
-
-from vigil.runner.progress import Progress as RunProgress
 
 PIPED_WIDTH = 160
 UNBOUNDED_WIDTH = 10_000
 COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
-PLAIN_SECONDS = 10.0
-TROUBLE_CHARS = 70
 
 
 def console(stderr: bool = False) -> Console:
@@ -29,23 +22,6 @@ def say(notes: Iterable[str]) -> None:
     """Tells what a reader must know before any result, beside the results: on standard error."""
     for note in notes:
         print(f"note: {note}", file=sys.stderr, flush=True)
-
-
-@contextmanager
-def counting(label: str) -> Iterator[Callable[[int, int], None]]:
-    """Shows how many of how many are done, once something is: yields what is told (done, total)."""
-    progress = Progress(*Progress.get_default_columns(), MofNCompleteColumn(), console=console(stderr=True))
-    task = progress.add_task(label, total=None)
-
-    def tell(done: int, total: int) -> None:
-        progress.start()
-        progress.update(task, completed=done, total=total)
-
-    try:
-        yield tell
-    finally:
-        if progress.live.is_started:
-            progress.stop()
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:
@@ -76,52 +52,3 @@ def duration(seconds: float | None) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-
-
-class ProgressLine:
-    """Shows a run's progress: a bar in a terminal, else a plain line every ten seconds and at the end."""
-
-    def __init__(self, label: str) -> None:
-        self._label = label
-        self._is_terminal = sys.stderr.isatty()
-        self._last_s = -PLAIN_SECONDS
-        self._task: TaskID | None = None
-        self._bar = Progress(
-            TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.fields[facts]}"),
-            TimeElapsedColumn(), console=console(stderr=True),
-        )  # fmt: skip
-
-    def __enter__(self) -> "ProgressLine":
-        if self._is_terminal:
-            self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._is_terminal:
-            self._bar.stop()
-
-    def show(self, progress: RunProgress) -> None:
-        """Takes in where the run stands."""
-        facts = line(progress)
-        if not self._is_terminal:
-            is_over = progress.done + progress.errors >= progress.total
-            if is_over or progress.elapsed_s - self._last_s >= PLAIN_SECONDS:
-                self._last_s = progress.elapsed_s
-                print(f"{self._label}: {facts}", file=sys.stderr, flush=True)
-            return
-        if self._task is None:
-            self._task = self._bar.add_task(self._label, total=progress.total, facts=facts)
-        self._bar.update(self._task, completed=progress.done + progress.errors, facts=facts)
-
-
-def line(progress: RunProgress) -> str:
-    """Returns where a run stands, in one line."""
-    facts: Sequence[str] = (
-        f"{progress.done}/{progress.total}",
-        f"W {percent(progress.W)}",
-        f"B {percent(progress.B)}",
-        *([f"errors {progress.errors}"] if progress.errors else []),
-        f"ETA {duration(progress.eta_s)}",
-        *([textwrap.shorten(progress.trouble, TROUBLE_CHARS, placeholder=" ...")] if progress.trouble else []),
-    )
-    return "  ".join(facts)

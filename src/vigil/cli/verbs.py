@@ -51,6 +51,7 @@ HOUSES = {
     ),
 }
 PACK = {
+    "list": Verb("packs:list_packs", "Lists the packs that come with the package."),
     "info": Verb("packs:info", "Verifies every hash and says what the pack holds."),
     "verify": Verb("packs:verify", _PACK_VERIFY),
     "validate": Verb("packs:verify", _PACK_VERIFY, is_hidden=True),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
+from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
 from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SimulatorError
@@ -197,7 +197,6 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> 
             settings.retries,
             settings.first_wait_s,
             settings.longest_wait_s,
-            rng=np.random.default_rng(settings.seed),
             tell=lambda trouble: run.tally.note(run.secrets.hide(trouble)),
         ),
     )
@@ -250,18 +249,30 @@ async def _attempts(
     A model's failure is not tried again: every single request was. Neither is an episode of which a program was shown a
     frame and whose worker was lost again and again: it would be played with knowledge.
     """
-    retry_policy = RetryPolicy(first_wait_s=run.settings.first_wait_s)
     key, attempts = (assignment.episode.id, assignment.epoch), run.folder.attempts
-    for tried in range(1, ATTEMPTS + 1):
+    wait_s = RetryPolicy(first_wait_s=run.settings.first_wait_s).wait_s
+
+    async def attempt() -> tuple[EpisodeRecord, bool]:
         before = attempts.count(key)
         record = _without_secrets(await play(Assignment(assignment.episode, assignment.epoch, before + 1)), run.secrets)
         was_shown = attempts.count(key) > before
         boundary = None if record.error is None else record.error.boundary
         is_lost = boundary == "worker" and was_shown and run.spec.agent_kind == "exec"
-        if boundary in (None, "model") or is_lost or tried == ATTEMPTS:
-            return record
-        await asyncio.sleep(retry_policy.wait_s(tried, None))
-    raise AssertionError("the last round returns")
+        return record, boundary in (None, "model") or is_lost
+
+    retrying = AsyncRetrying(
+        retry=retry_if_result(lambda played: not played[1]),
+        stop=stop_after_attempt(ATTEMPTS),
+        wait=wait_s,
+        retry_error_callback=_last_result,
+    )
+    record, _ = await retrying(attempt)
+    return record
+
+
+def _last_result(state: RetryCallState) -> tuple[EpisodeRecord, bool]:
+    assert state.outcome is not None
+    return state.outcome.result()
 
 
 def _without_secrets(record: EpisodeRecord, secrets: Secrets) -> EpisodeRecord:

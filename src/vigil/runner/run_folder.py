@@ -1,6 +1,7 @@
 """A run's folder: `run.json` says what the run is, the append-only `episodes.jsonl` decides what has been played.
 
-The same command continues a run; a command with other settings is refused by name of the difference.
+The same command continues a run, one that names more episodes lets it grow; a command with other settings is refused by
+name of the difference.
 """
 
 import os
@@ -141,6 +142,7 @@ class RunFolder:
         session = Resumption(
             started=datetime.now(UTC),
             rows_before=rows,
+            episodes=len(self.header.spec.episode_ids),
             commit=commit,
             is_dirty=is_dirty,
             renderer=renderer,
@@ -257,6 +259,7 @@ def _resume(path: Path, spec: RunSpec) -> RunHeader:
             f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both would not be of one "
             "kind. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
         )
+    header = _grown(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
     if header.package_version != package_version():
         differences.append(f"package_version: {header.package_version!r} there, {package_version()!r} here")
@@ -265,6 +268,13 @@ def _resume(path: Path, spec: RunSpec) -> RunHeader:
             f"Folder {str(path)!r} holds another run: {'; '.join(differences)}. Give the same settings to continue it, "
             "or another --log-dir for a new run."
         )
+    return header
+
+
+def _grown(header: RunHeader, spec: RunSpec) -> RunHeader:
+    """Returns the header with the episodes of `spec`, if those are all that it names and more."""
+    if set(header.spec.episode_ids) < set(spec.episode_ids):
+        return header.model_copy(update={"spec": header.spec.model_copy(update={"episode_ids": spec.episode_ids})})
     return header
 
 

@@ -8,7 +8,6 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures import TimeoutError as Overdue
@@ -17,6 +16,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait
 from pathlib import Path
 from typing import Any, Literal, TypeVar
+
+from cachetools import LRUCache
 
 from vigil.actions import PhysicalAction
 from vigil.agents.picture import encode
@@ -75,20 +76,17 @@ class RenderService:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._executor: ProcessPoolExecutor | None = None
-        self._kept: OrderedDict[str, bytes] = OrderedDict()
+        self._kept: LRUCache[str, bytes] = LRUCache(KEPT_PICTURES)
 
     def picture(self, scene: EpisodeMoment) -> bytes:
         """Returns the frame (PNG) of a scene. Raises SimulatorError or InputError."""
         name = scene.name
         with self._lock:
             if name in self._kept:
-                self._kept.move_to_end(name)
                 return self._kept[name]
         data = self._ask(_draw, scene)
         with self._lock:
             self._kept[name] = data
-            while len(self._kept) > KEPT_PICTURES:
-                self._kept.popitem(last=False)
         return data
 
     def walk(self, scene: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:

@@ -22,6 +22,7 @@ STATIC = HERE / "static"
 COOKIE = "vigil_token"
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
 MAX_BODY_BYTES = 256 * 1024
+_LOOPBACK_HEADER = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:[0-9]{1,5})?", re.ASCII | re.IGNORECASE)
 _LENGTH = re.compile(r"[0-9]{1,9}")
 _MAX_FAULT_CHARS = 300
 POLICY = (
@@ -140,8 +141,7 @@ def fault(request: Request, status: int, message: str) -> Response:
 
 def _refusal(request: Request, address: Address) -> Response | None:
     """Returns why a request is turned away; None when it may go on."""
-    host = _host_of(request.headers.get("host", ""))
-    if not address.token and host not in LOOPBACK:
+    if not address.token and not _LOOPBACK_HEADER.fullmatch(request.headers.get("host", "")):
         return PlainTextResponse("This server answers to 127.0.0.1 and localhost alone.", 421)
     origin = request.headers.get("origin")
     is_foreign = origin not in (None, "null") and origin.partition("://")[2] != request.headers.get("host", "")
@@ -178,7 +178,3 @@ def _token_refusal(request: Request, address: Address) -> Response | None:
 
 def _is_same(given: str, token: str) -> bool:
     return hmac.compare_digest(given.encode(), token.encode())
-
-
-def _host_of(header: str) -> str:
-    return header[1:].partition("]")[0] if header.startswith("[") else header.partition(":")[0]

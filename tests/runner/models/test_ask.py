@@ -78,14 +78,51 @@ def test_other_trouble_does_not_use_up_rejections() -> None:
     assert ask(Script(rejection, outage, rejection, outage, GOOD)) == GOOD
 
 
-def test_waits_double_up_to_a_limit_with_jitter_and_mind_the_provider() -> None:
+def waits(monkeypatch: pytest.MonkeyPatch, *answers: Reply | AttemptFailed) -> list[float]:
+    """Returns how long was waited before each further attempt, of which the last succeeds."""
+    waited: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        waited.append(seconds)
+
+    monkeypatch.setattr(asyncio, "sleep", sleep)
     retry_policy = RetryPolicy(first_wait_s=1.0, longest_wait_s=10.0)
-    waits = [retry_policy.wait_s(attempt, None) for attempt in range(1, 9)]
-    for attempt, wait in enumerate(waits):
+    assert asyncio.run(with_retries(Script(*answers, GOOD), retry_policy)(MESSAGES)) == GOOD
+    return waited
+
+
+def test_waits_double_up_to_a_limit_with_jitter(monkeypatch: pytest.MonkeyPatch) -> None:
+    waited = waits(monkeypatch, *[AttemptFailed("500", can_retry=True)] * 8)
+    assert len(waited) == 8
+    for attempt, wait in enumerate(waited):
         assert min(10.0, 2.0**attempt) / 2 <= wait <= min(10.0, 2.0**attempt)
-    assert 7.0 <= retry_policy.wait_s(1, 7.0) <= 8.0
-    assert retry_policy.wait_s(1, 9999.0) == 10.0
-    assert RetryPolicy().wait_s(3, None) != RetryPolicy().wait_s(4, None)
+    assert len(set(waited)) == 8
+
+
+@pytest.mark.parametrize(("asked_s", "least", "most"), [(7.0, 7.0, 7.0), (9999.0, 10.0, 10.0), (0.1, 0.5, 1.0)])
+@pytest.mark.parametrize("is_rejection", [False, True])
+def test_the_provider_may_ask_for_a_longer_wait(
+    asked_s: float, least: float, most: float, is_rejection: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trouble = AttemptFailed("429", can_retry=not is_rejection, is_rejection=is_rejection, wait_s=asked_s)
+    (wait,) = waits(monkeypatch, trouble)
+    assert least <= wait <= most
+
+
+def test_an_interrupted_request_is_not_tried_again() -> None:
+    async def send(messages: object) -> Reply:
+        raise asyncio.CancelledError
+
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(with_retries(send, RetryPolicy(first_wait_s=0.0))(MESSAGES))
+
+
+def test_requests_at_once_are_counted_separately() -> None:
+    async def both() -> list[Reply]:
+        scripts = [Script(*[AttemptFailed("500", can_retry=True)] * 3, GOOD) for _ in range(2)]
+        return await asyncio.gather(*(with_retries(script, RetryPolicy(3, 0.001))(MESSAGES) for script in scripts))
+
+    assert asyncio.run(both()) == [GOOD, GOOD]
 
 
 @pytest.mark.parametrize(

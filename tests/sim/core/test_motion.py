@@ -103,6 +103,11 @@ def test_reachable_starts_where_the_body_touches_something(plan):
     assert len(places) > 50
 
 
+def test_a_start_outside_reaches_nothing_and_one_without_neighbours_itself(plan):
+    assert plan.reachable(at(-50.0, 2.5)).shape == (0, 2)
+    assert plan.reachable(at(2.62, 2.2), step_m=20.0).tolist() == [[2.62, 2.2]]
+
+
 def test_steps_between_reachable_neighbours_are_free_but_past_a_corner(plan):
     """Both ends of a step may be free while its middle is not: only at the bin's corner in the trial house."""
     places = plan.reachable(at(3.5, 2.5)).tolist()

@@ -47,7 +47,7 @@ from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
 ROWS_FILE = "rows.parquet"
-ROWS_VERSION = 3
+ROWS_VERSION = 4
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
@@ -183,11 +183,16 @@ def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
 
 
 def flat(outcome: Outcome) -> _Row:
-    """Returns an outcome as one flat row: counts by kind of action, and B under each report policy, a column each."""
+    """Returns an outcome as one flat row: counts by kind of action, and B under each report policy, a column each.
+
+    The reasons of invalid actions are one JSON object.
+    """
     row: _Row = {}
     for field in fields(outcome):
         value = getattr(outcome, field.name)
-        if isinstance(value, dict):
+        if field.name == "invalid_reasons":
+            row[field.name] = json.dumps(value)
+        elif isinstance(value, dict):
             row.update({f"{field.name}.{kind}": value[kind] for kind in KINDS})
         else:
             row[field.name] = value

@@ -74,7 +74,6 @@ class GenerationProgress:
     of: int
     kept: int
     rejected: int
-    seconds: float
 
 
 Unit = tuple[Source, tuple[Family, ...]]
@@ -105,12 +104,12 @@ def generate_drafts(
             )
             if missing:
                 units.append((source, missing))
-        begun, kept, rejected = time.monotonic(), 0, 0
+        kept = rejected = 0
         for number, (house, lines) in enumerate(_worked(units, settings, workers, proposer), start=1):
             writer.add(house, lines)
             kept += sum(isinstance(line, Draft) for line in lines)
             rejected += sum(isinstance(line, Rejection) for line in lines)
-            on_progress(GenerationProgress(number, len(units), kept, rejected, time.monotonic() - begun))
+            on_progress(GenerationProgress(number, len(units), kept, rejected))
 
 
 def _worked(

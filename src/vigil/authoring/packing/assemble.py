@@ -72,6 +72,8 @@ class PackRequest:
     description: str = ""
     aliases: tuple[str, ...] = ()
     families: tuple[Family, ...] = tuple(FAMILIES)
+    is_seed_secret: bool = False
+    """Whether the pack tells no more of the seed than its hash."""
 
 
 Check = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
@@ -251,7 +253,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         "authors": sorted({header.author for header in headers}),
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
         "reviews": review_counts(chosen),
-        "seed": pack_request.seed,
+        **_seed_facts(pack_request),
         "simulator": sorted({header.simulator for header in headers}),
         "solution_steps": {
             family: {"mean": round(sum(steps) / len(steps), 2), "max": max(steps)}
@@ -262,6 +264,17 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         "text_guess_sv": text_guess(members),
         "vigil": vigil.__version__,
     }
+
+
+def seed_sha256(name: str, seed: int) -> str:
+    """Returns the hash by which the secret seed of a pack can be proved once it is told: SHA-256 of "NAME SEED"."""
+    return hashlib.sha256(f"{name} {seed}".encode()).hexdigest()
+
+
+def _seed_facts(pack_request: PackRequest) -> dict[str, Any]:
+    if pack_request.is_seed_secret:
+        return {"seed_sha256": seed_sha256(pack_request.name, pack_request.seed)}
+    return {"seed": pack_request.seed}
 
 
 def _house(files: Sequence[DraftsFile], name: str) -> House:

@@ -4,7 +4,6 @@ What has been verified can be kept in a log (one line an episode); the same comm
 """
 
 import hashlib
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import nullcontext
@@ -70,7 +69,6 @@ class VerificationProgress:
     done: int
     of: int
     faulty: int
-    seconds: float
 
 
 OnProgress = Callable[[VerificationProgress], None]
@@ -98,13 +96,12 @@ def _results(
     keys = {episode.id: key_of(episode, solved.get(episode.id), settings.backend) for episode in pack.episodes}
     missing = [episode for episode in pack.episodes if keys[episode.id] not in known]
     results = [known[key] for key in keys.values() if key in known]
-    begun = time.monotonic()
     for found in verified(bundles(missing, solved, pack.house_of), settings):
         results += found
         if log is not None:
             log.append(*map(dump_line, found))
         faulty = sum(bool(result.findings) for result in results)
-        on_progress(VerificationProgress(len(results), len(pack.episodes), faulty, time.monotonic() - begun))
+        on_progress(VerificationProgress(len(results), len(pack.episodes), faulty))
     return results
 
 

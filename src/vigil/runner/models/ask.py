@@ -6,12 +6,17 @@ times, when the agent has said nothing yet; later on it is the agent's own doing
 (`vigil.runner.workers.live`).
 """
 
-import asyncio
 import re
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-import numpy as np
+from tenacity import (
+    AsyncRetrying,
+    RetryCallState,
+    retry_if_exception_type,
+    wait_exponential,
+    wait_random_exponential,
+)
 
 from vigil.actions import Reply
 from vigil.agents.model import Message
@@ -70,23 +75,30 @@ def is_rejection(status: int | None, message: str) -> bool:
     return _LENGTH_OR_CONTENT.search(message) is not None and not _NOT_THE_AGENTS.search(message)
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class RetryPolicy:
     """How often to try again and how long to wait: doubling, with jitter, unless the provider says otherwise."""
 
     retries: int = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0
-    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
-    """For jitter alone: nothing that is scored depends on it."""
     tell: Callable[[str], None] = lambda _: None
     """Takes in what goes wrong and is tried again, in a line."""
 
-    def wait_s(self, attempt: int, asked_s: float | None) -> float:
-        """Returns how long to wait after failed attempt number `attempt` (from 1)."""
-        longest = min(self.longest_wait_s, self.first_wait_s * 2.0 ** (attempt - 1))
-        own = longest * (0.5 + 0.5 * float(self.rng.random()))
+    def wait_s(self, state: RetryCallState) -> float:
+        """Returns how long to wait after a failed attempt: half of it fixed, half of it drawn."""
+        half = {"multiplier": self.first_wait_s / 2, "max": self.longest_wait_s / 2}
+        own = (wait_exponential(**half) + wait_random_exponential(**half))(state)
+        asked_s = getattr(_failure(state), "wait_s", None)
         return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
+
+    def tell_of(self, state: RetryCallState) -> None:
+        """Tells of a failed attempt before the wait."""
+        self.tell(f"try {state.attempt_number + 1} in {state.upcoming_sleep:.0f} s after {_failure(state)}")
+
+
+def _failure(state: RetryCallState) -> BaseException | None:
+    return state.outcome.exception() if state.outcome else None
 
 
 def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:
@@ -94,23 +106,26 @@ def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:
 
     async def ask(messages: Sequence[Message]) -> Reply:
         failures = rejections = 0
-        while True:
+
+        async def attempt() -> Reply:
+            nonlocal failures, rejections
             try:
                 return await send(messages)
             except AttemptFailed as trouble:
-                said = str(trouble)
                 if trouble.is_rejection:
                     rejections += 1
                     if rejections == MAX_REJECTIONS:
-                        message = f"The provider rejected the request {rejections} times: {said}"
+                        message = f"The provider rejected the request {rejections} times: {trouble}"
                         raise RequestRejected(message) from trouble
-                    wait = retry_policy.wait_s(rejections, trouble.wait_s)
                 else:
                     failures += 1
                     if not trouble.can_retry or failures > retry_policy.retries:
                         raise ModelAPIError(f"{trouble} (after {failures} attempts)") from trouble
-                    wait = retry_policy.wait_s(failures, trouble.wait_s)
-            retry_policy.tell(f"try {failures + rejections + 1} in {wait:.0f} s after {said}")
-            await asyncio.sleep(wait)
+                raise
+
+        retrying = AsyncRetrying(
+            retry=retry_if_exception_type(AttemptFailed), wait=retry_policy.wait_s, before_sleep=retry_policy.tell_of
+        )
+        return await retrying(attempt)
 
     return ask

@@ -11,6 +11,8 @@ import math
 
 import numpy as np
 import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order
 from shapely.geometry.base import BaseGeometry
 
 from vigil.pose import Vec3
@@ -88,19 +90,19 @@ class CollisionMap:
         """Returns the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
         cells, free = self._free_grid(start, step_m)
         index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
+        if (0, 0) not in index:
+            return free[:0]
         edges = [(a, index[near]) for (i, k), a in index.items() for near in ((i + 1, k), (i, k + 1)) if near in index]
-        links: dict[int, list[int]] = {}
-        if edges:
-            pairs = np.array(edges)
-            sweeps = np.array(shapely.linestrings(np.stack([free[pairs[:, 0]], free[pairs[:, 1]]], axis=1)), ndmin=1)
-            blocked = self._any_near(sweeps) | ~shapely.covers(self._inside, sweeps)
-            for edge in np.flatnonzero((pairs == index[0, 0]).any(axis=1)):  # the start may touch something
-                near = free[pairs[edge][pairs[edge] != index[0, 0]][0]]
-                blocked[edge] = self.blocker(start, Vec3(float(near[0]), start.y, float(near[1]))) is not None
-            for a, b in pairs[~blocked]:
-                links.setdefault(int(a), []).append(int(b))
-                links.setdefault(int(b), []).append(int(a))
-        return free[_flood(index.get((0, 0)), links)]
+        pairs = np.array(edges, dtype=np.int64).reshape(-1, 2)
+        sweeps = np.array(shapely.linestrings(np.stack([free[pairs[:, 0]], free[pairs[:, 1]]], axis=1)), ndmin=1)
+        blocked = self._any_near(sweeps) | ~shapely.covers(self._inside, sweeps)
+        first = index[0, 0]
+        for edge in np.flatnonzero((pairs == first).any(axis=1)):  # the start may touch something
+            near = free[pairs[edge][pairs[edge] != first][0]]
+            blocked[edge] = self.blocker(start, Vec3(float(near[0]), start.y, float(near[1]))) is not None
+        open_pairs = pairs[~blocked].T
+        graph = coo_array((np.ones(open_pairs.shape[1]), open_pairs), shape=(len(free), len(free)))
+        return free[np.sort(breadth_first_order(graph, first, directed=False, return_predecessors=False))]
 
     def _free_grid(self, start: Vec3, step_m: float) -> tuple[np.ndarray, np.ndarray]:
         """Returns the cells (n, 2) in which the body fits, counted from `start`, with their places."""
@@ -141,15 +143,3 @@ class CollisionMap:
             self._shapes = np.array([shape for _, shape in owned] or [], dtype=object)
             self._tree = shapely.STRtree(self._shapes)
         return self._tree
-
-
-def _flood(first: int | None, links: dict[int, list[int]]) -> list[int]:
-    if first is None:
-        return []
-    seen, queue = {first}, [first]
-    for cell in queue:
-        for near in links.get(cell, ()):
-            if near not in seen:
-                seen.add(near)
-                queue.append(near)
-    return sorted(seen)

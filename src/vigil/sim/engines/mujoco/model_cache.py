@@ -5,11 +5,11 @@ of. What is handed out is a copy: live scenes never share what changes in them.
 """
 
 import threading
-from collections import OrderedDict
 from collections.abc import Hashable
 from dataclasses import fields
 
 import numpy as np
+from cachetools import LRUCache, cached
 
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.model import CompiledModel, build
@@ -17,30 +17,7 @@ from vigil.sim.engines.mujoco.model import CompiledModel, build
 KEPT = 4
 """Models kept at most; that of a house of four rooms takes 16 MB."""
 
-_models: OrderedDict[Hashable, CompiledModel] = OrderedDict()
 _lock = threading.Lock()
-
-
-def model_of(scene: Scene) -> CompiledModel:
-    """Returns a model of the scene as it is now, the caller's own."""
-    key = _identity(scene)
-    with _lock:
-        model = _models.get(key)
-        if model is not None:
-            _models.move_to_end(key)
-            return model.copy()
-    model = build(scene)
-    with _lock:
-        _models[key] = model
-        while len(_models) > KEPT:
-            _models.popitem(last=False)
-        return model.copy()
-
-
-def forget() -> None:
-    """Drops all models kept."""
-    with _lock:
-        _models.clear()
 
 
 def _identity(scene: Scene) -> Hashable:
@@ -56,3 +33,20 @@ def _plain(value: object) -> Hashable:
     if isinstance(value, np.ndarray):
         return value.shape, value.tobytes()
     return value  # type: ignore[return-value]
+
+
+@cached(LRUCache(KEPT), key=_identity, lock=_lock)
+def _kept(scene: Scene) -> CompiledModel:
+    return build(scene)
+
+
+def model_of(scene: Scene) -> CompiledModel:
+    """Returns a model of the scene as it is now, the caller's own."""
+    model = _kept(scene)
+    with _lock:
+        return model.copy()
+
+
+def forget() -> None:
+    """Drops all models kept."""
+    _kept.cache_clear()

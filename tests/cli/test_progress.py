@@ -1,0 +1,113 @@
+"""How progress is shown: in a terminal, in a pipe, and when the work is interrupted."""
+
+import io
+import sys
+from contextlib import suppress
+
+import pytest
+
+from vigil.cli import progress as module
+from vigil.cli.progress import facts_of, progress, run_progress
+from vigil.runner.progress import Progress as RunProgress
+
+HIDE_CURSOR, SHOW_CURSOR = "\x1b[?25l", "\x1b[?25h"
+STANDING = RunProgress(total=2, done=1, errors=1, W=0.5, B=0.0, steps=3, elapsed_s=1.0, eta_s=1.0, latest=None)
+
+
+class Terminal(io.StringIO):
+    """Standard error that says that it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def in_terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """Makes standard error a terminal; inside of a test, since the capture puts its own there before."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    for name in ("FORCE_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "stderr", made := Terminal())
+    return made
+
+
+def lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "\x1b" not in said.err
+    return said.err.splitlines()
+
+
+@pytest.mark.parametrize("is_forced", [False, True])
+def test_a_pipe_gets_plain_lines_now_and_then_and_the_last(
+    is_forced: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if is_forced:  # as some services for continuous integration do
+        monkeypatch.setenv("FORCE_COLOR", "1")
+    with progress("houses") as show:
+        for done in range(1, 101):
+            show(done, 100, f"{done} [drafts]")
+    first, last = lines(capsys)
+    assert first == "houses: 1/100  1 [drafts]  ETA -"
+    assert last == "houses: 100/100  100 [drafts]  ETA 0:00"
+
+
+def test_a_pipe_gets_a_line_after_each_period(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now_s[0])
+    with progress("verify") as show:
+        for done in range(1, 6):
+            show(done, 9)
+            now_s[0] += module.PLAIN_SECONDS / 2
+    assert [line.split("  ")[0] for line in lines(capsys)] == ["verify: 1/9", "verify: 3/9", "verify: 5/9"]
+
+
+@pytest.mark.parametrize("ticks", [True, False])
+def test_a_terminal_gets_a_bar_with_names_as_they_are(ticks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = in_terminal(monkeypatch)
+    with progress("exec:x [/b]", ticks=ticks) as show:
+        show(1, 2, "errors [/c]")
+        show(2, 2, "errors [/c]")
+    said = terminal.getvalue()
+    assert "exec:x [/b]" in said
+    assert "errors [/c]" in said
+    assert "2/2" in said
+    assert said.count(HIDE_CURSOR) == said.count(SHOW_CURSOR) == 1
+
+
+def test_an_interrupt_leaves_the_terminal_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = in_terminal(monkeypatch)
+    outside = sys.stdout
+    with suppress(KeyboardInterrupt), progress("houses") as show:
+        show(1, 2)
+        raise KeyboardInterrupt
+    said = terminal.getvalue()
+    assert said.rindex(SHOW_CURSOR) > said.rindex(HIDE_CURSOR)
+    assert (sys.stdout, sys.stderr) == (outside, terminal)
+
+
+def test_results_go_to_their_pipe_while_the_terminal_shows_a_bar(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    terminal = in_terminal(monkeypatch)
+    with progress("houses") as show:
+        show(1, 2)
+        print("a result")
+    assert capsys.readouterr().out == "a result\n"
+    assert "a result" not in terminal.getvalue()
+
+
+def test_nothing_is_shown_before_something_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = in_terminal(monkeypatch)
+    with progress("verify"):
+        pass
+    assert terminal.getvalue() == ""
+
+
+def test_a_runs_progress_counts_errors_as_done(capsys: pytest.CaptureFixture[str]) -> None:
+    with run_progress("noop") as show:
+        show(STANDING)
+    assert lines(capsys) == ["noop: 2/2  W 50.0  B 0.0  errors 1  ETA 0:00"]
+    assert facts_of(STANDING) == "W 50.0  B 0.0  errors 1"
