@@ -67,7 +67,8 @@ def wire_of(path: str) -> str:
     path = path.partition("?")[0]
     if "generateContent" in path.replace("streamG", "g"):
         return "google"
-    return {"completions": "chat", "responses": "responses", "messages": "anthropic"}[path.rpartition("/")[2]]
+    last = path.rpartition("/")[2]
+    return {"completions": "chat", "messages": "anthropic"}.get(last, last)
 
 
 def body_of(wire: str, said: Said, *, is_streamed: bool) -> Raw:

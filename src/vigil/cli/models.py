@@ -1,4 +1,4 @@
-"""`vigil models` and `vigil calibrate`."""
+"""`vigil models`, `vigil calibrate` and `vigil prompt`: what models there are, how they point, what they are sent."""
 
 import json
 import os
@@ -6,18 +6,34 @@ from typing import Annotated
 
 import typer
 
+from vigil.agents.model import Conversation, Message
+from vigil.agents.picture import Picture
 from vigil.cli.arguments import AsJson
+from vigil.cli.text import say
 from vigil.errors import SettingError
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pack import Pack
 from vigil.profile import coordinates_for, known_coordinates
+from vigil.prompt import INSTRUCTION_SLOT, policy_sha256, policy_version, rendered_sha256
 from vigil.runner.calibrate import calibrate_model
 from vigil.runner.models.calibration import SPOTS, Calibration
 from vigil.runner.models.providers import PROVIDERS, Provider, named
 from vigil.runner.models.serving import serving
 from vigil.runner.models.thinking import how_set, leaves_of
-from vigil.runner.settings import RunSettings
-from vigil.runner.shared_settings import ApiKeyEnv, AskedThinking, BaseUrl
+from vigil.runner.settings import RunSettings, profile_of
+from vigil.runner.shared_settings import (
+    ApiKeyEnv,
+    AskedCoordinates,
+    AskedProfile,
+    AskedThinking,
+    AskedVariant,
+    BaseUrl,
+    PackName,
+)
 from vigil.setting import Setting
 
+OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
+LikeModel = Annotated[str | None, Setting("Coordinates as for this model.", metavar="MODEL")]
 OneModel = Annotated[str | None, Setting("Say of this model alone how it would be asked.", metavar="MODEL")]
 ACCOUNT = "the account's"
 LISTED = tuple(name for name in PROVIDERS if name != "mockllm")
@@ -137,3 +153,39 @@ def _lines() -> list[str]:
     rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+
+
+def prompt(
+    pack: PackName = "starter",
+    episode: OneEpisode = None,
+    profile: AskedProfile = "baseline",
+    prompt_variant: AskedVariant = "default",
+    coordinates: AskedCoordinates = None,
+    model: LikeModel = None,
+) -> None:
+    """Examples:
+    vigil prompt
+    vigil prompt --episode procthor_fridge_seed116 --model qwen/qwen3-vl-plus
+    """
+    asked = RunSettings(profile=profile, prompt_variant=prompt_variant, coordinates=coordinates, model=model)
+    condition = profile_of(asked)
+    instruction = INSTRUCTION_SLOT if episode is None else Pack.load(pack).episode(episode).instruction
+    sha256 = policy_sha256(condition) if episode is None else rendered_sha256(instruction, condition)
+    picture = Picture(b"", condition.image_format)
+    for message in Conversation(condition, instruction).messages(picture, None):
+        print(f"--- {message.role} ---")
+        print(_text(message))
+    feedback = " with the feedback on the action before" if condition.has_feedback else ""
+    say(
+        (
+            f"{policy_version(condition)}; SHA-256 of the system message {sha256}",
+            f"Later requests have up to {condition.history_turns} past turns as text between the two, and the current "
+            f"frame{feedback}.",
+        )
+    )
+
+
+def _text(message: Message) -> str:
+    if message.picture is None:
+        return message.text
+    return f"{message.text}\n[picture: {FRAME_WIDTH} x {FRAME_HEIGHT}, {message.picture.media_type}]"

@@ -93,7 +93,7 @@ VERBS: dict[str, Verb | Group] = {
         "models:calibrate",
         "Asks a model to point at a spot in eight pictures; says which coordinates it uses and its median error.",
     ),
-    "prompt": Verb("prompt:prompt", "Prints exactly what a model is sent for the first step of an episode."),
+    "prompt": Verb("models:prompt", "Prints exactly what a model is sent for the first step of an episode."),
     "score": Verb(
         "scores:score",
         "Settles the saved records anew and prints W, B, Delta, FR, NR, IL per family; several runs side by side.",

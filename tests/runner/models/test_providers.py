@@ -9,7 +9,7 @@ import pytest
 from inspect_marks import INSPECT
 from quick_runs import quick
 from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import Request, Said, WireServer
+from wire_server import Raw, Request, Said, WireServer
 
 from vigil.actions import Reply
 from vigil.agents.model import Message
@@ -19,7 +19,7 @@ from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.providers import PROVIDERS, named
-from vigil.runner.models.serving import serving
+from vigil.runner.models.serving import Serving, serving
 from vigil.runner.models.thinking import with_thinking
 from vigil.runner.settings import worker_plan
 from vigil.runner.workers.live import play_live
@@ -99,6 +99,23 @@ def test_other_formats_are_asked_in_their_own_way(model: str, path: str, header:
     request = asked(model, path)
     assert KEY in request.headers[header]
     assert request.path.partition("?")[0].endswith(asked_for)
+
+
+def test_bedrock_is_asked_in_amazons_format_and_recorded_as_the_librarys(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+        monkeypatch.setenv(name, KEY)
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    answer = {
+        "output": {"message": {"role": "assistant", "content": [{"text": REPORT}]}},
+        "stopReason": "end_turn",
+        "usage": {"inputTokens": 100, "outputTokens": 10, "totalTokens": 110},
+        "metrics": {"latencyMs": 1},
+    }
+    with WireServer(lambda wire, data: Raw(json.dumps(answer).encode())) as server:
+        reply = ask(Endpoint(Serving("bedrock/some.model", server.url), retry_policy=RetryPolicy(retries=0)))
+    assert (reply.text, reply.reply_source) == (REPORT, "library")
+    assert server.requests[0].path == "/model/some.model/converse"
+    assert server.requests[0].headers["authorization"].startswith("AWS4-HMAC-SHA256 ")
 
 
 def test_every_openai_style_name_plays_a_smoke_pack(tmp_path: Path) -> None:
