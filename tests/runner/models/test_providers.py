@@ -19,7 +19,7 @@ from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.providers import PROVIDERS, named
-from vigil.runner.models.serving import Serving, serving
+from vigil.runner.models.serving import Serving, only_its_key, serving
 from vigil.runner.models.thinking import with_thinking
 from vigil.runner.settings import worker_plan
 from vigil.runner.workers.live import play_live
@@ -55,7 +55,8 @@ def ask(one: Endpoint) -> Reply:
         finally:
             await model.api.aclose()
 
-    return asyncio.run(main())
+    with only_its_key(one.serving):
+        return asyncio.run(main())
 
 
 def asked(model: str, path: str, **sampling: Any) -> Request:
