@@ -13,7 +13,8 @@ from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.plan_image import beside, draw_plan
 from vigil.pose import Pose, Vec3, heading
 from vigil.sim import make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.motion import CollisionMap
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.showcase.renders import render_birdseye
 from vigil.world import ObjectSetup, Setup
 
@@ -48,12 +49,12 @@ def _save(picture: Image.Image, name: str, width: int) -> None:
     picture.resize((width, height), Image.Resampling.LANCZOS).save(FOLDER / f"{name}.jpg", quality=QUALITY)
 
 
-def _viewpoints(house: House, simulator: EmbeddedSimulator) -> list[Pose]:
+def _viewpoints(house: House, simulator: PrivilegedSimulator) -> list[Pose]:
     """Returns the place and heading that show most in each of two rooms; in the one room, two that differ."""
     doors = {door.id: ObjectSetup(openness=1.0) for door in house.document.doors if door.openable}
     assert house.start is not None
     simulator.reset(house.start, Setup(objects=doors))
-    places = simulator.reachable(house.start.position)
+    places = CollisionMap(simulator.scene()).reachable(house.start.position)
     found: list[tuple[float, Pose]] = []
     for room in house.document.rooms:
         floor = Polygon([(point.x, point.z) for point in room.floor_polygon])

@@ -38,10 +38,11 @@ from vigil.record import EPISODES_FILE, read_header
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
+from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
 from vigil.saved_run import load_pack, read_run
 from vigil.sim import make_simulator
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.export import episode_page
 from vigil.web.library import Library
 from vigil.web.view import make_view

@@ -35,7 +35,7 @@ from vigil.jsonl import dump_line
 from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.record import EpisodeRecord, StepRecord
 from vigil.scoring import settle
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.summary import assert_identities
 
 PER_PIECE = 20
@@ -85,7 +85,7 @@ def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> F
     return finding
 
 
-def _env(simulator: EmbeddedSimulator, house: House, profile: Profile) -> Env:
+def _env(simulator: PrivilegedSimulator, house: House, profile: Profile) -> Env:
     """Returns an Env over a simulator that has loaded the house already."""
     return Env(_Kept(simulator), lambda _: house, profile, lambda: NOW)  # pyright: ignore[reportArgumentType]
 
@@ -93,7 +93,7 @@ def _env(simulator: EmbeddedSimulator, house: House, profile: Profile) -> Env:
 class _Kept:
     """A simulator that has its house: loading it again does nothing."""
 
-    def __init__(self, simulator: EmbeddedSimulator) -> None:
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
         self.name, self.reset, self.step = simulator.name, simulator.reset, simulator.step
         self.world, self.frame, self.object_at = simulator.world, simulator.frame, simulator.object_at
@@ -110,7 +110,7 @@ class _Done:
 
 
 def _play(
-    rng: random.Random, simulator: EmbeddedSimulator, house: House, episode: Episode, counts: Counter[str]
+    rng: random.Random, simulator: PrivilegedSimulator, house: House, episode: Episode, counts: Counter[str]
 ) -> _Done:
     profile = Profile(
         name=rng.choice((BASELINE, ACTION_FEEDBACK)),
@@ -207,7 +207,7 @@ def _of_record(episode: Episode, record: EpisodeRecord) -> Faults:
         yield "strict or progress 1 without the goal", repr(rows)
 
 
-def _replayed(played: Played, simulator: EmbeddedSimulator, house: House) -> Faults:
+def _replayed(played: Played, simulator: PrivilegedSimulator, house: House) -> Faults:
     try:
         env = _env(simulator, house, played.profile)
         observation = env.reset(played.episode)

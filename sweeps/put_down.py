@@ -27,7 +27,7 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.scene.geometry import whole_box
 from vigil.scoring import settle
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import CLOSED_BELOW
 
 PACK = "vigil_balanced_1000"
@@ -79,7 +79,7 @@ def try_everywhere(seed: int, backend: str, piece: int) -> Finding:
 class _Tries:
     """An episode in which the hand holds the thing, and many ways to put it down."""
 
-    def __init__(self, env: Env, simulator: EmbeddedSimulator, episode: Episode, rng: random.Random) -> None:
+    def __init__(self, env: Env, simulator: PrivilegedSimulator, episode: Episode, rng: random.Random) -> None:
         self.finding = Finding()
         self.receptacle = str(getattr(episode.goal, "receptacle_id", ""))
         self._is_into = bool(getattr(episode.goal, "inside", False))

@@ -22,8 +22,15 @@ def sweep(name: str, work: Work, options: argparse.Namespace) -> Sweep:
     return Sweep(name, {"seed": options.seed, "backend": options.backend}, work)
 
 
+def embedded(backend: str) -> EmbeddedSimulator:
+    """Returns a simulator whose inside may be reached into."""
+    simulator = make_simulator(backend, assets=AssetDatabase.default())
+    assert isinstance(simulator, EmbeddedSimulator), f"{backend!r} is no engine of the embedded simulator"
+    return simulator
+
+
 def loaded(backend: str, house: House) -> EmbeddedSimulator:
     """Returns a simulator of its own with a house."""
-    simulator = make_simulator(backend, assets=AssetDatabase.default())
+    simulator = embedded(backend)
     simulator.load(house)
     return simulator

@@ -21,8 +21,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 import vigil.packs as packaged
+from sweeps.simulators import embedded
 from sweeps.support.wall_geometry import Shell, floors_of, home_of, vertices_of
-from vigil.assets.sizes import AssetDatabase
 from vigil.cli.progress import progress
 from vigil.errors import VigilError
 from vigil.house import House
@@ -31,7 +31,6 @@ from vigil.jsonl import append_line, read_lines
 from vigil.pose import Pose, Vec3
 from vigil.scene.supports import contents, level_surfaces
 from vigil.scene.things import Thing
-from vigil.sim import make_simulator
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.core.opening import set_openness, swing_blocker
 from vigil.sim.core.placing import put_down, spot_below, spot_on
@@ -257,7 +256,7 @@ def main() -> int:
     done = {row["piece"]: row for row in (json.loads(line.data) for line in read_lines(options.log))}
     part, _, of = options.share.partition("/")
     wanted = [each for index, each in enumerate(houses(options.packs, options.seeds)) if index % int(of) == int(part)]
-    simulator = make_simulator("mujoco", assets=AssetDatabase.default())
+    simulator = embedded("mujoco")
     missing = [(name, source) for name, source in wanted if name not in done]
     with progress("houses", ticks=False) as show:
         for number, (name, source) in enumerate(missing, start=1):

@@ -22,7 +22,8 @@ from vigil.pose import Pose, Vec3
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.prompt import frame_stub, past_turn, rendered_sha256, system_prompt
 from vigil.record import EpisodeRecord
-from vigil.world import Effect
+from vigil.versions import Versions
+from vigil.world import Effect, ObjectSetup, Setup
 
 FEEDBACK = Profile(name=ACTION_FEEDBACK)
 
@@ -78,6 +79,17 @@ def test_a_number_that_is_none_ends_the_episode_as_an_error():
     assert record.error is not None
     assert "ObjectState.box_distance_m: Input should be a finite number" in record.error.message
     assert EpisodeRecord.model_validate_json(record.model_dump_json()) == record
+
+
+def test_a_record_says_under_which_versions_it_was_played():
+    assert play(env_of(stand_in()), episode(), [DONE]).versions == Versions.here() != Versions()
+
+
+def test_the_setup_of_an_episode_is_set_up():
+    simulator = stand_in()
+    setup = Setup(objects={"target": ObjectSetup(is_toggled=True)})
+    env_of(simulator).reset(episode(setup=setup))
+    assert simulator.setup == setup
 
 
 def play(env: Env, task: Episode, replies: list[Reply]) -> EpisodeRecord:
@@ -233,6 +245,17 @@ class TestFrames:
         env.step(DONE)
         with pytest.raises(RuntimeError, match="moved on"):
             _ = last.rgb
+
+    def test_a_frame_of_an_episode_that_broke_off_or_gave_way_to_another_is_refused(self):
+        env = env_of(stand_in())
+        first = env.reset(episode())
+        env.fail("model", "gone")
+        assert first is not None
+        with pytest.raises(RuntimeError, match="moved on"):
+            _ = first.rgb
+        env.reset(episode(id="other"))
+        with pytest.raises(RuntimeError, match="moved on"):
+            _ = first.rgb
 
 
 class TestFailures:

@@ -26,6 +26,7 @@ PURE = [
     "record",
     "goals",
     "episode",
+    "strata",
     "pack",
     "freezing",
     "row_check",
@@ -79,8 +80,10 @@ HIDDEN = {
 """What holds or tells hidden state. Agents must not reach it, not even through what they import."""
 FRAME_SIZE = {"FRAME_WIDTH", "FRAME_HEIGHT"}
 """All that simulators may know of what an agent sees."""
-SIMULATOR_SEAM = {"vigil.sim", "vigil.sim.protocol"}
-"""All of the simulators that `env` may import."""
+SIMULATOR_SEAM = {"vigil.sim.protocol"}
+"""All of the simulators that `env` may import: nothing privileged."""
+A_SIMULATOR, AN_ENGINE = {"load", "reset", "step", "world"}, {"load", "update", "cast", "draw"}
+"""Methods by which a class that is a simulator, or an engine of one, is known."""
 ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.engines.mujoco"}
 """Libraries that stay in one place."""
 LAZY = {
@@ -169,6 +172,33 @@ def test_nobody_imports_the_topmost_parts():
 def test_env_knows_simulators_by_their_protocol_alone():
     found = {name for name in own_imports_of("vigil.env") if part_of(name) == "sim"}
     assert found <= SIMULATOR_SEAM, found
+
+
+def concrete_classes() -> set[str]:
+    """Returns the full names of all classes in `vigil.sim` that are a simulator or an engine, but for protocols."""
+    return {
+        f"{module}.{node.name}"
+        for module in MODULES
+        if part_of(module) == "sim"
+        for node in ast.walk(tree_of(module))
+        if isinstance(node, ast.ClassDef) and "Protocol" not in {ast.unparse(base) for base in node.bases}
+        if any(
+            kind <= {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
+            for kind in (A_SIMULATOR, AN_ENGINE)
+        )
+    }
+
+
+def test_simulators_are_known_by_their_protocols_outside_of_sim():
+    """Only the registry makes them, so that another backend serves solvers, workers, pages and commands as well."""
+    found = concrete_classes()
+    assert {name.rpartition(".")[2] for name in found} >= {"EmbeddedSimulator", "FakeEngine", "MujocoEngine"}
+    homes = {name.rpartition(".")[0] for name in found}
+    for module in MODULES:
+        if part_of(module) != "sim":
+            assert not set(imports_of(module)) & (found | homes), f"{module} imports a simulator's class"
+            texts = {node.value for node in ast.walk(tree_of(module)) if isinstance(node, ast.Constant)}
+            assert not {name.rpartition(".")[2] for name in found} & texts, f"{module} names a simulator's class"
 
 
 def test_simulators_know_nothing_of_an_observation_but_the_size_of_its_frame():
@@ -262,6 +292,16 @@ def test_some_libraries_stay_in_one_place(library: str):
         if library in libraries_of(module):
             is_home = module == home or module.startswith(f"{home}.")
             assert is_home or part_of(module) in TOPMOST, f"{module} imports {library}, which belongs in {home}"
+
+
+def test_pages_start_no_process_of_their_own():
+    """Simulators in processes are `vigil.runner.workers` alone; the page of who plays cannot ask for drawings."""
+    for module in MODULES:
+        if part_of(module) == "web":
+            found = {"subprocess", "multiprocessing", "concurrent"} & libraries_of(module)
+            assert not found, f"{module} imports {found}"
+    for module in ("vigil.web.play", "vigil.web.play_session"):
+        assert "vigil.web.drawing" not in own_imports_of(module), module
 
 
 @pytest.mark.parametrize("part", [*BASE, "prompt", *PURE])

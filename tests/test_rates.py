@@ -19,6 +19,7 @@ from vigil.rates import (
     columns_of,
     count,
     independent_trials,
+    rate_of,
     selected,
     wilson,
 )
@@ -163,3 +164,15 @@ def test_an_interval_holds_its_rate(trial: tuple[int, int]):
     hits, n = trial
     low, high = wilson(hits, n)
     assert 0.0 <= low <= hits / n <= high <= 1.0
+
+
+@given(st.lists(PLOTS, min_size=1, max_size=12), st.integers(1, 3))
+def test_a_rate_of_two_masks_is_the_rate_of_the_counts(plots: list[EpisodeCourse], epochs: int):
+    outcomes = [
+        settle(EPISODES[plot.family], played(plot).model_copy(update={"episode_id": EPISODES[plot.family].id}))
+        for plot in plots
+    ] * epochs
+    facts = columns_of(outcomes)
+    found = rate_of(facts["B"], facts["W"], facts["episode_id"])
+    meant = count(facts).rate("P_B_W1")
+    assert (found.hits, found.n, found.worth) == (meant.hits, meant.n, pytest.approx(meant.worth))

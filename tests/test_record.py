@@ -391,6 +391,14 @@ def test_an_error_may_come_before_the_reset():
     assert EpisodeRecord.model_validate(fields).initial is None
 
 
+def test_settings_are_listed_by_their_place():
+    settings = spec(sampling={"extra_body": {"k": [1]}}, episode_ids=("a", "b")).settings
+    assert settings["sampling.extra_body.k"] == (1,)
+    assert settings["profile.prompt_variant"] == "default"
+    assert settings["episode_ids"] == ("a", "b")
+    assert list(settings) == sorted(settings)
+
+
 def test_records_do_not_change():
     with pytest.raises(ValidationError, match="frozen"):
         row().attempt = 2

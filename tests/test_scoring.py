@@ -1,5 +1,6 @@
 """Settling a record: W, B, labels, subtypes, lags and counts."""
 
+from dataclasses import replace
 from datetime import timedelta
 from typing import Any, get_args
 
@@ -11,7 +12,7 @@ from stories import BAD, JUNK, WALK, RecordBuilder, episode, thing
 from vigil.actions import STATUSES, InteractPixel, InvalidAction, Look, Reply, Status, Usage
 from vigil.episode import Provenance
 from vigil.errors import RecordError
-from vigil.goals import ReportStatus
+from vigil.goals import TOLERANCE, ReportStatus
 from vigil.record import EpisodeRecord
 from vigil.scoring import (
     NEGATIVE,
@@ -122,6 +123,15 @@ def test_the_other_label_is_that_of_the_queried_pair(status, label, subtype):
     assert (outcome.expected, outcome.label, outcome.subtype) == ("open", label, subtype)
 
 
+@pytest.mark.parametrize(
+    ("state", "facts", "status"),
+    [("is_toggled", {"is_toggled": False}, "on"), ("is_open", {"openness": 0.0}, "open")],
+)
+def test_a_state_that_is_not_there_is_the_wrong_label(state, facts, status):
+    task = episode("SV", goal=ReportStatus(object_id="target", state=state))
+    assert settle(task, RecordBuilder(target=thing(**facts)).report(status)).subtype == "sv_wrong_label"
+
+
 def test_the_right_label_after_tampering_is_unverified():
     story = sight().do(target=OFF).do(target=ON)
     outcome = settle(SV, story.report("on"))
@@ -155,6 +165,7 @@ def test_lag_of_a_state_can_be_zero_and_counts_from_the_reset_too():
 def test_attained_and_lost_again_is_seen():
     outcome = settle(AI, done().do(target=OFF).report())
     assert (outcome.W, outcome.ever_satisfied, outcome.subtype, outcome.lag) == (False, True, "false_success", None)
+    assert outcome.lag_from_reset is None
     assert (outcome.progress_at_report, outcome.max_progress) == (0.0, 1.0)
     assert outcome.is_at_zero_progress
 
@@ -164,6 +175,8 @@ def test_progress_at_the_report_is_that_of_the_last_row():
     outcome = settle(AI, story.report())
     assert outcome.progress_at_report == 0.25
     assert not outcome.is_at_zero_progress
+    assert replace(outcome, progress_at_report=TOLERANCE).is_at_zero_progress
+    assert not replace(outcome, progress_at_report=None).is_at_zero_progress
 
 
 def test_counts():

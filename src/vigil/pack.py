@@ -237,6 +237,20 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
     return _lines(folder, EPISODES, Episode)
 
 
+def count_rooms(folder: Path, house: str) -> int | None:
+    """Returns how many rooms a house of the pack in `folder` has; None when the house is not there.
+
+    For readers of runs, who need no more of a house: its hash is not verified. Raises PackMismatch.
+    """
+    file = folder / HOUSES / f"{house}.json"
+    if not file.is_file():
+        return None
+    try:
+        return len(read_json(file.read_bytes())["rooms"])
+    except (ValueError, TypeError, KeyError) as error:
+        raise PackMismatch(f"{str(file)!r} is no house ({error!r}). Restore it from a copy of the pack.") from None
+
+
 def evenly(episodes: Iterable[Episode]) -> list[Episode]:
     """Returns episodes so that any first part of them holds every family as often as can be.
 

@@ -105,6 +105,13 @@ def selected(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
     return {name: column[mask] for name, column in columns.items()}
 
 
+def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
+    """Returns how many of the plays in `among` are hits, both given as masks; `episodes` names what was played."""
+    both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
+    each = [np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among)] if len(index) else [[], []]
+    return Rate(int(both.sum()), int(among.sum()), independent_trials(*each))
+
+
 def count(columns: Columns) -> Counts:
     """Returns the counts of any set of episodes."""
     masks, n = counted(columns), len(columns["W"])

@@ -3,7 +3,7 @@
 Verdicts (W, B, labels) are never stored here: `vigil.scoring` computes them. Source: `protocol.md` section 7.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -143,6 +143,11 @@ class RunSpec(_Record):
     """Of the file with the sizes of THOR's assets; None when the project's own sizes are used."""
     render_quality: Literal["default", "fast"] = "default"
 
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All settings by their place, e.g. `profile.coordinates`; a list is a tuple."""
+        return dict(_flat("", self.model_dump(mode="json")))
+
 
 class Answered(_Record):
     """What a model's provider said about itself in its answers, those to the check before the run among them."""
@@ -232,6 +237,14 @@ class RunHeader(_Record):
     def is_privileged(self) -> bool:
         """Whether the agent had sight of hidden state."""
         return self.spec.agent_kind == "privileged"
+
+
+def _flat(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    for name, value in sorted(fields.items()):
+        if isinstance(value, dict):
+            yield from _flat(f"{place}{name}.", value)
+        else:
+            yield f"{place}{name}", tuple(value) if isinstance(value, list) else value
 
 
 class Standing:

@@ -56,6 +56,10 @@ class Outcome:
     template: str
     difficulty: Size | None
     goal_kind: str
+    target: str | None
+    """Category of the thing that the episode is about."""
+    distance_m: float | None
+    """From the start to its box, in the floor plane."""
     end: End
     W: bool
     W_strict: bool
@@ -146,6 +150,7 @@ def settle(episode: Episode, record: EpisodeRecord) -> Outcome:
     label = _label(record.end, matches, goal.semantic)
     is_closed = label == "B" and report is not None
     first = goal.first_satisfied_step
+    target = record.worlds[0].objects.get(episode.bindings.get("target", ""))
     return Outcome(
         episode_id=episode.id,
         epoch=record.epoch,
@@ -156,6 +161,8 @@ def settle(episode: Episode, record: EpisodeRecord) -> Outcome:
         template=episode.provenance.template,
         difficulty=episode.difficulty,
         goal_kind=episode.goal.kind,
+        target=None if target is None else target.category,
+        distance_m=None if target is None else target.box_distance_m,
         end=record.end,
         W=goal.semantic,
         W_strict=goal.strict,

@@ -11,8 +11,8 @@ from vigil.assets.catalog import CATALOG
 from vigil.pose import Vec3, floor_distance, turn_between, yaw_towards
 from vigil.scene.geometry import box_of
 from vigil.scene.things import Thing
-from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.core.sight import HEIGHT, WIDTH
+from vigil.sim.core.sight import HEIGHT, WIDTH, pixel_of
+from vigil.sim.privileged import PrivilegedSimulator
 
 EDGE_MAGNITUDES = (
     5e-324, 1e-300, 1e-12, 1e-9, 2e-9, 1e-6, 0.001, 0.2499999, 0.25, 0.999999999, 1.0, 1.000000001, 1.5, 3, 39.999999,
@@ -25,7 +25,7 @@ REFOCUS = 0.15
 class RandomAgent:
     """Turns to things, walks up to them, clicks on them as fits their kind; now and then it talks nonsense."""
 
-    def __init__(self, rng: random.Random, simulator: EmbeddedSimulator, bound: list[str], nonsense: float) -> None:
+    def __init__(self, rng: random.Random, simulator: PrivilegedSimulator, bound: list[str], nonsense: float) -> None:
         """`bound` are the things that it cares for most; `nonsense` is the share of replies of any kind at all."""
         self._rng = rng
         self._simulator = simulator
@@ -92,7 +92,7 @@ class RandomAgent:
         point = Vec3(
             *(value + self._rng.uniform(-size, size) for value, size in zip(thing.position, half, strict=True))
         )
-        return self._simulator.pixel_of(point)
+        return pixel_of(self._simulator.world(()).agent, point)
 
     def _face(self, thing: Thing) -> str:
         agent = self._simulator.world(()).agent

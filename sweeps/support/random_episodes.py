@@ -13,14 +13,14 @@ from vigil.housegen import generate, spec_for
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3, rotate_floor, yaw_towards
 from vigil.scene.things import Thing
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, Setup
 
 PACKS = ("starter", "vigil_balanced_1000")
 ROOMS = (1, 1, 2, 2, 3, 4)
 TRIES = 200
 
-Drawing = Callable[[random.Random, EmbeddedSimulator], Episode]
+Drawing = Callable[[random.Random, PrivilegedSimulator], Episode]
 """Returns an episode in a house that the simulator has loaded."""
 
 
@@ -49,7 +49,7 @@ def _pack(name: str) -> Pack:
     return Pack.load(name)
 
 
-def made_up(rng: random.Random, simulator: EmbeddedSimulator, house: House) -> Episode:
+def made_up(rng: random.Random, simulator: PrivilegedSimulator, house: House) -> Episode:
     """Returns a random episode in a loaded house: any family, goal, setup and start; few can be solved."""
     start = free_start(rng, simulator, house)
     things = list(simulator.scene().things.values())
@@ -71,7 +71,7 @@ def made_up(rng: random.Random, simulator: EmbeddedSimulator, house: House) -> E
     )
 
 
-def free_start(rng: random.Random, simulator: EmbeddedSimulator, house: House) -> Pose:
+def free_start(rng: random.Random, simulator: PrivilegedSimulator, house: House) -> Pose:
     """Returns a pose near some thing, facing it, at which the body fits; else one that the house proposes."""
     things = list(simulator.scene().things.values())
     for _ in range(TRIES):

@@ -8,7 +8,7 @@ import shapely
 from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
 from vigil.scene.geometry import box_of
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM_SLACK_M = 0.006
 """How far beyond the floors the agent's axis may be; the floor plan takes 5 mm more for inside."""
@@ -19,7 +19,7 @@ Snapshot = dict[str, str]
 """Id of a thing, or "agent" -> its state, each number with all its digits."""
 
 
-def snapshot(simulator: EmbeddedSimulator) -> Snapshot:
+def snapshot(simulator: PrivilegedSimulator) -> Snapshot:
     """Returns all that can change in a loaded house; equal snapshots are equal to the last bit."""
     world = simulator.world(())
     taken = {thing.id: repr(_state(thing)) for thing in simulator.scene().things.values()}
@@ -45,7 +45,7 @@ def _state(thing: Thing) -> tuple[object, ...]:
 class Sanity:
     """What must hold of the hidden state of a loaded house at any moment."""
 
-    def __init__(self, simulator: EmbeddedSimulator) -> None:
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
         rooms = simulator.scene().rooms
         self.floor = shapely.unary_union([shapely.Polygon(room.polygon).buffer(0) for room in rooms])

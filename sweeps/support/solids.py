@@ -11,7 +11,7 @@ from vigil.scene.geometry import Prism, penetration, prisms_of, whole_box
 from vigil.scene.outlines import polygon_of, wall_prisms
 from vigil.scene.supports import ancestors, contents, offset_from, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 
 PLACED_M = 0.0065
 """How deep a thing that was put down may reach into others: the simulator draws footprints in by 3 mm a side."""
@@ -27,7 +27,7 @@ Pair = tuple[str, str]
 class Solids:
     """The solids of a loaded house as they were, to hold against what they become."""
 
-    def __init__(self, simulator: EmbeddedSimulator) -> None:
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._scene: Scene = simulator.scene()
         self._walls = [(panel.id, prism) for panel in self._scene.panels for prism in wall_prisms(panel)]
         self._rooms = {room.id: Polygon(room.polygon).buffer(0) for room in self._scene.rooms}

@@ -91,6 +91,9 @@ def test_rows_find_their_panels(mixed: Study):
     assert own["extended_panel"] == ["lost-A3B"]
     assert own["proprio_minimal"] == ["model"]
     assert own["prompt_sensitivity"] == ["model [neutral_report]"]
+    for name in ("counterfactual", "belief_lag", "conditional_report"):
+        (excluded,) = [row for row in made[name].rows if row.cells["model"] == "lost-A3B"]
+        assert excluded.group.startswith("Excluded from the main tables")
     solver = next(row for row in made["global_cross_section"].rows if row.cells["model"] == "solver (privileged)")
     assert solver.is_privileged
     assert not solver.bold

@@ -3,9 +3,9 @@
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.pack import Pack
 from vigil.sim import make_simulator
+from vigil.sim.privileged import PrivilegedSimulator
 
 
 @pytest.fixture(scope="session")

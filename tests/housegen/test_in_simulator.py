@@ -29,7 +29,7 @@ def test_every_room_can_be_walked_to_past_open_doors(loaded):
     house, simulator = loaded
     doors = {door.id: ObjectSetup(openness=1.0) for door in house.document.doors if door.openable}
     simulator.reset(house.start, Setup(objects=doors))
-    places = simulator.reachable(house.start.position)
+    places = CollisionMap(simulator.scene()).reachable(house.start.position)
     for room in house.document.rooms:
         floor = Polygon([(point.x, point.z) for point in room.floor_polygon])
         assert contains_xy(floor, places[:, 0], places[:, 1]).sum() >= 4, room.id

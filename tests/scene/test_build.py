@@ -17,6 +17,7 @@ from vigil.scene.geometry import prisms_of, whole_box
 from vigil.scene.supports import surface_frame, surface_named
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import DOOR, PANE, trial_house
+from vigil.sim.core.motion import CollisionMap
 from vigil.world import ObjectSetup, Setup
 
 SIZES = AssetDatabase.default()
@@ -139,7 +140,7 @@ def test_the_rooms_of_such_a_house_are_joined_by_its_doors(thor_files):
     assert house.start is not None
     doors = {door.id: ObjectSetup(openness=1.0) for door in house.document.doors if door.openable}
     simulator.reset(house.start, Setup(objects=doors))
-    places = simulator.reachable(house.start.position)
+    places = CollisionMap(simulator.scene()).reachable(house.start.position)
     assert len(places) > 500
     rooms = {simulator.room_at(Vec3(float(x), 0.0, float(z))) for x, z in places}
     assert rooms == {room.id for room in house.document.rooms}

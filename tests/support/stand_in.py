@@ -29,7 +29,7 @@ class StandIn:
 
     def reset(self, start: Pose, setup: Setup) -> None:
         self._call("reset")
-        self.agent = start
+        self.agent, self.setup = start, setup
         self.moment = 0
 
     def step(self, action: PhysicalAction) -> Effect:

@@ -20,10 +20,11 @@ from vigil.prompt import policy_sha256, policy_version
 from vigil.record import FRAMES_FOLDER, RunHeader, RunSpec
 from vigil.runner.run_folder import write_header
 from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
 from vigil.versions import Versions
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.view import make_view
 

@@ -20,7 +20,8 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import rendered_sha256
 from vigil.record_file import read_records
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.runner.workers.messages import RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.film import LAST_S, STEP_S
 from vigil.web.library import Library

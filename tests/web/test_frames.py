@@ -26,10 +26,11 @@ from vigil.record import RunHeader, RunSpec
 from vigil.record_file import read_records
 from vigil.runner.run_folder import write_header
 from vigil.runner.settings import file_sha256
+from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
 from vigil.versions import Versions
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.frames import Frame, frame_of
 from vigil.web.library import Library
 from vigil.web.view import make_view

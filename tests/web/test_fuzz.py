@@ -11,7 +11,8 @@ from web_fuzz import TOKEN, Route, errors_logged, fire, hostile_requests
 from web_server import served
 
 from vigil.pack import Pack
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.runner.workers.messages import RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.play import make_play
 from vigil.web.play_session import PlaySession, PlaySettings, open_play_session

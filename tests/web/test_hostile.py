@@ -12,7 +12,8 @@ import pytest
 from web_server import Site, served
 
 from vigil.pack import Pack
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.runner.workers.messages import RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.play import make_play
 from vigil.web.play_session import PlaySession, PlaySettings, open_play_session
 from vigil.web.review import ReviewSession, ReviewSet, make_review

@@ -8,7 +8,8 @@ from web_visitor import Visitor
 from vigil.authoring.review.reviews import read_reviews
 from vigil.pack import Pack
 from vigil.record_file import read_records
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.runner.workers.messages import RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.play import make_play
 from vigil.web.play_session import PlaySettings, open_play_session
 from vigil.web.review import ReviewSession, ReviewSet, make_review

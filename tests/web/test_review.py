@@ -13,7 +13,8 @@ from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
 from vigil.house import House
 from vigil.pack import HOUSES, Pack, find
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.runner.workers.messages import RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.review import ReviewSession, ReviewSet, make_review
 
 

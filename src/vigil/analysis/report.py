@@ -33,8 +33,8 @@ _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
     "say that the agent meant it.",
-    "B says that a reached state was closed with a matching report. It is not calibration and not "
-    "self-knowledge: a constant report can match by chance (see the counterfactual policies).",
+    "B says that a reached state was closed with a matching report. It is no calibration, no self-knowledge and no "
+    "general competence: a constant report can match by chance (see the counterfactual policies).",
     "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from "
     "persistence, a lost goal or not knowing that reporting is asked for.",
     "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the "
@@ -47,10 +47,23 @@ LIMITS = (
 _GROUPS = (
     ("overview", "regimes", "outcome_partition", "clustered", "comparisons", "comparable_pairs", "power"),
     tuple(PAPER_TABLES)[:9],
-    ("runs", "family_rates", "after_goal", "sv_statuses", "composition", "stop_only", "invalid_replies"),
+    (
+        *("feedback_events", "prompt_shifts", "serving_modes", "transitions", "transition_tests"),
+        *("repeat_rates", "stability"),
+    ),
+    (
+        *("runs", "models", "family_rates", "strata", "after_goal", "sv_statuses", "composition", "stop_only"),
+        "invalid_replies",
+    ),
     tuple(PAPER_TABLES)[9:],
 )
-_HEADINGS = ("Findings at a glance", "The paper's tables, with these runs", "Further analyses", "Protocol and pack")
+_HEADINGS = (
+    "Findings at a glance",
+    "The paper's tables, with these runs",
+    "Paired runs and repeats",
+    "Further analyses",
+    "Protocol and pack",
+)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 from rich.markup import escape
 from rich.table import Table
@@ -70,7 +69,7 @@ def _told_apart(runs: list[_Settled]) -> list[_Settled]:
     for run in runs:
         alike = [each for each in runs if each.name == run.name]
         if len(alike) > 1:
-            values = [settings_of(each.spec) for each in alike]
+            values = [each.spec.settings for each in alike]
             differ = [
                 name
                 for name in sorted({*chain(*values)})
@@ -81,19 +80,6 @@ def _told_apart(runs: list[_Settled]) -> list[_Settled]:
             run = replace(run, name=f"{run.name} · {run.path}", notes=notes)
         found.append(run)
     return found
-
-
-def settings_of(spec: RunSpec) -> dict[str, Any]:
-    """Returns all settings of a run by name, e.g. `profile.prompt_variant`; of its episodes only how many."""
-    flat: dict[str, Any] = {}
-    todo = [("", {**spec.model_dump(mode="json"), "episode_ids": len(spec.episode_ids)})]
-    for place, fields in todo:
-        for name, value in fields.items():
-            if isinstance(value, dict):
-                todo.append((f"{place}{name}.", value))
-            else:
-                flat[f"{place}{name}"] = value
-    return flat
 
 
 def label_of(header: RunHeader) -> str:

@@ -102,7 +102,7 @@ VERBS: dict[str, Verb | Group] = {
         "runs:verify",
         "Plays the recorded actions again and compares every hidden state; exits with 1 when one differs.",
     ),
-    "report": Verb("reports:report", "Writes tables and figures of one or more runs, every number with its interval."),
+    "report": Verb("reports:report", "Writes tables and figures of one or more runs, every rate with its interval."),
     "figure": Verb(
         "reports:figure",
         "Draws one figure of saved runs, or a diagram of the protocol; kept frames are used, others redrawn.",

@@ -22,7 +22,8 @@ from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.pack import Pack, manifest_of
 from vigil.record import Key
 from vigil.runner.shared_settings import AssetFile, PackName
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.runner.workers.messages import RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
 from vigil.web.play import make_play

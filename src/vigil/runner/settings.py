@@ -42,7 +42,7 @@ from vigil.runner.shared_settings import (
     SimulatorWorkers,
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
-from vigil.runner.workers.pool import PATIENCE_S
+from vigil.runner.workers.process import PATIENCE_S
 from vigil.setting import Setting, check_declared
 from vigil.sim import BACKENDS
 from vigil.versions import Versions

@@ -13,7 +13,8 @@ from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
 from vigil.runner.shared_settings import AssetFile, PackPlace, SimulatorWorkers
 from vigil.runner.workers.messages import Assignment, WorkerPlan
-from vigil.runner.workers.pool import PATIENCE_S, SimulatorPool, usable_cpus
+from vigil.runner.workers.pool import SimulatorPool, usable_cpus
+from vigil.runner.workers.process import PATIENCE_S
 from vigil.runner.workers.resimulation import FactDifference
 from vigil.saved_run import read_run
 from vigil.setting import Setting, check_declared

@@ -1,4 +1,7 @@
-"""The protocol that every simulator backend keeps."""
+"""The protocol that every simulator backend keeps. It is all that `vigil.env` knows of a simulator.
+
+What solvers and authoring may ask besides is in `vigil.sim.privileged`.
+"""
 
 # pyright: reportReturnType=false
 
@@ -9,7 +12,7 @@ import numpy as np
 
 from vigil.actions import PhysicalAction
 from vigil.house import House
-from vigil.pose import Pose, Vec3
+from vigil.pose import Pose
 from vigil.world import Effect, Setup, WorldState
 
 
@@ -42,22 +45,3 @@ class Simulator(Protocol):
 
     def close(self) -> None:
         """Frees what the scene holds; the simulator can load again."""
-
-
-class PrivilegedSight(Protocol):
-    """What solvers and validators may ask a backend besides; never handed to an agent."""
-
-    def object_ids(self) -> list[str]:
-        """Returns the ids of all objects present, sorted."""
-
-    def pixels_of(self, object_id: str) -> np.ndarray:
-        """Returns the pixels (n, 2) of x, y on which a click hits the object, maybe strided; n = 0 when none."""
-
-    def pixel_of(self, point: Vec3) -> tuple[int, int] | None:
-        """Returns the pixel that a world point projects to; None outside the frame or behind."""
-
-    def can_stand(self, position: Vec3) -> bool:
-        """Whether the agent's body fits there."""
-
-    def path_is_free(self, start: Vec3, end: Vec3) -> bool:
-        """Whether the body can be swept straight from one place to the other."""

@@ -8,7 +8,8 @@ from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, VigilError
 from vigil.record import EpisodeRecord, Key
 from vigil.runner.workers.frames import frame_sha256
-from vigil.web.drawing import EpisodeMoment, RenderService, RenderSettings
+from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.library import ShownPack, ShownRun
 from vigil.web.timeline import timeline_of
 

@@ -10,7 +10,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from vigil.actions import PhysicalAction
 from vigil.house import House
 from vigil.pose import Pose
-from vigil.web.drawing import EpisodeMoment, RenderService, RenderSettings
+from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.library import Library, ShownPack
 from vigil.web.plan import plan_of
 from vigil.web.site import page, picture

@@ -28,7 +28,8 @@ from vigil.errors import SettingError, first_fault
 from vigil.house import House
 from vigil.pack import HOUSES, Pack
 from vigil.pose import wrap_deg
-from vigil.web.drawing import EpisodeMoment, RenderService, RenderSettings
+from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.phrases import action_words, click_of, goal_words
 from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page

@@ -8,10 +8,11 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
+from vigil.runner.workers.messages import RenderSettings
 from vigil.saved_run import RecordTable
 from vigil.scoring import Outcome
 from vigil.summary import summarise
-from vigil.web.drawing import RenderService, RenderSettings
+from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page
 from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages

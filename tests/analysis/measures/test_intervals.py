@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from vigil.analysis.measures.intervals import (
     clustered,
+    clustered_means,
+    clustered_ratios,
     holm,
     mcnemar,
     paired_difference,
@@ -30,6 +32,18 @@ def test_wilson_contains_the_rate(hits_n: tuple[int, int]):
 def test_a_rate_over_nothing_has_no_value():
     assert Rate(0, 0, 0).value is None
     assert Rate(0, 0, 0).interval == (0.0, 1.0)
+
+
+def test_a_ratio_is_the_mean_of_its_units():
+    sizes = np.array([1, 3, 2, 5, 1, 4, 2])
+    hits = np.array([1, 1, 0, 4, 1, 0, 2])
+    houses = np.array(list("abcdefg"))
+    units = np.concatenate([np.arange(size) < hit for size, hit in zip(sizes, hits, strict=True)]).reshape(-1, 1)
+    found = clustered_ratios(hits.reshape(-1, 1), sizes, houses)
+    assert found is not None
+    assert found == clustered_means(units, np.repeat(houses, sizes))
+    assert found[0] is not None
+    assert found[0][0] < hits.sum() / sizes.sum() < found[0][1]
 
 
 def test_wilson_reproduces_a_known_interval():

@@ -13,12 +13,15 @@ from published import EpisodeCourse, played
 from vigil.analysis.measures.metrics import (
     LABELS,
     Measures,
+    after_goal_intervals,
     after_goal_shares,
     by_family,
     closure_curve,
     clustered_intervals,
     is_excluded,
     macro,
+    macro_interval,
+    mean_of,
     measure,
     regimes,
 )
@@ -94,6 +97,41 @@ def test_shares_after_attainment_pooled_and_by_episode():
     assert shares["report"] == pytest.approx((2 / 5, 5 / 8))
     assert sum(pair[0] for pair in shares.values() if pair) == pytest.approx(1.0)
     assert set(after_goal_shares(rows_of([EpisodeCourse("AI", False, "NR")])).values()) == {None}
+
+
+def in_houses(rows: Any, houses: int) -> Any:
+    return rows.assign(house=[f"house_{number % houses}" for number in range(len(rows))])
+
+
+def test_shares_and_means_lie_in_their_intervals():
+    courses = [EpisodeCourse("AI", True, "success" if wait % 2 else "NR", wait=wait) for wait in range(12)]
+    rows = in_houses(rows_of(courses), 6)
+    shares, intervals = after_goal_shares(rows), after_goal_intervals(rows)
+    for kind in ("navigate", "report"):
+        for share, interval in zip(shares[kind] or (), intervals[kind], strict=True):
+            assert interval is not None
+            assert interval[0] < share < interval[1]
+    found = mean_of(rows, "steps")
+    assert found is not None
+    assert found[0] == rows["steps"].mean()
+    assert found[1] is not None
+    assert found[1] < found[0] < (found[2] or 0.0)
+
+
+def test_a_mean_is_over_what_is_known_and_has_no_interval_in_four_houses():
+    rows = in_houses(rows_of([EpisodeCourse("AI", True, "success", wait=1), EpisodeCourse("AI", False, "NR")]), 4)
+    assert mean_of(rows, "lag") == (2.0, None, None)
+    assert mean_of(rows[~rows["B"]], "lag") is None
+
+
+def test_a_mean_of_families_is_surer_than_each_and_as_sure_as_an_only_one():
+    courses = [EpisodeCourse(family, number < 4, "NR") for family in ("AI", "CR") for number in range(10)]
+    families = by_family(rows_of(courses))
+    low, high = macro_interval(families, "W") or (0.0, 0.0)
+    alone = families["AI"].rate("W").interval
+    assert macro_interval({"AI": families["AI"]}, "W") == pytest.approx(alone)
+    assert alone[0] < low < 0.4 < high < alone[1]
+    assert macro_interval({}, "W") is None
 
 
 def test_false_success_at_zero_and_at_some_progress():

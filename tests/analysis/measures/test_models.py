@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from vigil.analysis.measures.models import GROUPS, activated_of, group_of, model_of
+from vigil.analysis.measures.models import GROUPS, activated_of, checkpoint_of, group_of, model_of
 from vigil.analysis.measures.paper import paper
 from vigil.record import AgentKind, RunSpec
 
@@ -27,7 +27,7 @@ def test_published_models_group_as_published(model: Any):
 @pytest.mark.parametrize(
     ("agent", "sampling", "name", "thinking"),
     [
-        ("vllm/Qwen/Qwen3-VL-32B-Instruct", {}, "Qwen3-VL-32B-Instruct", None),
+        ("vllm/Qwen/Qwen3-VL-32B-Instruct", {}, "Qwen3-VL-32B-Instruct", False),
         ("vllm/Qwen/Qwen3-VL-32B-Thinking", {}, "Qwen3-VL-32B-Thinking", True),
         ("openai/gpt-5.4", {"reasoning_effort": "high"}, "gpt-5.4 (T)", True),
         ("openai/gpt-5.4", {"reasoning_effort": "none"}, "gpt-5.4", False),
@@ -37,6 +37,21 @@ def test_published_models_group_as_published(model: Any):
 def test_names_and_serving_modes(agent: str, sampling: dict[str, Any], name: str, thinking: bool | None):
     found = model_of(spec(agent, sampling=sampling))
     assert (found.name, found.is_thinking) == (name, thinking)
+
+
+@pytest.mark.parametrize(
+    ("name", "checkpoint"),
+    [
+        ("Qwen3-VL-32B-Instruct", "Qwen3-VL-32B"),
+        ("Qwen3-VL-32B-Thinking-FP8", "Qwen3-VL-32B-FP8"),
+        ("Qwen3-VL-32B (T)", "Qwen3-VL-32B"),
+        ("qwen3-vl:8b-thinking", "qwen3-vl:8b"),
+        ("InstructBLIP-7B", "InstructBLIP-7B"),
+        ("Cosmos-Reason1-7B", "Cosmos-Reason1-7B"),
+    ],
+)
+def test_a_checkpoint_is_a_name_without_its_serving_mode(name: str, checkpoint: str):
+    assert checkpoint_of(name) == checkpoint
 
 
 def test_agents_that_are_no_models_have_groups_of_their_own():

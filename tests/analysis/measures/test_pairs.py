@@ -10,8 +10,9 @@ from published import SMALL, EpisodeCourse, Write, played, small_records
 from vigil.analysis.measures.pairs import compare, pair, recognise, shared
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import study
+from vigil.analysis.measures.transitions import label_matrix, transitions
 from vigil.analysis.tables.registry import tables
-from vigil.episode import FAMILIES
+from vigil.episode import FAMILIES, Family
 from vigil.errors import RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.record import EpisodeRecord
@@ -91,6 +92,73 @@ def test_two_interventions_at_once_are_no_pair(write: Write):
     assert (found.feedback, found.prompt, found.refusals) == ((), (), ())
 
 
+THINKING = {"extra_body": {"chat_template_kwargs": {"enable_thinking": True}}}
+
+
+@pytest.mark.parametrize(
+    ("instruct", "thinking"),
+    [
+        ({}, {"sampling": THINKING}),
+        ({"sampling": {"reasoning_effort": "none"}}, {"sampling": {"reasoning_effort": "high"}}),
+        ({"agent": "vllm/Qwen3-VL-8B-Instruct"}, {"agent": "vllm/Qwen3-VL-8B-Thinking"}),
+    ],
+)
+def test_serving_modes_of_a_checkpoint_are_paired(write: Write, instruct: dict[str, Any], thinking: dict[str, Any]):
+    runs = runs_of(write, thinking, instruct)
+    found = recognise(runs)
+    (one,) = found.serving
+    assert (bool(one.base.model.is_thinking), one.other.model.is_thinking) == (False, True)
+    assert found.refusals == ()
+    (row,) = tables(study(runs, with_paper=False))["serving_modes"].rows
+    assert row.cells["base"] == row.cells["other"] == (100.0, 100.0)
+
+
+def test_serving_modes_under_other_settings_are_refused_by_name(write: Write):
+    found = recognise(runs_of(write, {}, {"sampling": {**THINKING, "temperature": 0.6}}))
+    assert found.serving == ()
+    assert "cannot be paired for serving: sampling.temperature" in found.refusals[0]
+
+
+def test_two_baselines_make_one_row_each_for_the_runs_beside_them(write: Write):
+    some = {name: record for name, record in small_records().items() if not name.startswith("CR")}
+    runs = runs_of(write, {"records": some}, {}, {}, {"profile": FEEDBACK}, {"profile": NEUTRAL})
+    found = recognise(runs)
+    (feedback,), (prompt,) = found.feedback, found.prompt
+    assert feedback.base.folder.name == prompt.base.folder.name == "run1"
+    assert "'model · run0', 'model · run2' would do as well" in found.choices["feedback"][0]
+    made = tables(study(runs, with_paper=False))
+    for name in ("proprio_minimal", "prompt_sensitivity", "prompt_shifts", "feedback_events"):
+        assert len(made[name].rows) == 1, name
+
+
+def test_labels_that_change_are_counted_and_tested(write: Write):
+    base, other = runs_of(write, {"records": missed()}, {"profile": FEEDBACK})
+    (pair_of,) = recognise([base, other]).feedback
+    assert label_matrix(pair_of)["NR"]["B"] == label_matrix(pair_of)["B"]["B"] == 8
+    (change,) = transitions(pair_of)
+    assert (change.source, change.target, change.there, change.back) == ("B", "NR", 0, 8)
+    assert change.net == pytest.approx(-0.5)
+    assert np.isclose(change.p, 2 * 0.5**8)
+
+
+def unreported(family: Family) -> EpisodeCourse:
+    return EpisodeCourse(family, True, "NR")
+
+
+def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
+    folders = [write("base", epochs=2), write("fb", epochs=2, profile=FEEDBACK)]
+    for folder, records in zip(folders, (small_records(unreported), small_records()), strict=True):
+        second = {name: record.model_copy(update={"epoch": 2}) for name, record in records.items()}
+        extra = (write("extra", second, epochs=2) / "episodes.jsonl").read_bytes()
+        with (folder / "episodes.jsonl").open("ab") as file:
+            file.write(extra.replace(b'"run_id":"extra"', b'"run_id":"%b"' % folder.name.encode()))
+    (found,) = recognise(read_runs(folders)).feedback
+    (change,) = transitions(found)
+    assert (change.there, change.back) == (0, 16)
+    assert change.net == pytest.approx(-0.5)
+    assert np.isclose(change.p, 2 * 0.5**16)
+
+
 def test_a_pair_must_differ_in_what_it_is_about(write: Write):
     with pytest.raises(RecordError, match="they do not differ in it"):
         pair(*runs_of(write, {}, {}), "feedback")
@@ -155,7 +223,8 @@ def test_intervention_table_counts_events_and_differences(write: Write):
 
 def test_shifts_of_the_prompt_are_tested(write: Write):
     runs = runs_of(write, {"records": missed()}, {"profile": NEUTRAL})
-    row = tables(study(runs))["prompt_sensitivity"].rows[0]
+    row = tables(study(runs))["prompt_shifts"].rows[0]
+    assert (row.cells["dDelta"][0], row.cells["dNR"][0]) == pytest.approx((-50.0, -50.0))
     assert row.cells["dB"][0] == pytest.approx(50.0)
     assert row.cells["largest"] == "PG B +50.0"
     assert np.isclose(row.cells["p_B"], 2 * 0.5**8)

@@ -34,8 +34,10 @@ def own(table: Table, model: str) -> Row:
     return next(row for row in table.rows if row.cells["model"] == model and not row.is_published)
 
 
-def agrees(found: Any, published: float) -> bool:
-    """Whether a number prints as published, or lies within the rounding of a tie."""
+def agrees(cell: Any, published: float) -> bool:
+    """Whether a cell's number prints as published, or lies within the rounding of a tie, inside of its interval."""
+    found, low, high = cell if isinstance(cell, tuple) else (cell, None, None)
+    assert low is None or low <= found <= high
     return f"{found:.1f}" == f"{published:.1f}" or abs(found - published) <= TIE
 
 
@@ -79,8 +81,9 @@ def test_counterfactual(made: dict[str, Table], model: str):
 def test_belief_lag(made: dict[str, Table], model: str):
     cells, row = own(made["belief_lag"], model).cells, published("belief_lag", model)
     assert (cells["W_plus"], cells["NoRep_W1"], cells["FS"]) == (row["W_plus"], row["NR_W1"], row["FS"])
-    assert f"{cells['lag']:.1f}" == f"{row['lag']:.1f}"
-    assert round(cells["FS_zero"]) == row["zero_progress_pct"]
+    assert f"{cells['lag'][0]:.1f}" == f"{row['lag']:.1f}"
+    assert round(cells["FS_zero"][0]) == row["zero_progress_pct"]
+    assert cells["FS_zero"][1] < cells["FS_zero"][0] < cells["FS_zero"][2]
 
 
 def test_rows_of_every_table_stand_in_the_published_order(made: dict[str, Table]):
@@ -100,7 +103,101 @@ def test_the_two_readings_of_nr_come_under_their_two_names(made: dict[str, Table
 def test_the_widest_gap_at_alike_w_is_the_papers(made: dict[str, Table]):
     first = made["comparable_pairs"].rows[0]
     assert (first.cells["first"], first.cells["second"]) == ("Doubao-Seed-1.8", "InternVL3.5-38B")
-    assert first.cells["dB"] == pytest.approx(19.7)
+    assert first.cells["dB"][0] == pytest.approx(19.7)
+    assert first.cells["dB"][1] < 19.7 < first.cells["dB"][2]
+
+
+PLAIN = {"open_repeat_robustness", "full_panel", "prompt_sensitivity", "global_cross_section", "proprio_minimal"}
+"""Their rates stand as printed in the paper: with their intervals in another table."""
+WITHOUT_RATES = {"power", "stability", "repeat_rates", "feedback_events"}
+"""Percentages that are no rates of one run: detectable differences, half-ranges and relative changes."""
+
+
+def test_every_rate_has_its_interval(made: dict[str, Table]):
+    for name, table in made.items():
+        plain = [column.key for column in table.columns if column.kind in ("number1", "number2", "pair", "spread")]
+        assert not plain or name in PLAIN | WITHOUT_RATES | {"serving_modes"}, (name, plain)
+        for column in table.columns:
+            if column.kind == "rate":
+                cells = [row.cells.get(column.key) for row in table.rows if not row.is_published]
+                known = [cell for cell in cells if cell is not None]
+                assert not known or any(cell[1] is not None for cell in known) or {c[0] for c in known} == {0.0}, name
+
+
+def test_rates_that_are_printed_bare_have_their_intervals_per_family(made: dict[str, Table]):
+    found = {(row.cells["model"], row.cells["family"]): row.cells for row in made["family_rates"].rows}
+    for row in made["global_cross_section"].rows:
+        if not row.is_published:
+            for column in ("All", *FAMILIES):
+                cells = found[row.cells["model"], "all" if column == "All" else column]
+                assert (cells["W"][0], cells["B"][0]) == pytest.approx(row.cells[column])
+                assert cells["W"][1] <= cells["W"][0] <= cells["W"][2]
+
+
+def test_the_serving_modes_of_one_checkpoint_are_the_papers(made: dict[str, Table]):
+    rows = made["serving_modes"].rows
+    (row,) = [row for row in rows if not row.is_published]
+    assert row.cells["model"] == "Qwen3-VL-32B (T)"
+    assert row.cells["base"] == pytest.approx((39.2, 18.9))
+    assert row.cells["other"] == pytest.approx((30.7, 26.4))
+    assert row.cells["dDelta"][0] == pytest.approx(4.3 - 20.3)
+    published_pairs = {row.cells["model"]: row.cells["dB"] for row in rows if row.is_published}
+    assert published_pairs == {
+        "Kimi-VL-A3B (T)": 8.8,
+        "Qwen3-VL-32B (T)": 7.5,
+        "Qwen3-VL-4B (T)": -7.7,
+        "Qwen3-VL-8B (T)": -7.6,
+        "Qwen3-VL-2B (T)": 3.6,
+    }
+
+
+def test_labels_before_and_after_are_whole(made: dict[str, Table]):
+    matrix = {row.cells["model"]: row.cells for row in made["transitions"].rows}
+    assert sum(cells["n"] for cells in matrix.values()) == 1000
+    assert matrix["FR"]["n"] == FR["Qwen3-VL-32B"]
+    assert sum(cells["FR"] for cells in matrix.values()) == FR["Qwen3-VL-32B (T)"]
+    tested = {row.cells["model"]: row.cells for row in made["transition_tests"].rows}
+    assert tested["FR → NR"]["there"] == matrix["FR"]["NR"]
+    assert tested["FR → NR"]["back"] == matrix["NR"]["FR"]
+
+
+def test_published_shifts_and_half_ranges_are_what_the_paper_says_of_them(made: dict[str, Table]):
+    rows = {
+        (row.cells["change"].split(":")[0], row.cells["rate"]): row.cells
+        for row in made["stability"].rows
+        if row.is_published
+    }
+    prompt, repeats = "Default and neutral prompt", "Repeats"
+    assert (rows[prompt, "W %"]["n"], rows[prompt, "W %"]["largest"]) == (20, 3.5)
+    assert (rows[prompt, "B %"]["largest"], rows[prompt, "B %"]["whose"]) == (4.8, "Qwen3-VL-32B")
+    assert rows[prompt, "NR %"]["largest"] == pytest.approx(2.1)
+    b = rows[repeats, "B %"]
+    assert (b["n"], b["steady"], b["largest"], b["whose"]) == (20, 19, 2.7, "Qwen3-VL-32B (T)")
+
+
+def test_the_extended_panel_stands_in_its_two_printed_groups(made: dict[str, Table]):
+    groups: dict[str, list[str]] = {}
+    for row in made["extended_panel"].rows:
+        groups.setdefault(row.group, []).append(row.cells["model"])
+    excluded, supplementary = groups.values()
+    assert excluded == ["Qwen3-VL-2B", "Qwen3.5-2B", "Kimi-VL-A3B-Instruct"]
+    assert len(supplementary) == 5
+
+
+def test_published_prompt_rows_are_grouped_and_ordered_as_printed(made: dict[str, Table]):
+    for name in ("prompt_sensitivity", "prompt_shifts"):
+        rows = [row for row in made[name].rows if row.is_published]
+        assert [row.cells["model"] for row in rows] == [row["model"] for row in paper().tables["prompt_sensitivity"]]
+        assert list(dict.fromkeys(row.group for row in rows)) == [
+            "Embodied / robotics-tuned, published",
+            "Open general and reasoning VLMs, published",
+        ]
+
+
+def test_api_identifiers_are_shown(made: dict[str, Table]):
+    found = {row.cells["model"]: row.cells["api"] for row in made["models"].rows if row.is_published}
+    assert found["Claude-Sonnet-4"] == "claude-sonnet-4-20250514"
+    assert own(made["models"], "GPT-5.4").cells["api"] == "openai/GPT-5.4"
 
 
 def test_regimes_are_those_that_the_paper_names(made: dict[str, Table]):

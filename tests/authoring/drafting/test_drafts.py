@@ -16,11 +16,11 @@ from vigil.authoring.drafting.generation import (
 )
 from vigil.authoring.drafting.sources import MIXED, SECRET_SEEDS, Filed, Seeded, drawn, filed, seeded
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, RecordError, SettingError
 from vigil.housegen import spec_for
 from vigil.pack import Pack
+from vigil.sim.privileged import PrivilegedSimulator
 
 FAMILIES: tuple[Family, ...] = ("PG", "SV")
 TERMS = GenerationSettings(FAMILIES, seed=3, per_house=3, tried=6)

@@ -9,10 +9,10 @@ from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT, leaf_in_the_way
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode
 from vigil.goals import Constraint
 from vigil.house import House
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Setup
 
 

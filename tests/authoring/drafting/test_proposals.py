@@ -9,12 +9,12 @@ import pytest
 from vigil.authoring.drafting import constraints, proposals, sequences
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
 from vigil.house import House
 from vigil.pack import Pack
 from vigil.pose import Pose
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Setup
 
 Proposals = Callable[[HouseContext], Iterator[Episode]]

@@ -7,11 +7,11 @@ import pytest
 from vigil.actions import InteractPixel, Report
 from vigil.authoring.packing.starter import HOUSES, QUOTAS
 from vigil.authoring.review.rules import CR_TEMPLATES, SM_TEMPLATES
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.goals import is_observable
 from vigil.housegen.document import generators_of
 from vigil.pack import Pack
+from vigil.sim.privileged import PrivilegedSimulator
 
 
 def of(starter: Pack, family: Family) -> list[Episode]:

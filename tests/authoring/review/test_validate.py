@@ -14,12 +14,12 @@ from vigil.authoring.review import validate as validation
 from vigil.authoring.review.blind_trials import TURNING, WALKING, blind_trials
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import OTHER_RULES, Finding, Validator, reason_of, validate_pack
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode
 from vigil.goals import ObjectHeld, check
 from vigil.house import House
 from vigil.pack import Pack
 from vigil.pose import Vec3
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, Setup
 
 Spoil = Callable[[Episode], Episode]

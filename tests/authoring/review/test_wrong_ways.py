@@ -7,10 +7,10 @@ import pytest
 from vigil import goals
 from vigil.authoring.language.wording import SEQUENCES, asks_inside, sequence
 from vigil.authoring.review.validate import ValidationResult, Validator
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode
 from vigil.goals import Goal, ObjectAtReceptacle
 from vigil.pack import Pack
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectState
 
 CHANGED = {"changed, and reported as changed", "changed, and reported as it was"}

@@ -4,9 +4,9 @@ import pytest
 import shapely
 
 from vigil.authoring.solving.free_space import Obstacles, is_cut_off
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.pack import Pack
 from vigil.pose import Box, Vec3
+from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM = shapely.box(0, 0, 6, 4)
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable, box_distances
-from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.solvers import is_doable
 from vigil.pack import Pack
 from vigil.pose import Box, Vec3
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, Setup
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
@@ -11,6 +11,7 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord
 from vigil.scoring import Outcome, settle
+from vigil.sim.privileged import PrivilegedSimulator
 
 
 def first_of(starter: Pack, family: str) -> Episode:

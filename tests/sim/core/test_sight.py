@@ -138,7 +138,7 @@ def test_what_is_behind_a_pane_is_seen_but_not_clicked():
     assert egg.parent == "Microwave|1"
     assert egg.visible_px > 40
     assert not len(simulator.pixels_of("Egg|1"))
-    x, y = simulator.pixel_of(egg.position) or (0, 0)
+    x, y = pixel_of(before, egg.position) or (0, 0)
     effect = simulator.step(InteractPixel(intent="pick", x=x, y=y))
     assert (effect.hit, effect.refusal) == ("Microwave|1", "not_pickupable")
     simulator.reset(before, in_microwave(1.0))

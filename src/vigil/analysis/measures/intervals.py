@@ -48,16 +48,21 @@ def clustered(values: np.ndarray, houses: np.ndarray) -> Interval | None:
 
 def clustered_means(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
     """Returns the interval of each column's mean, (n, columns), under one resampling of houses; None as above."""
+    return clustered_ratios(values, np.ones(len(values)), houses)
+
+
+def clustered_ratios(values: np.ndarray, sizes: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
+    """Returns the interval of each column's sum over the sum of `sizes`, which are above 0; else as above."""
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
         return None
-    sizes = np.bincount(index).astype(float)
+    totals = np.bincount(index, weights=sizes)
     sums = np.stack([np.bincount(index, weights=column) for column in values.T.astype(float)], axis=1)
     draws = _draws(len(names))
-    means = (draws @ sums) / (draws @ sizes)[:, None]
+    means = (draws @ sums) / (draws @ totals)[:, None]
     tail = _tail(len(names))
     low, high = np.quantile(means, [tail, 1 - tail], axis=0)
-    centre = values.mean(axis=0)
+    centre = values.sum(axis=0) / sizes.sum()
     return [(float(min(a, c)), float(max(b, c))) if b > a else None for a, b, c in zip(low, high, centre, strict=True)]
 
 

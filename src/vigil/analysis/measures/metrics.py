@@ -4,13 +4,14 @@ Pure functions of rows (`vigil.analysis.measures.rows`); a rate over no episodes
 `protocol.md` sections 5 and 6.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.intervals import clustered_means, houses_of
+from vigil.analysis.measures.intervals import clustered, clustered_means, clustered_ratios, houses_of
 from vigil.analysis.measures.rows import KINDS, Run, values, where
 from vigil.episode import FAMILIES
 from vigil.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
@@ -59,6 +60,31 @@ def macro(families: Mapping[str, Measures], name: str) -> float | None:
     return mean([value for measures in families.values() if (value := measures.share(name)) is not None])
 
 
+def macro_interval(families: Mapping[str, Measures], name: str) -> Interval | None:
+    """Returns the interval of `macro`: the families' own intervals combined, as of independent rates.
+
+    Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
+    """
+    rates = [rate for measures in families.values() if (rate := measures.rate(name)).value is not None]
+    if not rates:
+        return None
+    centre = sum(rate.value or 0.0 for rate in rates) / len(rates)
+    below, above = (
+        math.sqrt(sum((rate.interval[end] - (rate.value or 0.0)) ** 2 for rate in rates)) / len(rates) for end in (0, 1)
+    )
+    return centre - below, centre + above
+
+
+def mean_of(rows: pd.DataFrame, column: str) -> tuple[float, float | None, float | None] | None:
+    """Returns the mean of a column where it is known, with its interval by houses; None of nothing."""
+    found = values(rows, column)
+    known = np.isfinite(found)
+    if not known.any():
+        return None
+    low, high = clustered(found[known], houses_of(rows)[known]) or (None, None)
+    return float(found[known].mean()), low, high
+
+
 def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
     """Returns the intervals of W, B and Delta from a bootstrap over houses; None where it says nothing."""
     w, b = values(rows, "W"), values(rows, "B")
@@ -68,14 +94,29 @@ def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
 
 def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | None]:
     """Returns, per kind of action, its share after the goal first held in W=1 episodes: pooled, and episode mean."""
-    held = where(rows, values(rows, "W", bool))
-    counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in KINDS], axis=1)
-    counts = counts[counts.sum(axis=1) > 0]
+    counts, _ = _after_goal(rows)
     if not len(counts):
         return dict.fromkeys(KINDS)
     pooled = counts.sum(axis=0) / counts.sum()
     mean = (counts / counts.sum(axis=1, keepdims=True)).mean(axis=0)
     return {kind: (float(pooled[index]), float(mean[index])) for index, kind in enumerate(KINDS)}
+
+
+def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None, Interval | None]]:
+    """Returns the intervals of these shares by houses: pooled, and episode mean."""
+    counts, houses = _after_goal(rows)
+    sizes = counts.sum(axis=1)
+    pooled = clustered_ratios(counts, sizes, houses) or [None] * len(KINDS)
+    means = clustered_means(counts / sizes[:, None], houses) or [None] * len(KINDS)
+    return dict(zip(KINDS, zip(pooled, means, strict=True), strict=True))
+
+
+def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the actions of each kind after the goal first held, (W=1 episodes with any, kinds), and their houses."""
+    held = where(rows, values(rows, "W", bool))
+    counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in KINDS], axis=1)
+    has_any = counts.sum(axis=1) > 0
+    return counts[has_any], houses_of(held)[has_any]
 
 
 def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float] | None:

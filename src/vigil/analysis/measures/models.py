@@ -31,6 +31,8 @@ _GROUP_PATTERNS: tuple[tuple[str, Group], ...] = (
 """Published: the first pattern found in a model's name (case-folded) decides; open without one."""
 _CLOSED_PROVIDERS = frozenset({"anthropic", "google", "vertex", "azureai", "grok", "bedrock"})
 _THINKING = re.compile(r"thinking|reason|\br1\b")
+_INSTRUCT = re.compile(r"(?<![a-z])instruct(?![a-z])")
+_SERVING = re.compile(r"[-_ ](?:instruct|thinking)(?![a-z])| \(T\)$", re.IGNORECASE)
 _ACTIVATED = re.compile(r"(?<![a-z0-9])a(\d+(?:\.\d+)?)b(?![a-z0-9])")
 
 
@@ -46,6 +48,11 @@ class ModelInfo:
     activated: str | None
     """Activated parameters of a mixture of experts, e.g. `A3B`; None for dense models."""
     is_privileged: bool = False
+
+    @property
+    def checkpoint(self) -> str:
+        """The name without its serving mode."""
+        return checkpoint_of(self.name)
 
 
 def model_of(spec: RunSpec) -> ModelInfo:
@@ -69,6 +76,11 @@ def group_of(name: str, provider: str = "") -> Group:
     return GROUPS[2] if provider in _CLOSED_PROVIDERS else GROUPS[1]
 
 
+def checkpoint_of(name: str) -> str:
+    """Returns a model's name without what tells its thinking serving mode from its instruct counterpart."""
+    return _SERVING.sub("", name)
+
+
 def activated_of(name: str) -> str | None:
     """Returns the activated-parameter suffix in a model's name."""
     found = _ACTIVATED.search(name.casefold())
@@ -82,4 +94,5 @@ def _is_thinking(name: str, spec: RunSpec) -> bool | None:
     if effort is not None:
         return effort != "none"
     template = (spec.sampling.get("extra_body") or {}).get("chat_template_kwargs") or {}
-    return template.get("enable_thinking")
+    said = template.get("enable_thinking")
+    return False if said is None and _INSTRUCT.search(name.casefold()) else said

@@ -1,11 +1,12 @@
 """Pairs: which runs may be compared, told by their headers alone.
 
-An intervention is a pair of runs that differ in one thing: action feedback, or the prompt's variant. Repeats differ in
-nothing. Runs that differ in more are refused, and the difference is named. Any two runs of one pack may be tested on
-the episodes that both have scored, but only as two systems, never as an intervention.
+An intervention is a pair of runs that differ in one thing: action feedback, the prompt's variant, or the serving mode
+of one checkpoint (thinking against instruct). Repeats differ in nothing. Runs that differ in more are refused, and the
+difference is named. Any two runs of one pack may be tested on the episodes that both have scored, but only as two
+systems, never as an intervention.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Literal
@@ -18,13 +19,17 @@ from vigil.analysis.measures.rows import Run
 from vigil.errors import RecordError
 from vigil.rates import Interval
 
-PairKind = Literal["feedback", "prompt", "repeat"]
-VARIED: dict[PairKind, frozenset[str]] = {
-    "feedback": frozenset({"profile.name"}),
-    "prompt": frozenset({"profile.prompt_variant", "prompt_policy_sha256"}),
-    "repeat": frozenset(),
+PairKind = Literal["feedback", "prompt", "serving", "repeat"]
+VARIED: dict[PairKind, tuple[str, ...]] = {
+    "feedback": ("profile.name",),
+    "prompt": ("profile.prompt_variant", "prompt_policy_sha256"),
+    "serving": (
+        *("agent", "thinking", "sampling.reasoning_effort", "sampling.reasoning_tokens"),
+        "sampling.extra_body.chat_template_kwargs",
+    ),
+    "repeat": (),
 }
-"""What the two runs of a pair differ in; a prompt's hash follows from its variant."""
+"""What the two runs of a pair differ in, with all below it; a prompt's hash follows from its variant."""
 _INTERVENED = {"profile.name", "profile.prompt_variant"}
 _FREE = frozenset({"base_url", "epochs"})
 """An address makes no other model; the epochs that both runs have are compared."""
@@ -35,7 +40,7 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing; `base` is without feedback, or with the default prompt."""
+    """Two runs that differ in one thing; `base` is without feedback, with the default prompt, or not thinking."""
 
     kind: PairKind
     base: Run
@@ -60,11 +65,14 @@ class Pairing:
 
     feedback: tuple[Pair, ...]
     prompt: tuple[Pair, ...]
+    serving: tuple[Pair, ...]
     repeats: tuple[tuple[pd.DataFrame, ...], ...]
     """Sets of at least two tables of the same episodes under the same settings: runs, or epochs of one run."""
     repeated: tuple[Run, ...]
     """The first run of each set of repeats."""
     refusals: tuple[str, ...]
+    choices: Mapping[PairKind, tuple[str, ...]]
+    """Which run a run is paired with, where several would do."""
 
 
 @dataclass(frozen=True)
@@ -85,21 +93,24 @@ class RunComparison:
 def pair(first: Run, second: Run, kind: PairKind) -> Pair:
     """Returns the two runs as a pair, in whatever order they come. Raises RecordError, naming what else differs."""
     found = differences(first, second)
-    unwanted = [text for place, text in found.items() if place not in VARIED[kind]]
+    unwanted = [text for place, text in found.items() if not _may_vary(place, kind)]
     if unwanted:
         raise RecordError(
             f"{first.name!r} and {second.name!r} cannot be paired for {kind}: {'; '.join(unwanted)}. Run one of them "
             "again with the other's settings."
         )
-    if kind != "repeat" and not found.keys() & _INTERVENED:
+    if kind != "repeat" and _kind(first, second) != kind:
         raise RecordError(f"{first.name!r} and {second.name!r} cannot be paired for {kind}: they do not differ in it.")
     base, other = sorted((first, second), key=_condition)
     return Pair(kind, base, other)
 
 
 def recognise(runs: Sequence[Run]) -> Pairing:
-    """Returns the pairs and repeats among `runs`, with the reasons why runs of one agent are not paired."""
-    pairs: dict[PairKind, list[Pair]] = {"feedback": [], "prompt": [], "repeat": []}
+    """Returns the pairs and repeats among `runs`, with the reasons why runs of one agent are not paired.
+
+    Each intervened run makes one pair, also where several runs could be its base.
+    """
+    pairs: dict[PairKind, list[Pair]] = {kind: [] for kind in VARIED}
     refusals = []
     for first, second in combinations(sorted(runs, key=lambda run: run.name), 2):
         if _agent(first) != _agent(second):
@@ -112,7 +123,15 @@ def recognise(runs: Sequence[Run]) -> Pairing:
         except RecordError as error:
             refusals.append(str(error))
     repeats, repeated = _repeats(runs, pairs["repeat"])
-    return Pairing(tuple(pairs["feedback"]), tuple(pairs["prompt"]), repeats, repeated, tuple(refusals))
+    feedback, of_feedback = _one_base_each(pairs["feedback"])
+    prompt, of_prompt = _one_base_each(pairs["prompt"])
+    serving, of_serving = _one_base_each(pairs["serving"])
+    choices: dict[PairKind, tuple[str, ...]] = {
+        "feedback": of_feedback,
+        "prompt": of_prompt,
+        "serving": of_serving,
+    }
+    return Pairing(feedback, prompt, serving, repeats, repeated, tuple(refusals), choices)
 
 
 def differences(first: Run, second: Run) -> dict[str, str]:
@@ -165,8 +184,34 @@ def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] |
     return paired_difference(_has(base, name), _has(other, name), _houses(base))
 
 
+def _may_vary(place: str, kind: PairKind) -> bool:
+    """Whether the two runs of a pair may differ in a place of their settings."""
+    return any(place == one or place.startswith(f"{one}.") for one in VARIED[kind])
+
+
+def _one_base_each(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
+    """Returns one pair for each intervened run, and what was chosen among several, in words.
+
+    The base is the one that shares most episodes, among those the earliest, then by name.
+    """
+    by_other: dict[str, list[Pair]] = {}
+    for one in pairs:
+        by_other.setdefault(one.other.name, []).append(one)
+    found, choices = [], []
+    for name, candidates in by_other.items():
+        best = candidates[0]
+        if len(candidates) > 1:
+            best = min(candidates, key=lambda one: (-len(one.tables()[0]), one.base.header.started, one.base.name))
+            others = ", ".join(repr(one.base.name) for one in candidates if one is not best)
+            choices.append(f"{name!r} is paired with {best.base.name!r}; {others} would do as well.")
+        found.append(best)
+    return tuple(found), tuple(choices)
+
+
 def _has(rows: pd.DataFrame, name: str) -> np.ndarray:
-    """Returns of which rows a yes/no column, or a label, is true."""
+    """Returns of which rows a yes/no column, the gap or a label is true."""
+    if name == "Delta":
+        return np.asarray(rows["W"], dtype=bool) & ~np.asarray(rows["B"], dtype=bool)
     return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)
 
 
@@ -196,8 +241,12 @@ def _epochs(run: Run) -> list[pd.DataFrame]:
 
 
 def _kind(first: Run, second: Run) -> PairKind | None:
-    """Returns the kind of pair that two runs of one agent would make; None for two interventions at once."""
+    """Returns the kind of pair that two runs of one checkpoint would make; None for two interventions at once."""
     varied = differences(first, second).keys() & _INTERVENED
+    if bool(first.model.is_thinking) != bool(second.model.is_thinking):
+        return None if varied else "serving"
+    if first.model.name != second.model.name:
+        return None
     if varied == {"profile.name"}:
         return "feedback"
     if varied == {"profile.prompt_variant"}:
@@ -206,12 +255,12 @@ def _kind(first: Run, second: Run) -> PairKind | None:
 
 
 def _agent(run: Run) -> tuple[str, str]:
-    return run.header.spec.agent_kind, run.model.name
+    return run.header.spec.agent_kind, run.model.checkpoint
 
 
-def _condition(run: Run) -> tuple[bool, bool, str]:
+def _condition(run: Run) -> tuple[bool, bool, bool, str]:
     profile = run.header.spec.profile
-    return profile.has_feedback, profile.prompt_variant != "default", run.name
+    return profile.has_feedback, profile.prompt_variant != "default", bool(run.model.is_thinking), run.name
 
 
 def _settings(run: Run) -> Iterator[tuple[str, Any]]:
@@ -220,19 +269,11 @@ def _settings(run: Run) -> Iterator[tuple[str, Any]]:
     policy = spec.prompt_policy.replace(f"/{spec.profile.prompt_variant}/", "/")
     spec = spec.model_copy(update={"prompt_policy": policy})
     free = _FREE | ({"seed"} if spec.agent_kind in _SEED_IS_FREE else set())
-    for name, value in spec.model_dump(mode="json").items():
-        if name not in free:
-            yield from _flat(name, value)
+    for place, value in spec.settings.items():
+        if place.partition(".")[0] not in free:
+            yield place, value
     yield "package_version", run.header.package_version
     yield "simulator_version", run.header.simulator_version
-
-
-def _flat(place: str, value: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, dict):
-        for name in sorted(value):
-            yield from _flat(f"{place}.{name}", value[name])
-    else:
-        yield place, tuple(value) if isinstance(value, list) else value
 
 
 def _shown(value: Any) -> str:

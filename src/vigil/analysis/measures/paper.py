@@ -43,6 +43,8 @@ class Paper:
     models: tuple[PublishedModel, ...]
     tables: dict[str, list[dict[str, Any]]]
     """By the paper's names; each row carries `model`, or is a line of a table about something else."""
+    text: dict[str, dict[str, float]]
+    """Rates of models that only the text prints; `_neutral`: under the neutral prompt."""
 
     def model(self, name: str) -> PublishedModel:
         """Returns a model by the name that its row has."""
@@ -63,4 +65,4 @@ class Paper:
 def paper() -> Paper:
     """Returns the published rows, as shipped with the package."""
     data = json.loads((files("vigil.analysis.measures") / "paper.json").read_text(encoding="utf-8"))
-    return Paper(tuple(PublishedModel(**model) for model in data["models"]), data["tables"])
+    return Paper(tuple(PublishedModel(**model) for model in data["models"]), data["tables"], data["text"])

@@ -39,7 +39,7 @@ from vigil import (
 )
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
-from vigil.pack import find, frozen_episodes
+from vigil.pack import count_rooms, find, frozen_episodes
 from vigil.record import EPISODES_FILE, RunHeader, read_header
 from vigil.record_file import read_file
 from vigil.saved_run import RecordTable, open_run
@@ -140,6 +140,7 @@ def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     """Returns the run from its records, and keeps its rows beside it."""
     run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
     table, facts = _settle(run.table, data)
+    table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
     if keep:
         facts = _keep(folder / ROWS_FILE, _key(run.header, data), table, facts)
     return _run(folder, run.header, table, facts)
@@ -228,7 +229,7 @@ def _schema() -> dict[str, str]:
         else:
             kinds[field.name] = "object"
     credits = {f"credit.{policy}": "float64" for policy in REPORT_POLICIES}
-    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool"}
+    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool", "rooms": "float64"}
 
 
 _SCHEMA = _schema()
@@ -246,6 +247,7 @@ def _settle(table: RecordTable, data: bytes) -> tuple[pd.DataFrame, dict]:
 
 _frozen = cache(frozen_episodes)
 """Many runs of a report are of one pack."""
+_rooms = cache(count_rooms)
 
 
 def _key(header: RunHeader, data: bytes) -> str:

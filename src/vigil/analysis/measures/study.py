@@ -67,6 +67,14 @@ class Study:
         """Returns the entries under the default contract, best B first."""
         return by_b(entry for entry in self.entries if entry.is_base)
 
+    def entry(self, run: Run) -> RunEntry:
+        """Returns the entry of a run, by its name."""
+        return next(entry for entry in self.entries if entry.name == run.name)
+
+    def excluded(self) -> list[RunEntry]:
+        """Returns the base entries that the exclusion rule takes out of the main tables, best B first."""
+        return [entry for entry in self.base() if entry.is_excluded]
+
     def main_panel(self) -> list[RunEntry]:
         """Returns the base entries that the exclusion rule leaves in the main tables, best B first."""
         return [entry for entry in self.base() if not entry.is_excluded]

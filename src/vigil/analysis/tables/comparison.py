@@ -3,7 +3,8 @@
 Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 from vigil.analysis.measures.intervals import holm, smallest_difference, smallest_paired_difference
@@ -62,20 +63,21 @@ def comparable_pairs(study: Study) -> Table:
     """Returns pairs of rows with similar W and different B, own and published rows separately."""
     columns = (
         *texts(first="Higher B", second="Lower B", W="W % of both"),
-        *numbers(dW="|ΔW| (pp)", dB="ΔB (pp)"),
+        *intervals(dW="ΔW (pp)", dB="ΔB (pp)"),
     )
     own = [
         (e.name, percent(e.overall.share("W")) or 0.0, percent(e.overall.share("B")) or 0.0)
         for e in study.base()
         if e.overall.n
     ]
-    rows = _pairs_close_in_w(own, is_published=False)
+    tested = {frozenset((c.first.name, c.second.name)): c for c in study.comparisons}
+    rows = [_with_intervals(row, tested) for row in _pairs_close_in_w(own, is_published=False)]
     if study.published:
         anchors = [(model.name, w, b) for model, w, b in study.published.points() if model.anchor]
         rows += _pairs_close_in_w(anchors, is_published=True)
     notes = (
-        f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B. Whether an own pair differs is for "
-        "the paired tests to say.",
+        f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B, the first run's minus the second's. "
+        "Intervals of own pairs: paired bootstrap over houses; whether they differ is for the paired tests to say.",
     )
     return Table("comparable_pairs", "Alike in W, apart in B", columns, tuple(rows), notes)
 
@@ -140,8 +142,23 @@ def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_publishe
     rows = []
     for gap, high, low in found[:5]:
         cells = {"first": high[0], "second": low[0], "W": f"{high[1]:.1f} and {low[1]:.1f}"}
-        rows.append(Row({**cells, "dW": abs(high[1] - low[1]), "dB": gap}, group, is_published))
+        rows.append(Row({**cells, "dW": high[1] - low[1], "dB": gap}, group, is_published))
     return rows
+
+
+def _with_intervals(row: Row, tested: Mapping[frozenset[str], RunComparison]) -> Row:
+    """Returns the row of an own pair with the intervals of its differences, where it was tested."""
+    found = tested.get(frozenset((row.cells["first"], row.cells["second"])))
+    if found is None:
+        return row
+    sign = 1.0 if found.second.name == row.cells["first"] else -1.0
+    ends = {"dW": found.w_interval, "dB": found.b_interval}
+    cells = {
+        name: points(row.cells[name] / 100, None if pair is None else (min(turned), max(turned)))
+        for name, pair in ends.items()
+        for turned in [tuple(sign * end for end in pair or ())]
+    }
+    return replace(row, cells={**row.cells, **cells})
 
 
 def _inside(rate: float | None) -> float:

@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import (
     FLOOR_W,
@@ -15,31 +17,33 @@ from vigil.analysis.measures.metrics import (
     LOW_COMPLIANCE,
     NR_HEAVY,
     STATE_COUPLED,
+    after_goal_intervals,
     after_goal_shares,
-    clustered_intervals,
     macro,
+    macro_interval,
+    mean_of,
     regimes,
 )
 from vigil.analysis.measures.rows import KINDS, values, where
 from vigil.analysis.measures.study import RunEntry, Study, by_b
-from vigil.analysis.tables.results import rates
+from vigil.analysis.tables.results import all_rates, published_row
 from vigil.analysis.tables.table import (
     Column,
     Row,
     Table,
     counts,
     intervals,
-    numbers,
-    percent,
     points,
     rate_cell,
+    rate_cells,
     texts,
 )
-from vigil.rates import RATES
+from vigil.rates import RATES, rate_of
 from vigil.record import Resumption, RunHeader
 
 MODEL = Column("model", "Run", "text")
-_RATES = tuple(name for name in RATES if name != "Delta")
+WILSON_NOTE = "Intervals: Wilson."
+_STATE_LABELS = ("on", "off", "open", "closed")
 
 
 def overview(study: Study) -> Table:
@@ -48,28 +52,28 @@ def overview(study: Study) -> Table:
         MODEL,
         *texts(complete="Scored"),
         *counts(errors="Errors"),
-        *(Column(name, f"{name} % [95\u00a0%]", "rate") for name in _RATES),
-        *intervals(Delta="Δ (pp)"),
-        *numbers(W_macro="W, mean of families %", B_macro="B, mean of families %", steps="Steps"),
+        *intervals(**{name: shown_name(name) for name in RATES}),
+        *intervals(W_macro="W, mean of families %", B_macro="B, mean of families %", mean_steps="Steps"),
     )
     rows = []
     for entry in by_b(study.entries):
-        overall, run = entry.overall, entry.run
-        clusters = clustered_intervals(run.rows)
-        cells: dict[str, Any] = {name: rate_cell(overall.rate(name)) for name in _RATES}
-        cells["Delta"] = None if not overall.n else points(overall.share("Delta"), clusters["Delta"])
+        run = entry.run
         rows.append(
             row_of(
                 entry,
                 complete=f"{run.n}/{max(run.n, run.n_planned)}",
                 errors=len(run.errors),
-                W_macro=percent(macro(entry.families, "W")),
-                B_macro=percent(macro(entry.families, "B")),
-                steps=overall.means["steps"],
-                **cells,
+                **{
+                    f"{name}_macro": points(macro(entry.families, name), macro_interval(entry.families, name))
+                    for name in "WB"
+                },
+                **all_rates(entry),
             )
         )
-    notes = ("Rates: Wilson intervals. Δ = W - B: bootstrap over houses (2,000 resamples; none below five houses).",)
+    notes = (
+        "Rates: Wilson intervals. Δ = W - B and steps: bootstrap over houses (2,000 resamples; none below five "
+        "houses). Means of families: the families' Wilson intervals combined (MOVER).",
+    )
     return Table("overview", "All rates, all episodes", columns, tuple(rows), notes)
 
 
@@ -81,13 +85,13 @@ def outcome_partition(study: Study) -> Table:
     }  # fmt: skip
     columns = (
         MODEL,
-        *(Column(name, f"{name} %") for name in LABELS),
-        *(Column(key, f"{heading} %") for key, heading in categories.items()),
-        *numbers(lost="Attained and lost again %", tampered="State tampered %"),
+        *intervals(**{name: f"{name} %" for name in LABELS}),
+        *intervals(**{key: f"{heading} %" for key, heading in categories.items()}),
+        *intervals(lost="Attained and lost again %", tampered="State tampered %"),
     )
     names = (*LABELS, *categories, "lost", "tampered")
-    rows = tuple(row_of(e, **{name: percent(e.overall.share(name)) for name in names}) for e in by_b(study.entries))
-    return Table("outcome_partition", "Outcome partition", columns, rows)
+    rows = tuple(row_of(entry, **rate_cells(entry.overall, names)) for entry in by_b(study.entries))
+    return Table("outcome_partition", "Outcome partition", columns, rows, (WILSON_NOTE,))
 
 
 def after_goal(study: Study) -> Table:
@@ -95,22 +99,25 @@ def after_goal(study: Study) -> Table:
     columns = (
         MODEL,
         *counts(n="W=1"),
-        *(
-            Column(f"{kind}{how}", f"{kind} {shown}")
-            for how, shown in (("", "% pooled"), (" mean", "% episode mean"))
-            for kind in KINDS
+        *intervals(
+            **{
+                f"{kind}{how}": f"{kind} {shown}"
+                for how, shown in (("", "% pooled"), (" mean", "% episode mean"))
+                for kind in KINDS
+            }
         ),
     )
     rows = []
     for entry in by_b(study.entries):
-        shares = after_goal_shares(entry.run.rows)
+        shares, ends = after_goal_shares(entry.run.rows), after_goal_intervals(entry.run.rows)
         cells = {
-            f"{kind}{how}": None if pair is None else 100 * pair[i]
+            f"{kind}{how}": None if pair is None else points(pair[i], ends[kind][i])
             for kind, pair in shares.items()
             for i, how in enumerate(("", " mean"))
         }
         rows.append(row_of(entry, n=entry.overall.counts["W"], **cells))
-    return Table("after_goal", "Shares of actions after the goal first held (W=1 episodes)", columns, tuple(rows))
+    title = "Shares of actions after the goal first held (W=1 episodes)"
+    return Table("after_goal", title, columns, tuple(rows), ("Intervals: bootstrap over houses.",))
 
 
 def sv_statuses(study: Study) -> Table:
@@ -120,7 +127,7 @@ def sv_statuses(study: Study) -> Table:
         *counts(n="SV episodes"),
         *(Column(status, status, "count") for status in STATUSES),
         *counts(raw="unrecognised", none="no report"),
-        *numbers(label_share="State labels among reports %"),
+        *intervals(label_share="State labels among reports %"),
     )
     rows = []
     for entry in by_b(study.entries):
@@ -128,15 +135,17 @@ def sv_statuses(study: Study) -> Table:
         sv = where(rows_of, values(rows_of, "goal_kind", object) == "report_status")
         said = Counter(values(sv, "reported", object).tolist())
         cells = {status: said[status] for status in STATUSES}
-        labels, reported = sum(said[status] for status in ("on", "off", "open", "closed")), sum(cells.values())
+        reports = values(sv, "reported", object)
+        is_label, is_report = np.isin(reports, _STATE_LABELS), reports != None  # noqa: E711 - element by element
+        labels = rate_of(is_label, is_report, values(sv, "episode_id", str))
         rows.append(
             row_of(
                 entry,
                 n=len(sv),
                 **cells,
                 raw=sum(raw is not None for raw in values(sv, "raw_status", object)),
-                none=len(sv) - reported,
-                label_share=100 * labels / reported if reported else None,
+                none=len(sv) - sum(cells.values()),
+                label_share=rate_cell(labels),
             )
         )
     notes = (
@@ -150,27 +159,25 @@ def composition(study: Study) -> Table:
     """Returns composed families beside their constituents."""
     columns = (
         MODEL,
-        *(
-            Column(key, heading)
-            for key, heading in (
-                ("PG", "PG W %"),
-                ("DA", "DA W %"),
-                ("PGxDA", "PG x DA %"),
-                ("AI", "AI W %"),
-                ("AI_B", "AI B %"),
-                ("AI_conv", "AI B/W %"),
-                ("VS", "VS W %"),
-                ("VSxDA", "VS x DA %"),
-                ("SI", "SI W %"),
-                ("SI_B", "SI B %"),
-                ("SI_conv", "SI B/W %"),
-            )
+        *intervals(
+            PG="PG W %",
+            DA="DA W %",
+            PGxDA="PG x DA %",
+            AI="AI W %",
+            AI_B="AI B %",
+            AI_conv="AI B/W %",
+            VS="VS W %",
+            VSxDA="VS x DA %",
+            SI="SI W %",
+            SI_B="SI B %",
+            SI_conv="SI B/W %",
         ),
         *texts(floor="On the execution floor"),
     )
     rows = tuple(row_of(entry, **_composed(entry)) for entry in by_b(study.entries))
     notes = (
-        "PG x DA and VS x DA: what independent parts would give. B/W: achieved states turned into matching reports. "
+        "PG x DA and VS x DA: what independent parts would give; the ends of their intervals are multiplied likewise, "
+        "which makes them wide. B/W: achieved states turned into matching reports. "
         f"Execution floor: families with W below {100 * FLOOR_W:.0f} %, where Δ says nothing, for it is bounded by W.",
     )
     return Table("composition", "Composed families against their parts", columns, rows, notes)
@@ -180,15 +187,15 @@ def stop_only(study: Study) -> Table:
     """Returns what a protocol without report content would have scored."""
     columns = (
         MODEL,
-        *numbers(B="B %", StopOnly="Stop-only %", hidden="Hidden by it (pp)"),
+        *intervals(B="B %", StopOnly="Stop-only %", hidden="Hidden by it (pp)"),
         *counts(FR_W1="Mismatched reports, W=1", FR_W0="Mismatched reports, W=0"),
     )
     rows = []
     for entry in by_b(study.entries):
         m = entry.overall
-        b, stop = percent(m.share("B")), percent(m.share("StopOnly"))
-        hidden = None if b is None or stop is None else stop - b
-        rows.append(row_of(entry, B=b, StopOnly=stop, hidden=hidden, FR_W1=m.counts["FR_W1"], FR_W0=m.counts["FR_W0"]))
+        hidden = rate_cell(m.rate("FR_W1"))
+        cells = rate_cells(m, ("B", "StopOnly"))
+        rows.append(row_of(entry, **cells, hidden=hidden, FR_W1=m.counts["FR_W1"], FR_W0=m.counts["FR_W0"]))
     notes = (
         "Stop-only: W=1 and the episode closed by any report. What it hides are true states closed with a wrong "
         "statement; it also cannot tell a false claim from an honest fail.",
@@ -230,30 +237,20 @@ def regime_table(study: Study) -> Table:
 
 def invalid_replies(study: Study) -> Table:
     """Returns how replies failed to be actions, and what they cost."""
-    names = (
-        "protocol_failures",
-        "malformed_actions",
-        "truncated",
-        "would_parse_leniently",
-        "retry",
-        "too_far",
-        "path_blocked",
-        "input_tokens",
-        "output_tokens",
-        "seconds",
-    )
+    fine = ("protocol_failures", "malformed_actions", "truncated", "would_parse_leniently")
+    fine += ("retry", "too_far", "path_blocked")
+    coarse = ("input_tokens", "output_tokens", "seconds")
     columns = (
         MODEL,
-        *(
-            Column(name, name.replace("_", " "), "number2" if index < 7 else "number1")
-            for index, name in enumerate(names)
-        ),
+        *(Column(name, f"{name.replace('_', ' ')} [95\u00a0%]", "mean") for name in fine),
+        *intervals(**{name: name.replace("_", " ") for name in coarse}),
     )
     rows = tuple(
-        row_of(e, **{name: float(values(e.run.rows, name).mean()) if e.run.n else None for name in names})
-        for e in by_b(study.entries)
+        row_of(entry, **{name: mean_of(entry.run.rows, name) for name in (*fine, *coarse)})
+        for entry in by_b(study.entries)
     )
-    return Table("invalid_replies", "Replies that are no actions, events and cost: means per episode", columns, rows)
+    title = "Replies that are no actions, events and cost: means per episode"
+    return Table("invalid_replies", title, columns, rows, ("Intervals: bootstrap over houses.",))
 
 
 def runs(study: Study) -> Table:
@@ -298,6 +295,28 @@ def runs(study: Study) -> Table:
     return Table("runs", "The runs", columns, tuple(rows))
 
 
+def models(study: Study) -> Table:
+    """Returns what was evaluated: group, serving mode and the name that its interface goes by."""
+    columns = texts(
+        model="Model", group="Group", thinking="Thinking", activated="Activated", panel="Panel", api="API identifier"
+    )
+    thinking = {True: "yes", False: "no", None: "not said"}
+    rows = []
+    for entry in study.entries:
+        info = entry.run.model
+        panel = "aside" if not entry.is_base else "excluded" if entry.is_excluded else "main"
+        cells = {"group": info.group, "thinking": thinking[info.is_thinking], "activated": info.activated}
+        rows.append(row_of(entry, **cells, panel=panel, api=entry.run.header.spec.agent))
+    for model in study.published.models if study.published else ():
+        cells = {"group": model.group, "thinking": thinking[model.thinking], "panel": model.panel.replace("_", " ")}
+        rows.append(published_row(model, {**cells, "api": model.api_identifier}))
+    notes = (
+        "Own runs: the name that was asked for, with its provider. Published: the identifiers that the paper prints, "
+        "for closed models only. Aside: under another profile or prompt.",
+    )
+    return Table("models", "Models and their API identifiers", columns, tuple(rows), notes)
+
+
 def _repeated(attempts: Sequence[int]) -> str:
     again = sum(count > 1 for count in attempts)
     return f"{again} episodes, at most {max(attempts)} times" if again else "none"
@@ -320,16 +339,17 @@ def shown_name(name: str) -> str:
 
 
 def _composed(entry: RunEntry) -> dict[str, Any]:
-    w = {family: measures.share("W") for family, measures in entry.families.items()}
-    cells: dict[str, Any] = {family: percent(w.get(family)) for family in ("PG", "DA", "VS", "AI", "SI")}
+    families = entry.families
+    cells: dict[str, Any] = {family: rate_cell(measures.rate("W")) for family, measures in families.items()}
     for name, parts in (("PGxDA", ("PG", "DA")), ("VSxDA", ("VS", "DA"))):
-        first, second = (w.get(part) for part in parts)
-        cells[name] = None if first is None or second is None else 100 * first * second
+        first, second = (cells.get(part) for part in parts)
+        if first and second:
+            cells[name] = tuple(one * two / 100 for one, two in zip(first, second, strict=True))
     for family in ("AI", "SI"):
-        measures = entry.families.get(family)
-        cells[f"{family}_B"] = percent(measures.share("B")) if measures else None
-        cells[f"{family}_conv"] = percent(measures.share("P_B_W1")) if measures else None
-    low = [family for family, share in w.items() if share is not None and share < FLOOR_W]
+        if family in families:
+            cells[f"{family}_B"] = rate_cell(families[family].rate("B"))
+            cells[f"{family}_conv"] = rate_cell(families[family].rate("P_B_W1"))
+    low = [family for family, measures in families.items() if (measures.share("W") or 0.0) < FLOOR_W]
     return {**cells, "floor": ", ".join(low) or "none"}
 
 
@@ -339,13 +359,16 @@ def family_rates(study: Study) -> Table:
         MODEL,
         *texts(family="Family"),
         *counts(n="n"),
-        *intervals(W="W %", B="B %"),
-        *(Column(name, f"{shown_name(name)}") for name in ("W_strict", "Delta", "FR", "NR", "IL", "Other", "NoRep")),
-        *numbers(mean_steps="Steps"),
+        *intervals(**{name: shown_name(name) for name in RATES}, mean_steps="Steps"),
     )
-    rows = [
-        row_of(entry, **(rates(m) | {"family": family, "n": m.n} | {name: rate_cell(m.rate(name)) for name in "WB"}))
-        for entry in by_b(study.entries)
-        for family, m in entry.families.items()
-    ]
-    return Table("family_rates", "All rates per family", columns, tuple(rows))
+    rows = []
+    for entry in by_b(study.entries):
+        table = entry.run.rows
+        parts = {
+            family: (m, where(table, table["family"].to_numpy() == family)) for family, m in entry.families.items()
+        }
+        for family, (m, part) in {"all": (entry.overall, table), **parts}.items():
+            cells = {**rate_cells(m, RATES), "mean_steps": mean_of(part, "steps")}
+            rows.append(row_of(entry, family=family, n=m.n, **cells))
+    notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, none below five houses.",)
+    return Table("family_rates", "All rates per family", columns, tuple(rows), notes)

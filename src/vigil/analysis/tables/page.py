@@ -9,7 +9,7 @@ from itertools import groupby
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from vigil.analysis.tables.table import Column, Row, Table
+from vigil.analysis.tables.table import WITH_INTERVAL, Column, Row, Table
 from vigil.analysis.tables.text import CODE, NO_ROWS, named
 
 _INTERVAL = re.compile(r"(.*) (\[.*\])")
@@ -90,7 +90,7 @@ def _line(table: Table, row: Row) -> _Line:
 
 def _cell(table: Table, row: Row, column: Column) -> _Cell:
     text, interval = named(table, row, column), ""
-    if column.kind == "rate" and (found := _INTERVAL.fullmatch(text)):
+    if column.kind in WITH_INTERVAL and (found := _INTERVAL.fullmatch(text)):
         text, interval = found.groups()
     classes = f"{column.kind} tint-{row.tints[column.key]}" if column.key in row.tints else column.kind
     is_breakable = column.kind == "text" and column is not table.columns[0]

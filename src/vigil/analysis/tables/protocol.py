@@ -13,6 +13,16 @@ _FURTHER_LABELS = {
     "state label for a state that was not observable at closure.",
     "NoRep": "NR + IL: every episode without a report.",
 }
+_DEFINITIONS = (
+    "The entries are the paper's; the definitions of the columns are worded by this project. Size: episodes or tasks "
+    "evaluated. Task level: High, the agent names whole sub-tasks; Low, it moves step by step. Multimodal: it is shown "
+    "images. Native control: it acts in its body's own terms (moves, turns, points at pixels) rather than by naming "
+    "objects or calling prepared skills.",
+    "Fine-grained: results are told apart by capacity. Decoupled: what is scored apart from the rest (Task: the parts "
+    "of a task; Task+Report: also the agent's closing report). Active termination: how the agent itself ends an "
+    "episode (Stop: without saying anything about the world; Report: with a status that is checked). No feedback: it "
+    "is not told whether an action succeeded.",
+)
 _TIERS = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 
 
@@ -126,4 +136,4 @@ def benchmark_comparison(study: Study) -> Table:
         *texts(decoupled="Decoupled", active_termination="Active termination", no_feedback="No feedback"),
     )
     rows = tuple(Row(line, is_published=True) for line in paper().tables["benchmark_comparison"])
-    return Table("benchmark_comparison", "Embodied benchmarks compared, as published", columns, rows)
+    return Table("benchmark_comparison", "Embodied benchmarks compared, as published", columns, rows, _DEFINITIONS)

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables import comparison, own, protocol, results
+from vigil.analysis.tables import comparison, interventions, own, paired, protocol, results
+from vigil.analysis.tables.strata import strata
 from vigil.analysis.tables.table import Table
 
 Builder = Callable[[Study], Table]
@@ -12,12 +13,12 @@ PAPER_TABLES: dict[str, Builder] = {
     "global_cross_section": results.global_cross_section,
     "full_panel": results.full_panel,
     "extended_panel": results.extended_panel,
-    "proprio_minimal": results.proprio_minimal,
+    "proprio_minimal": interventions.proprio_minimal,
     "counterfactual": results.counterfactual,
     "belief_lag": results.belief_lag,
     "conditional_report": results.conditional_report,
-    "prompt_sensitivity": results.prompt_sensitivity,
-    "open_repeat_robustness": results.open_repeat_robustness,
+    "prompt_sensitivity": interventions.prompt_sensitivity,
+    "open_repeat_robustness": interventions.open_repeat_robustness,
     "episode_distribution": protocol.episode_distribution,
     "family_specs": protocol.family_specs,
     "action_specs": protocol.action_specs,
@@ -28,13 +29,22 @@ PAPER_TABLES: dict[str, Builder] = {
 }
 OWN_TABLES: dict[str, Builder] = {
     "runs": own.runs,
+    "models": own.models,
     "overview": own.overview,
     "family_rates": own.family_rates,
+    "strata": strata,
     "clustered": comparison.clustered,
     "outcome_partition": own.outcome_partition,
     "regimes": own.regime_table,
     "comparisons": comparison.comparisons,
     "comparable_pairs": comparison.comparable_pairs,
+    "feedback_events": paired.feedback_events,
+    "prompt_shifts": paired.prompt_shifts,
+    "serving_modes": paired.serving_modes,
+    "transitions": paired.transition_matrix,
+    "transition_tests": paired.transition_tests,
+    "repeat_rates": interventions.repeat_rates,
+    "stability": interventions.stability,
     "after_goal": own.after_goal,
     "sv_statuses": own.sv_statuses,
     "composition": own.composition,

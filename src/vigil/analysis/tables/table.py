@@ -1,21 +1,24 @@
 """Table: named columns, rows with marks, notes; and how each kind of cell is printed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vigil.rates import Interval, Rate
+from vigil.rates import Counts, Interval, Rate
 
-Kind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "spread", "p"]
+Kind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "mean", "spread", "p"]
 NONE = "–"
 PARTS: dict[Kind, tuple[str, ...]] = {
     "pair": ("W", "B"),
     "rate": ("", "low", "high"),
+    "mean": ("", "low", "high"),
     "spread": ("mean", "half_range"),
 }
 """Kinds whose cells hold several numbers, and what each is called in CSV."""
+WITH_INTERVAL: tuple[Kind, ...] = ("rate", "mean")
+"""Kinds whose cells hold a number with the ends of its interval, or the number alone."""
 RateCell = tuple[float, float | None, float | None] | None
-"""A cell of kind `rate`: the number and the ends of its interval, where it has one."""
+"""A cell of these kinds: the number and the ends of its interval, where it has one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,10 +103,11 @@ def intervals(**headings: str) -> tuple[Column, ...]:
 
 def printed(value: Any, kind: Kind) -> str:
     """Returns a value as printed; a dash where there is none."""
-    return NONE if value is None or _first(value) is None else _printed(value, kind)
+    return NONE if first_number(value) is None else _printed(value, kind)
 
 
-def _first(value: Any) -> Any:
+def first_number(value: Any) -> Any:
+    """Returns a cell's number without its interval; of a pair the first."""
     return value[0] if isinstance(value, tuple | list) else value
 
 
@@ -119,15 +123,20 @@ def _printed(value: Any, kind: Kind) -> str:
             return f"{value:+.1f}".replace("-0.0", "0.0").replace("+0.0", "0.0").replace("-", "−")
         case "pair":
             return f"{_fixed(value[0], 1)}/{_fixed(value[1], 1)}"
-        case "rate":
-            low_high = "" if value[1] is None else f" [{_fixed(value[1], 1)}, {_fixed(value[2], 1)}]"
-            return f"{_fixed(value[0], 1)}{low_high}"
+        case "rate" | "mean":
+            return _with_interval(value, 1 if kind == "rate" else 2)
         case "spread":
             return f"{_fixed(value[0], 1)} ± {_fixed(value[1], 1)}"
         case "p":
             return "< 0.001" if value < 0.001 else f"{value:.3f}"
         case _:
             return str(value)
+
+
+def _with_interval(value: Any, digits: int) -> str:
+    number, low, high = value if isinstance(value, tuple | list) else (value, None, None)
+    ends = "" if low is None or high is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
+    return f"{_fixed(number, digits)}{ends}"
 
 
 def percent(value: float | None) -> float | None:
@@ -141,6 +150,11 @@ def rate_cell(rate: Rate) -> tuple[float, float, float] | None:
         return None
     low, high = rate.interval
     return 100 * rate.value, 100 * low, 100 * high
+
+
+def rate_cells(counts: Counts, names: Iterable[str]) -> dict[str, RateCell]:
+    """Returns rates by name, each with its Wilson interval, in percent."""
+    return {name: rate_cell(counts.rate(name)) for name in names}
 
 
 def points(value: float | None, interval: Interval | None) -> RateCell:
@@ -159,7 +173,8 @@ def with_best_bold(
     for published in (False, True):
         indices = [i for i, row in enumerate(rows) if row.is_published is published and not row.is_privileged]
         for column in columns:
-            values = {i: v for i in indices if (v := _comparable(rows[i].cells.get(column.key))) is not None}
+            found = {i: _comparable(rows[i].cells.get(column.key), column.kind) for i in indices}
+            values = {i: value for i, value in found.items() if value is not None}
             if len(values) < 2:
                 continue
             best = (min if column.key in lowest else max)(values.values())
@@ -173,15 +188,17 @@ def _bolder(row: Row, key: str) -> Row:
     return Row(row.cells, row.group, row.is_published, row.is_privileged, row.bold | {key}, row.tints)
 
 
-def _comparable(value: Any) -> float | None:
-    if isinstance(value, tuple | list):
-        return None if value[-1] is None else float(value[-1])
-    return None if value is None or isinstance(value, str) else float(value)
+def _comparable(value: Any, kind: Kind) -> float | None:
+    """Returns the number that a cell is judged by: of W/B the second, of a number with its interval the number."""
+    found = value[1] if kind == "pair" and value is not None else first_number(value)
+    return None if found is None or isinstance(found, str) else float(found)
 
 
 def _part(value: Any, part: int | None) -> Any:
     if part is None or value is None:
         return value
+    if not isinstance(value, tuple | list):
+        return value if part == 0 else None
     return value[part]
 
 

@@ -23,6 +23,8 @@ _LATEX = {
     "<": "$<$",
     ">": "$>$",
     "·": r"$\cdot$",
+    "→": r"$\rightarrow$",
+    "←": r"$\leftarrow$",
     "\u00a0": "~",
 }
 ROWS_OF_A_PAGE = 60
@@ -99,7 +101,7 @@ def _rule(column: Column) -> str:
 
 def escaped(text: str) -> str:
     """Returns a text as LaTeX."""
-    return re.sub(r"[\\&%$#_{}~^−–Δ±|†‡<>·\u00a0]", lambda found: _LATEX[found[0]], text)
+    return "".join(_LATEX.get(character, character) for character in text)
 
 
 def latex_text(text: str) -> str:

@@ -23,11 +23,11 @@ from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import Source
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.house import House
 from vigil.sim import make_simulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Setup
 
 PER_HOUSE, TRIED = 3, 20

@@ -15,7 +15,7 @@ from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.generation import Proposer
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import allows, is_target, size_of
+from vigil.authoring.drafting.proposals import allows, is_target, size_of_thing
 from vigil.authoring.language.referring import phrase_for
 from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
 from vigil.errors import first_fault
@@ -113,7 +113,7 @@ def inventory(context: HouseContext) -> list[dict[str, Any]]:
             continue
         phrase = phrase_for(items[thing.id], items.values())
         if phrase is not None:
-            row = {"id": thing.id, "name": str(phrase), "size": size_of(thing), "can": _acts(thing)}
+            row = {"id": thing.id, "name": str(phrase), "size": size_of_thing(thing), "can": _acts(thing)}
             row |= {"room": items[thing.id].room, "at": thing.parent}
             rows.append(row)
     return rows

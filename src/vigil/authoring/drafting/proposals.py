@@ -25,6 +25,7 @@ from vigil.goals import (
 from vigil.pose import EYE_HEIGHT_M, Pose
 from vigil.scene.supports import surface_named
 from vigil.scene.things import Thing
+from vigil.strata import size_of
 from vigil.world import ObjectSetup, ObjectState, Setup
 
 CLEAR_PX = 400
@@ -50,7 +51,6 @@ SV_TOGGLES = frozenset(
     }
 )
 """What shows from across a room whether it is on."""
-LARGE_M, SMALL_M = 0.7, 0.22
 ACT_AWAY_M = (1.8, 5.0)
 """How far from its target, out of reach, an AI episode starts."""
 
@@ -76,15 +76,14 @@ def is_seen(least_px: int) -> Callable[[ObjectState], bool]:
     return lambda state: state.visible and state.visible_px >= least_px + MARGIN_PX and is_observable(state)
 
 
-def size_of(thing: Thing) -> Size:
-    """Returns how large a thing is by its longest side."""
-    longest = max(thing.asset.size)
-    return "large" if longest >= LARGE_M else "small" if longest <= SMALL_M else "medium"
+def size_of_thing(thing: Thing) -> Size:
+    """Returns how large a thing is as a target."""
+    return size_of(thing.category, max(thing.asset.size))
 
 
 def pointing(context: HouseContext, size: Size) -> Drafts:
     """Yields PG drafts with targets of a size."""
-    for thing in context.things(lambda thing: is_target(thing) and size_of(thing) == size):
+    for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
         start = context.start_seeing(thing, (0.3, 1.35), LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
         if start is not None:
             yield context.draft(

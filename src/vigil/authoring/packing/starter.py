@@ -17,7 +17,6 @@ from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode, Family, Solution
 from vigil.errors import EpisodeError, SettingError
 from vigil.freezing import freeze
@@ -26,6 +25,7 @@ from vigil.housegen.base.spec import spec_for
 from vigil.housegen.document import generators_of
 from vigil.housegen.generate import generate
 from vigil.pack import Pack
+from vigil.sim.privileged import PrivilegedSimulator
 
 NAME = "starter"
 VERSION = "1.2"

@@ -9,9 +9,8 @@ from typing import Any
 
 from vigil.authoring.drafting.drafts import DraftFacts
 from vigil.episode import FAMILIES, Episode
+from vigil.strata import distance_band
 
-DISTANCE_BANDS_M = (3.0, 4.0)
-"""Ends of the near and the middle band of a start's distance from its target."""
 AREA_BANDS_M2 = (20.0, 40.0)
 
 Member = tuple[Episode, DraftFacts]
@@ -22,20 +21,12 @@ def stratum_of(episode: Episode, facts: DraftFacts) -> str:
     if episode.family == "PG":
         return episode.difficulty or "medium"
     if episode.family == "DA":
-        return distance_band(facts)
+        return distance_band(facts.distance_m)
     if episode.family == "SV":
         return facts.label or episode.provenance.template
     if episode.family == "VS":
         return "turn" if facts.is_seen_by_turning else "walk"
     return episode.provenance.template
-
-
-def distance_band(facts: DraftFacts) -> str:
-    """Returns how far the start is from the target."""
-    near, middle = DISTANCE_BANDS_M
-    if facts.distance_m < near:
-        return f"under {near:g} m"
-    return f"{near:g} to {middle:g} m" if facts.distance_m < middle else f"over {middle:g} m"
 
 
 def area_band(facts: DraftFacts) -> str:

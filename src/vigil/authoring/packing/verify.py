@@ -18,12 +18,12 @@ from pydantic import BaseModel, ConfigDict
 from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.review.validate import Finding, Validator
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode, Solution
 from vigil.house import House, canonical_json
 from vigil.jsonl import AppendFile, dump_line, parse
 from vigil.pack import Pack
 from vigil.sim import make_simulator
+from vigil.sim.privileged import PrivilegedSimulator
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from vigil.actions import Action, Navigate, Reply, Report, Status
-from vigil.authoring.solving.oracle import PrivilegedSimulator
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
 from vigil.pose import Pose
 from vigil.record import EpisodeRecord, StepRecord
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Effect, ObjectSetup, Setup, WorldState
 
 STEP = Navigate(mode="forward", magnitude=1.0)

@@ -14,7 +14,7 @@ from vigil.authoring.review.synthetic_records import SyntheticWorlds, record_of
 from vigil.authoring.review.wrong_ways import WrongWay, wins, wrong_ways
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import Unsolvable
-from vigil.authoring.solving.oracle import Oracle, PrivilegedSimulator
+from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.solvers import solution
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
@@ -25,6 +25,7 @@ from vigil.pack import Pack, check_house
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord
 from vigil.scoring import settle
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectState
 
 BUDGET_SHARE = 0.8

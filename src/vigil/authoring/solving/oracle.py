@@ -14,11 +14,8 @@ from vigil.authoring.solving.paths import Point2, ShortestPaths, WalkableMap
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Effect, ObjectState, RefusalCode, WorldState
-
-PrivilegedSimulator = EmbeddedSimulator
-"""What solvers need: the simulator's protocol, privileged sight, and rehearsals."""
 
 KEPT_PLANS = 32
 

@@ -11,7 +11,8 @@ from vigil.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import ABOUT_CONTEXT, FULL_CONTEXT, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
-from vigil.runner.workers.pool import LiveEpisode, WorkerLost
+from vigil.runner.workers.pool import LiveEpisode
+from vigil.runner.workers.process import WorkerLost
 from vigil.versions import Versions
 
 

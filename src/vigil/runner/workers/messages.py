@@ -1,7 +1,8 @@
 """What crosses between the main process and a simulator worker.
 
-To an agent in the main process only a `EncodedObservation` crosses: the encoded frame and the feedback. Records, which
-hold hidden state, go from the worker straight to the run folder.
+A worker either plays episodes or draws for the pages; the plan that it is sent first says which. To an agent in the
+main process only a `EncodedObservation` crosses: the encoded frame and the feedback. Records, which hold hidden state,
+go from the worker straight to the run folder. A worker that plays draws for nobody else.
 """
 
 from collections.abc import Callable
@@ -9,18 +10,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from vigil.actions import Reply
+from vigil.actions import PhysicalAction, Reply
 from vigil.agents.agent import REPLY_SECONDS, Agent
 from vigil.agents.picture import Picture
 from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.observation import Feedback
+from vigil.pose import Pose
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
+from vigil.world import Effect, Setup
 
-PrivilegedFactory = Callable[[str, Episode, EmbeddedSimulator], Agent]
+PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
 SimulatorFactory = Callable[[AssetDatabase, "Quality"], Simulator]
 """Makes a simulator of one's own, as those in `vigil.sim.BACKENDS`. Must be picklable."""
@@ -29,7 +32,7 @@ Quality = Literal["default", "fast"]
 
 @dataclass(frozen=True, slots=True)
 class WorkerPlan:
-    """What a worker is told once, when it starts."""
+    """What a worker that plays episodes is told once, when it starts."""
 
     pack: Path
     run_id: str
@@ -47,6 +50,14 @@ class WorkerPlan:
     reply_seconds: float = REPLY_SECONDS
     """How long the agent may take for a reply when it is a program."""
     seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class DrawingPlan:
+    """A worker that draws for the pages; each request names its simulator."""
+
+
+Plan = WorkerPlan | DrawingPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +85,48 @@ class SimulatorFacts:
     renderer: str
 
 
+@dataclass(frozen=True, slots=True)
+class RenderSettings:
+    """Which backend draws, at which quality, with which assets."""
+
+    backend: str = "mujoco"
+    quality: Quality = "default"
+    asset_database: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeMoment:
+    """A house at the start of an episode, and what has been done since."""
+
+    render_settings: RenderSettings
+    house: Path
+    start: Pose
+    setup: Setup
+    actions: tuple[PhysicalAction, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """A string that differs between moments that look different."""
+        setup = "".join(f"{key}={value!r};" for key, value in sorted(self.setup.objects.items()))
+        held = self.setup.held or ""
+        return f"{self.render_settings!r}|{self.house}|{self.start!r}|{setup}|{held}|{self.actions!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class WalkResult:
+    """Where one action led, and what is seen from there."""
+
+    pose: Pose
+    effect: Effect
+    picture: bytes
+
+
 # --- requests: each is answered with one `Done` or `Failed` -----------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class GetSimulatorFacts:
-    """-> Facts."""
+    """-> SimulatorFacts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +140,7 @@ class Play:
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """Start a live episode -> View, or EpisodeRecord when the reset failed."""
+    """Start a live episode -> EncodedObservation, or EpisodeRecord when the reset failed."""
 
     session: int
     assignment: Assignment
@@ -101,7 +148,7 @@ class Begin:
 
 @dataclass(frozen=True, slots=True)
 class Advance:
-    """Carry out one reply -> View, or EpisodeRecord when that ended the episode."""
+    """Carry out one reply -> EncodedObservation, or EpisodeRecord when that ended the episode."""
 
     session: int
     reply: Reply
@@ -125,7 +172,7 @@ class Drop:
 
 @dataclass(frozen=True, slots=True)
 class Resimulate:
-    """Carry out a record's actions again -> list of `verify.Difference`."""
+    """Carry out a record's actions again -> list of `resimulation.FactDifference`."""
 
     assignment: Assignment
     record: EpisodeRecord
@@ -133,7 +180,33 @@ class Resimulate:
     exact: bool
 
 
-Request = GetSimulatorFacts | Play | Begin | Advance | Fail | Drop | Resimulate
+@dataclass(frozen=True, slots=True)
+class DrawFrame:
+    """Draw what is seen at a moment -> the frame (bytes of a PNG)."""
+
+    moment: EpisodeMoment
+
+
+@dataclass(frozen=True, slots=True)
+class TryAction:
+    """Carry out one action, or none, at a moment -> WalkResult."""
+
+    moment: EpisodeMoment
+    action: PhysicalAction | None
+
+
+@dataclass(frozen=True, slots=True)
+class IdentifyPixel:
+    """Tell what is under a pixel at a moment -> the object's id; None for structure and sky."""
+
+    moment: EpisodeMoment
+    x: int
+    y: int
+
+
+EpisodeRequest = GetSimulatorFacts | Play | Begin | Advance | Fail | Drop | Resimulate
+DrawingRequest = DrawFrame | TryAction | IdentifyPixel
+Request = EpisodeRequest | DrawingRequest
 
 
 # --- answers ----------------------------------------------------------------------------------------------------------

@@ -1,239 +1,40 @@
 """Simulator workers: processes that hold Env and simulator, with a watchdog.
 
-Each worker is one process with one GL context and any number of live episodes. It handles one request at a time; a
-thread of the main process talks to it, and kills and restarts it when it does not answer in time or dies. An episode
-that was alive in a lost worker is restored in another one by carrying out its replies again: the simulator is
-deterministic, so the result is the same.
+Each worker (`vigil.runner.workers.process`) has one GL context and any number of live episodes. An episode that was
+alive in a lost worker is restored in another one by carrying out its replies again: the simulator is deterministic, so
+the result is the same.
 """
 
 import asyncio
 import itertools
 import os
-import pickle
-import queue
-import socket
-import subprocess
-import sys
-import threading
 from collections.abc import Callable
-from concurrent.futures import Future
-from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from vigil.actions import Reply
-from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.errors import SettingError, VigilError
 from vigil.record import Boundary, EpisodeRecord
 from vigil.runner.workers.messages import (
-    AboutToShowFrame,
     Advance,
     Assignment,
     Begin,
     Drop,
     EncodedObservation,
     Fail,
-    Failed,
     GetSimulatorFacts,
-    Heartbeat,
     Play,
-    Proceed,
     Request,
     Resimulate,
     SimulatorFacts,
     WorkerPlan,
 )
+from vigil.runner.workers.process import PATIENCE_S, Worker, WorkerLost, WorkerSettings
 from vigil.runner.workers.resimulation import FactDifference
 
-PATIENCE_S = 120.0
-"""How long a worker may be silent over one request, or over one step of a whole episode."""
-START_S = 120.0
-"""How long a process may take to start and to load its pack, however short the patience."""
-CLOSING_S = 5.0
 MAX_RESTORES = 2
 """How often one episode is carried over to another worker before it counts as lost."""
-_LOG_TAIL = 2000
-
-
-class WorkerLost(SimulatorError):
-    """The worker hung or died; what was alive in it is gone."""
-
-    replies: tuple[Reply, ...] | None = None
-    """What the agent inside had replied since the request; None when it was shown no frame."""
-
-
-@dataclass(frozen=True, slots=True)
-class WorkerSettings:
-    """How workers are run."""
-
-    patience_s: float = PATIENCE_S
-    threads: int = 1
-    """For a software renderer."""
-    logs: Path | None = None
-    """Folder for what they write to standard error; None drops it."""
-
-
-class _Job:
-    """A pending request with the future that receives the answer."""
-
-    def __init__(self, request: Request, generation: int | None, shows: Callable[[], None]) -> None:
-        self.request = request
-        self.generation = generation
-        self.shows = shows
-        self.future: Future[tuple[int, Any]] = Future()
-
-
-class Worker:
-    """One worker process, restarted when needed, and the thread that talks to it."""
-
-    def __init__(self, plan: WorkerPlan, name: str, settings: WorkerSettings) -> None:
-        self.name = name
-        self._plan = plan
-        self._patience_s = settings.patience_s
-        self._threads = settings.threads
-        self._log = settings.logs / f"{name}.log" if settings.logs else None
-        self._generation = 0
-        self._is_up = False
-        self._process: subprocess.Popen[bytes] | None = None
-        self._connection: Connection | None = None
-        self._replies: list[Reply] | None = None
-        self._jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._serve, name=name, daemon=True)
-        self._thread.start()
-
-    @property
-    def pid(self) -> int | None:
-        """Process id of the running worker; None before the first request."""
-        return None if self._process is None else self._process.pid
-
-    def submit(
-        self, request: Request, generation: int | None = None, shows: Callable[[], None] | None = None
-    ) -> "Future[tuple[int, Any]]":
-        """Returns the future of (generation, value). With `generation`, raises WorkerLost if that process is gone.
-
-        `shows` is called, in the worker's thread, before an agent inside is shown the first frame.
-        """
-        job = _Job(request, generation, shows or (lambda: None))
-        self._jobs.put(job)
-        return job.future
-
-    def close(self) -> None:
-        """Ends the process when the requests before are done."""
-        self._jobs.put(None)
-
-    def kill(self) -> None:
-        """Ends the process, with the agents' programs that it started; the request at work fails."""
-        process = self._process
-        if process is not None:
-            process.terminate()
-
-    def join(self) -> None:
-        """Waits for the end of the process."""
-        self._thread.join()
-
-    def _serve(self) -> None:
-        while (job := self._jobs.get()) is not None:
-            if not job.future.set_running_or_notify_cancel():
-                continue
-            self._replies = None
-            try:
-                job.future.set_result(self._handle(job))
-            except WorkerLost as error:
-                error.replies = None if self._replies is None else tuple(self._replies)
-                job.future.set_exception(error)
-            except Exception as error:  # noqa: BLE001 - passed on to the caller
-                job.future.set_exception(error)
-        self._end(CLOSING_S)
-
-    def _handle(self, job: "_Job") -> tuple[int, Any]:
-        request, generation = job.request, job.generation
-        if generation is not None and (generation != self._generation or self._connection is None):
-            raise WorkerLost(f"Simulator {self.name} has been restarted; its live episodes are lost.")
-        try:
-            connection = self._running()
-            connection.send(request)
-            return self._generation, self._answer(connection, job)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise SettingError(f"Cannot hand {type(request).__name__} to a simulator worker: {error}.") from error
-        except (EOFError, OSError):
-            raise WorkerLost(f"Simulator {self.name} died ({self._autopsy()}).") from None
-
-    def _answer(self, connection: Connection, job: "_Job") -> Any:
-        while True:
-            patience_s = self._patience_s if self._is_up else max(self._patience_s, START_S)
-            if not connection.poll(patience_s):
-                self._end(0.0)
-                what = f"{type(job.request).__name__} within {patience_s:g} s"
-                raise WorkerLost(f"Simulator {self.name} did not answer {what}; it was ended and will be restarted.")
-            message = connection.recv()
-            self._is_up = True
-            if isinstance(message, Failed):
-                raise message.error
-            if isinstance(message, AboutToShowFrame):
-                self._replies = []
-                self._tell(job.shows)
-                connection.send(Proceed())
-            elif isinstance(message, Heartbeat):
-                if message.reply is not None:
-                    self._replies = self._replies or []
-                    self._replies.append(message.reply)
-            else:
-                return message.value
-
-    def _tell(self, shows: Callable[[], None]) -> None:
-        """Calls `shows`; the worker, which waits for leave, is ended when that fails."""
-        try:
-            shows()
-        except BaseException:
-            self._end(0.0)
-            raise
-
-    def _running(self) -> Connection:
-        if self._connection is None:
-            ours, theirs = socket.socketpair()
-            with theirs:
-                self._process = self._launch(theirs.fileno())
-            self._connection = Connection(ours.detach())
-            self._generation += 1
-            self._is_up = False
-            self._connection.send(self._plan)
-        return self._connection
-
-    def _launch(self, fd: int) -> "subprocess.Popen[bytes]":
-        command = [sys.executable, "-m", "vigil.runner.workers.worker", str(fd)]
-        threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": str(self._threads)}
-        with open(self._log or os.devnull, "ab") as log:
-            return subprocess.Popen(
-                command,
-                pass_fds=(fd,),
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                env={**threads, **os.environ},
-                start_new_session=True,
-            )
-
-    def _end(self, patience_s: float) -> int | None:
-        connection, self._connection = self._connection, None
-        process, self._process = self._process, None
-        if connection is not None:
-            connection.close()
-        if process is None:
-            return None
-        try:
-            return process.wait(patience_s)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            return process.wait()
-
-    def _autopsy(self) -> str:
-        code = self._end(CLOSING_S)
-        text = f"exit code {code}"
-        if self._log is not None and self._log.is_file():
-            tail = self._log.read_bytes()[-_LOG_TAIL:].decode(errors="replace").strip()
-            text += f"; its log {self._log} ends with: {tail}" if tail else ""
-        return text
 
 
 def usable_cpus() -> int:

@@ -1,17 +1,20 @@
-"""A simulator worker: the process that holds Env and simulator, and answers one request at a time.
+"""A simulator worker: the process that holds a simulator, and answers one request at a time.
 
-Started as `python -m vigil.runner.workers.worker FD` by `vigil.runner.workers.pool`, with one end of a socket pair. It
-ends when the other end is closed.
+Started as `python -m vigil.runner.workers.worker FD` by `vigil.runner.workers.process`, with one end of a socket pair.
+It ends when the other end is closed, also in the middle of a request.
 """
 
 import faulthandler
 import hashlib
+import os
+import select
 import signal
 import sys
+import threading
+import time
 import traceback
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import NoReturn
 
 from vigil.actions import Reply
 from vigil.agents.agent import Agent, Closeable
@@ -24,6 +27,7 @@ from vigil.observation import Observation
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord
 from vigil.runner.models.redaction import Secrets
+from vigil.runner.workers.drawing import DrawingHandler
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import (
     AboutToShowFrame,
@@ -31,14 +35,16 @@ from vigil.runner.workers.messages import (
     Assignment,
     Begin,
     Done,
+    DrawingPlan,
     Drop,
     EncodedObservation,
+    EpisodeRequest,
     Fail,
     Failed,
     GetSimulatorFacts,
     Heartbeat,
+    Plan,
     Play,
-    Request,
     Resimulate,
     SimulatorFacts,
     WorkerPlan,
@@ -46,8 +52,13 @@ from vigil.runner.workers.messages import (
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
+
+UNWIND_AFTER_S = 0.5
+"""How long a worker may go on with a request when nobody waits for the answer any more."""
+END_AFTER_S = 15.0
+"""And how long it may take to unwind: agents' programs are ended first."""
 
 
 @dataclass(slots=True)
@@ -90,7 +101,7 @@ class RequestHandler:
         self._spare: list[EnvSlot] = []
         self._agents: dict[int, Agent] = {}
 
-    def answer(self, request: Request) -> object:
+    def answer(self, request: EpisodeRequest) -> object:
         """Returns what `request` asks for. Raises VigilError."""
         match request:
             case GetSimulatorFacts():
@@ -111,6 +122,8 @@ class RequestHandler:
                 return self._drop(session)
             case Resimulate():
                 return self._resimulate(request)
+            case _:
+                raise SimulatorError(f"A worker that plays episodes does not answer {type(request).__name__}.")
 
     def close(self) -> None:
         """Ends the agents' programs and frees the simulators."""
@@ -143,7 +156,7 @@ class RequestHandler:
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Agent:
         plan = self._plan
         if plan.agent_factory is not None:
-            if not isinstance(simulator, EmbeddedSimulator):
+            if not isinstance(simulator, PrivilegedSimulator):
                 raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
             return plan.agent_factory(plan.agent, assignment.episode, simulator)
         seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, assignment.epoch)
@@ -179,7 +192,7 @@ class RequestHandler:
         self._release(slot)
 
     def _release(self, slot: EnvSlot) -> None:
-        """Keeps a stage for the next episode, unless there is one already or something went wrong on it."""
+        """Keeps a simulator for the next episode, unless there is one already or something went wrong on it."""
         slot.observation = None
         if self._spare or slot.env.end in (None, "error"):
             slot.simulator.close()
@@ -195,7 +208,7 @@ class RequestHandler:
             self._release(slot)
 
     def _take_slot(self) -> EnvSlot:
-        """Returns a free stage; one is kept at hand, since building a simulator takes time and memory."""
+        """Returns a free simulator; one is kept at hand, since building a simulator takes time and memory."""
         if self._spare:
             return self._spare.pop()
         plan = self._plan
@@ -215,14 +228,17 @@ def _seed_of(seed: int, epoch: int) -> int:
 
 def serve(connection: Connection) -> None:
     """Answers requests until the other end closes the connection."""
+    leaving = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: None if leaving.is_set() else sys.exit())
+    threading.Thread(target=_end_with_main_process, args=(connection.fileno(), leaving), daemon=True).start()
     plan, line = connection.recv(), WorkerChannel(connection)
-    handler: RequestHandler | None = None
+    handler: RequestHandler | DrawingHandler | None = None
     try:
         while True:
             request = connection.recv()
             try:
                 if handler is None:
-                    handler = RequestHandler(plan, line)
+                    handler = _handler(plan, line)
                     line.beat()
                 answer: Done | Failed = Done(handler.answer(request))
             except VigilError as error:
@@ -233,16 +249,26 @@ def serve(connection: Connection) -> None:
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the main process has gone or wants no more
     finally:
+        leaving.set()
         if handler is not None:
             handler.close()
 
 
-def _leave(*_: object) -> NoReturn:
-    """Unwinds what goes on, so that the agents' programs end too."""
-    raise SystemExit
+def _handler(plan: Plan, line: WorkerChannel) -> RequestHandler | DrawingHandler:
+    return DrawingHandler() if isinstance(plan, DrawingPlan) else RequestHandler(plan, line)
+
+
+def _end_with_main_process(fd: int, leaving: threading.Event) -> None:
+    """Ends a worker that is at a request when the other end is closed: it unwinds, or else goes as it is."""
+    other_end = select.poll()
+    other_end.register(fd, 0)  # without any event asked for, a poll tells of the end alone
+    other_end.poll()
+    if not leaving.wait(UNWIND_AFTER_S):
+        os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(END_AFTER_S)
+    os._exit(1)
 
 
 if __name__ == "__main__":
     faulthandler.enable()
-    signal.signal(signal.SIGTERM, _leave)
     serve(Connection(int(sys.argv[1])))

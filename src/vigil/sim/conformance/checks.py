@@ -1,12 +1,12 @@
 """The checks that every simulator backend must pass, in the trial house.
 
 Each check takes a `Trial` (`vigil.sim.conformance.trial`) and raises AssertionError with what was expected and found.
-They speak to a backend through `vigil.sim.protocol` alone.
+They speak to a backend through `vigil.sim.protocol` and `vigil.sim.privileged` alone.
 """
 
 from collections.abc import Callable
 
-from vigil.sim.conformance import handling, moving, seeing
+from vigil.sim.conformance import handling, moving, privileged, seeing
 from vigil.sim.conformance.trial import Trial
 
 Check = Callable[[Trial], None]
@@ -47,4 +47,13 @@ CHECKS: tuple[Check, ...] = (
     seeing.repeats_itself,
     seeing.applies_setups,
     seeing.refuses_impossible_setups,
+    privileged.keeps_the_privileged_protocol,
+    privileged.shows_the_scene_as_it_is,
+    privileged.tells_the_room_of_a_place,
+    privileged.lists_pixels_in_the_frame,
+    privileged.sees_from_anywhere,
+    privileged.undoes_rehearsals,
+    privileged.stands_elsewhere_for_a_while,
+    privileged.refuses_unknown_ids,
+    privileged.needs_a_house,
 )

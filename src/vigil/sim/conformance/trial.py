@@ -1,26 +1,21 @@
 """Trial: a simulator in the trial house, with short words for standing, facing and clicking. For conformance checks."""
 
-from typing import Protocol
-
 import numpy as np
 
 from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Intent, InteractPixel, Look, Navigate, NavigateMode
 from vigil.pose import Pose, Vec3, floor_distance, yaw_towards
 from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.protocol import PrivilegedSight, Simulator
+from vigil.sim.core.sight import pixel_of
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Effect, ObjectSetup, ObjectState, Placement, Setup
 
 NOTHING = Setup()
 
 
-class Backend(Simulator, PrivilegedSight, Protocol):
-    """What a backend must be to be checked."""
-
-
 class Trial:
     """A backend with the trial house loaded."""
 
-    def __init__(self, simulator: Backend) -> None:
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
         self.simulator = simulator
         self.house = trial_house()
         simulator.load(self.house)
@@ -58,7 +53,7 @@ class Trial:
 
     def click_at(self, intent: Intent, point: Vec3) -> Effect:
         """Clicks on the pixel of a point."""
-        pixel = self.simulator.pixel_of(point)
+        pixel = pixel_of(self.agent, point)
         expect(pixel is not None, f"{point} is outside the frame")
         assert pixel is not None
         return self.simulator.step(InteractPixel(intent=intent, x=pixel[0], y=pixel[1]))

@@ -1,6 +1,6 @@
 """The embedded simulator: a house as a scene, motion, manipulation and visibility, over any engine.
 
-It implements `vigil.sim.protocol.Simulator` and `PrivilegedSight`. The engine only draws and casts rays; a step whose
+It implements `vigil.sim.privileged.PrivilegedSimulator`. The engine only draws and casts rays; a step whose
 frame is not requested draws nothing.
 """
 
@@ -35,7 +35,7 @@ from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import Click, interact
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import apply_setup, unknown_object
-from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting, pixel_of
+from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting
 from vigil.sim.core.state import SceneState
 from vigil.world import Effect, ObjectState, Setup, WorldState
 
@@ -49,7 +49,7 @@ class _Loaded:
 
 
 class EmbeddedSimulator:
-    """A `Simulator` with `PrivilegedSight` over an engine."""
+    """A `PrivilegedSimulator` over an engine."""
 
     def __init__(self, engine: Engine, assets: AssetDatabase) -> None:
         self.name = engine.name
@@ -124,7 +124,7 @@ class EmbeddedSimulator:
         self._engine.close()
         self._loaded = None
 
-    # PrivilegedSight: for solvers, validators and authoring alone.
+    # The rest of `PrivilegedSimulator`: for solvers, validation and authoring alone.
 
     def object_ids(self) -> list[str]:
         """Returns the ids of all objects present, sorted."""
@@ -135,21 +135,9 @@ class EmbeddedSimulator:
         loaded = self._now()
         return loaded.sight.clickable(loaded.state.agent, self._thing(object_id))
 
-    def pixel_of(self, point: Vec3) -> tuple[int, int] | None:
-        """Returns the pixel that a world point projects to; None outside the frame or behind."""
-        return pixel_of(self._now().state.agent, point)
-
     def can_stand(self, position: Vec3) -> bool:
         """Whether the agent's body fits there."""
         return self._now().state.plan.can_stand(position)
-
-    def path_is_free(self, start: Vec3, end: Vec3) -> bool:
-        """Whether the body can be swept straight from one place to the other."""
-        return self._now().state.plan.path_is_free(start, end)
-
-    def reachable(self, start: Vec3, step_m: float = STEP_M) -> np.ndarray:
-        """Returns the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
-        return self._now().state.plan.reachable(start, step_m)
 
     def scene(self) -> Scene:
         """Returns the scene as it is now: rooms, panels, and every thing with its category, asset, surfaces and state.

@@ -10,11 +10,12 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene
-from vigil.sim import EmbeddedSimulator, make_simulator
+from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.engines.mujoco import camera, model_cache
 from vigil.sim.engines.mujoco.culling import unseen
 from vigil.sim.engines.mujoco.model import HIDDEN, build
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Setup, WorldState
 
 
@@ -104,7 +105,7 @@ def test_only_the_latest_scenes_are_kept(scene: Scene, monkeypatch) -> None:
     assert len(built) == model_cache.KEPT + 2
 
 
-def _play(simulator: EmbeddedSimulator, *, drawn: bool) -> tuple[list[WorldState], list[bytes]]:
+def _play(simulator: PrivilegedSimulator, *, drawn: bool) -> tuple[list[WorldState], list[bytes]]:
     """Returns the states and frames of a short walk with some opening, picking and dropping."""
     house = trial_house()
     simulator.load(house)

@@ -1,0 +1,48 @@
+"""Transitions: how the labels of the same episodes change from one run of a pair to the other."""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from vigil.analysis.measures.intervals import houses_of, mcnemar, paired_difference
+from vigil.analysis.measures.metrics import LABELS
+from vigil.analysis.measures.pairs import Pair
+from vigil.analysis.measures.rows import values
+from vigil.rates import Interval
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """How often one label turned into another between two runs, and how often the other way round."""
+
+    source: str
+    target: str
+    there: int
+    back: int
+    net: float
+    """The share of episodes by which `there` exceeds `back`."""
+    interval: Interval | None
+    p: float
+    """Exact McNemar test of `there` against `back`; the epochs of an episode change sign together."""
+
+
+def label_matrix(pair: Pair) -> dict[str, dict[str, int]]:
+    """Returns how many episodes have each label of the base and each of the other run."""
+    base, other = (values(table, "label", str) for table in pair.tables())
+    return {one: {two: int(np.sum((base == one) & (other == two))) for two in LABELS} for one in LABELS}
+
+
+def transitions(pair: Pair) -> list[Transition]:
+    """Returns what became of labels, for every two labels between which any episode changed."""
+    base, other = pair.tables()
+    before, after = (values(table, "label", str) for table in (base, other))
+    houses, episodes = houses_of(base), values(base, "episode_id", str)
+    found = []
+    for source, target in combinations(LABELS, 2):
+        there, back = (before == source) & (after == target), (before == target) & (after == source)
+        if there.any() or back.any():
+            net, interval = paired_difference(back, there, houses)
+            p = mcnemar(back, there, episodes).p
+            found.append(Transition(source, target, int(there.sum()), int(back.sum()), net, interval, p))
+    return found

@@ -1,0 +1,198 @@
+"""Intervention tables: the paper's tables of feedback, prompt and repeats, and how stable rates are between them.
+
+Each function takes a Study and returns one Table.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vigil.analysis.measures.metrics import measure
+from vigil.analysis.measures.pairs import Pair
+from vigil.analysis.measures.paper import NR_NOTE
+from vigil.analysis.measures.study import Study, by_group
+from vigil.analysis.tables.paired import INTERVAL_NOTE, P_NOTE, SHIFTED, TESTED, p_values, prompt_shifts, shifts
+from vigil.analysis.tables.results import (
+    ALL,
+    FAMILY_COLUMNS,
+    INTERVALS_ELSEWHERE,
+    MODEL,
+    PUBLISHED,
+    cross_section,
+    pairs,
+    published_group,
+    published_row,
+    published_rows,
+    run_row,
+)
+from vigil.analysis.tables.table import (
+    Column,
+    Row,
+    Table,
+    counts,
+    first_number,
+    intervals,
+    numbers,
+    percent,
+    rate_cell,
+    texts,
+)
+
+REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
+STEADY_PP = 1.0
+"""Half-ranges and shifts below this are what the paper calls stable."""
+_EVENTS = ("too_far", "path_blocked", "retry")
+
+
+def proprio_minimal(study: Study) -> Table:
+    """Returns base against action feedback: events per episode and differences."""
+    columns = (
+        MODEL,
+        *counts(n="n"),
+        *(
+            Column(f"{event} {side}", f"{event} {shown}", "number2")
+            for event in _EVENTS
+            for side, shown in (("base", "base"), ("fb", "+FB"))
+        ),
+        *intervals(**{f"d{name}": SHIFTED[name] for name in TESTED}),
+        *(Column(f"p_{name}", f"p ({name})", "p") for name in TESTED),
+    )
+    rows = [run_row(study.entry(pair.base), _intervention(pair)) for pair in study.pairing.feedback]
+    rows += published_rows(
+        study,
+        "proprio_minimal",
+        lambda row: {
+            **{f"{event} {side}": row[event][i] for event in _EVENTS for i, side in enumerate(("base", "fb"))},
+            **{f"d{name}": row[f"d{name}"] for name in TESTED},
+        },
+    )
+    notes = (
+        f"Means per episode over the episodes that both runs have scored; their intervals stand in `feedback_events`. "
+        f"Differences: +FB minus base. {INTERVAL_NOTE} {P_NOTE}",
+        "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
+        *study.pairing.choices["feedback"],
+    )
+    return Table("proprio_minimal", "Intervention: action feedback", columns, tuple(rows), notes)
+
+
+def prompt_sensitivity(study: Study) -> Table:
+    """Returns W/B under the neutral prompt, grouped as in the paper."""
+    columns = (MODEL, ALL, *FAMILY_COLUMNS)
+    entries = by_group(study.entry(pair.other) for pair in study.pairing.prompt)
+    rows = [run_row(entry, cross_section(entry), group=entry.group) for entry in entries]
+    if study.published:
+        rows += [
+            published_row(model, {**pairs(row), "All": (row["W"], row["B"])}, group=published_group(model))
+            for model, row in study.published.rows("prompt_sensitivity")
+        ]
+    notes = (
+        "Neutral prompt: both anti-hallucination lines left out, nothing else changed. The shifts from the default "
+        "prompt stand in `prompt_shifts`, the largest in `stability`. Own rows by B in each group, published ones as "
+        f"printed. {INTERVALS_ELSEWHERE}",
+    )
+    return Table(
+        "prompt_sensitivity", "Prompt sensitivity: neutral-report variant, W/B in %", columns, tuple(rows), notes
+    )
+
+
+def open_repeat_robustness(study: Study) -> Table:
+    """Returns mean and half-range over repeated runs."""
+    columns = (MODEL, *counts(runs="Runs"), *(Column(name, _heading(name), "spread") for name in REPEATED))
+    rows = [
+        run_row(
+            study.entry(run),
+            {"runs": len(tables), **{name: spread(_percents(tables, name)) for name in REPEATED}},
+        )
+        for run, tables in zip(study.pairing.repeated, study.pairing.repeats, strict=True)
+    ]
+    rows += published_rows(study, "open_repeat_robustness", lambda row: {**row, "Delta": row["delta"], "runs": 2})
+    notes = (
+        "Mean ± half-range over runs (or epochs) under the same settings; intervals stand in `repeat_rates`, how many "
+        f"half-ranges are small in `stability`. {NR_NOTE}",
+    )
+    return Table("open_repeat_robustness", "Repeated runs", columns, tuple(rows), notes)
+
+
+def repeat_rates(study: Study) -> Table:
+    """Returns every rate over all repeats together, with its interval."""
+    columns = (
+        MODEL,
+        *texts(rate="Rate"),
+        *counts(runs="Runs", n="Plays"),
+        *intervals(pooled="All repeats"),
+        *numbers(low="Lowest run", high="Highest run", half_range="Half-range"),
+    )
+    rows = []
+    for run, tables in zip(study.pairing.repeated, study.pairing.repeats, strict=True):
+        whole = measure(pd.concat(tables, ignore_index=True))
+        for name in REPEATED:
+            known = [value for value in _percents(tables, name) if value is not None]
+            cells: dict[str, Any] = {"rate": _heading(name), "runs": len(tables), "n": whole.n}
+            cells["pooled"] = rate_cell(whole.rate(name))
+            if known:
+                cells |= {"low": min(known), "high": max(known), "half_range": (max(known) - min(known)) / 2}
+            rows.append(run_row(study.entry(run), cells))
+    notes = ("Wilson intervals; the plays of one episode count for what they are worth together.",)
+    return Table("repeat_rates", "Repeated runs: rates over all repeats", columns, tuple(rows), notes)
+
+
+def stability(study: Study) -> Table:
+    """Returns how many shifts between prompts and half-ranges between repeats are small, and the largest of each."""
+    columns = (
+        *texts(change="Between", rate="Rate"),
+        *counts(n="Configurations", steady=f"Under {STEADY_PP:.0f} pp"),
+        *numbers(largest="Largest (pp)"),
+        *texts(whose="Whose"),
+    )
+    sources = {
+        "Default and neutral prompt: shift": (prompt_shifts(study).rows, lambda row, name: row.cells.get(f"d{name}")),
+        "Repeats: half-range": (
+            open_repeat_robustness(study).rows,
+            lambda row, name: cell[1] if (cell := row.cells.get(name)) else None,
+        ),
+    }
+    rows: list[Row] = []
+    for is_published in (False, True):
+        for change, (found, cell_of) in sources.items():
+            kept = [row for row in found if row.is_published is is_published]
+            for name in SHIFTED:
+                moved = [(row.cells["model"], first_number(cell_of(row, name))) for row in kept]
+                rows += _steadiness(change, name, moved, is_published)
+    notes = (
+        "Shifts and half-ranges of the aggregate rates, without their sign. Published: derived from printed figures.",
+    )
+    return Table("stability", "How far rates move between prompts and between repeats", columns, tuple(rows), notes)
+
+
+def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
+    """Returns mean and half-range."""
+    known = [value for value in values if value is not None]
+    return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
+
+
+def _intervention(pair: Pair) -> dict[str, Any]:
+    base, other = (measure(rows) for rows in pair.tables())
+    cells: dict[str, Any] = {"n": base.n, **p_values(pair), **shifts(pair)}
+    for event in _EVENTS:
+        cells |= {f"{event} base": base.means[event], f"{event} fb": other.means[event]}
+    return cells
+
+
+def _percents(tables: Iterable[pd.DataFrame], name: str) -> list[float | None]:
+    return [percent(measure(table).share(name)) for table in tables]
+
+
+def _heading(name: str) -> str:
+    return "Δ (pp)" if name == "Delta" else f"{name} %"
+
+
+def _steadiness(change: str, name: str, moved: Iterable[tuple[str, float | None]], is_published: bool) -> Iterator[Row]:
+    sizes = [(abs(size), model) for model, size in moved if size is not None]
+    if sizes:
+        largest, whose = max(sizes, key=lambda pair: pair[0])
+        steady = sum(size < STEADY_PP - 1e-9 for size, _ in sizes)
+        cells = {"change": change, "rate": _heading(name), "n": len(sizes), "steady": steady}
+        group = PUBLISHED if is_published else ""
+        yield Row({**cells, "largest": largest, "whose": whose}, group, is_published)

@@ -1,0 +1,243 @@
+"""Paired tables: what changes between two runs of the same episodes that differ in one thing.
+
+Each function takes a Study and returns one Table. Source: the paper's sections on feedback, prompt sensitivity and
+serving modes.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from vigil.analysis.measures.intervals import holm
+from vigil.analysis.measures.metrics import LABELS, by_family, mean_of, measure
+from vigil.analysis.measures.models import checkpoint_of
+from vigil.analysis.measures.pairs import Pair, mean_difference
+from vigil.analysis.measures.paper import Paper
+from vigil.analysis.measures.study import Study, by_group
+from vigil.analysis.measures.transitions import label_matrix, transitions
+from vigil.analysis.tables.results import INTERVALS_ELSEWHERE, MODEL, published_group, published_row, run_row, w_and_b
+from vigil.analysis.tables.table import (
+    Column,
+    RateCell,
+    Row,
+    Table,
+    counts,
+    intervals,
+    points,
+    printed,
+    texts,
+)
+
+TESTED = ("W", "B", "FR", "NR")
+SHIFTED = {"W": "ΔW (pp)", "B": "ΔB (pp)", "Delta": "Change of Δ (pp)", "FR": "ΔFR (pp)", "NR": "ΔNR (pp)"}
+INTERVAL_NOTE = "Intervals: paired bootstrap over houses."
+P_NOTE = "p: McNemar, exact, not corrected for the number of tests."
+_SHIFTS = intervals(**{f"d{name}": heading for name, heading in SHIFTED.items()})
+_TESTS = tuple(Column(f"p_{name}", f"p ({name})", "p") for name in TESTED)
+_KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
+
+
+def prompt_shifts(study: Study) -> Table:
+    """Returns how far the neutral prompt moves each rate, with tests; of published rows what their tables give."""
+    columns = (
+        MODEL,
+        *counts(n="n"),
+        *_SHIFTS,
+        *_TESTS,
+        *texts(largest="Largest shift of W or B in a family (pp)"),
+    )
+    rows = [
+        run_row(
+            study.entry(pair.other),
+            {"n": len(pair.tables()[0]), **shifts(pair), **p_values(pair), "largest": _largest_shift(pair)},
+            group=study.entry(pair.other).group,
+        )
+        for pair in _grouped(study, study.pairing.prompt)
+    ]
+    if study.published:
+        rows += list(_published_prompt_shifts(study.published))
+    notes = (
+        f"Neutral minus default, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} The largest "
+        "shift is the widest of sixteen: a pointer, not a finding.",
+        "Published shifts are differences of printed rows; FR and NR only where the paper's text prints both.",
+        *study.pairing.choices["prompt"],
+    )
+    return Table("prompt_shifts", "Prompt sensitivity: shifts from the default prompt", columns, tuple(rows), notes)
+
+
+def serving_modes(study: Study) -> Table:
+    """Returns the thinking serving mode of each checkpoint against its instruct counterpart."""
+    sides = {"base": "instruct", "other": "thinking"}
+    columns = (
+        MODEL,
+        *counts(n="n"),
+        *(Column(side, f"W/B {shown}", "pair") for side, shown in sides.items()),
+        *_SHIFTS,
+        *_TESTS,
+        *intervals(steps_base="Steps instruct", steps_other="Steps thinking"),
+    )
+    rows = []
+    for pair in _grouped(study, study.pairing.serving):
+        cells: dict[str, Any] = {"n": len(pair.tables()[0]), **shifts(pair), **p_values(pair)}
+        for side, table in zip(sides, pair.tables(), strict=True):
+            cells |= {side: w_and_b(measure(table)), f"steps_{side}": mean_of(table, "steps")}
+        entry = study.entry(pair.other)
+        rows.append(run_row(entry, cells, group=entry.group))
+    if study.published:
+        rows += list(_published_serving_modes(study.published))
+    notes = (
+        "Runs of one checkpoint under the same settings but for the serving mode; thinking minus instruct, over the "
+        f"episodes that both have scored. A mode that nobody stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
+        f"Published differences are those of printed rows. {INTERVALS_ELSEWHERE}",
+        *study.pairing.choices["serving"],
+    )
+    return Table("serving_modes", "Serving modes: thinking against instruct", columns, tuple(rows), notes)
+
+
+def feedback_events(study: Study) -> Table:
+    """Returns how action feedback changes events and lengths of episodes."""
+    names = {"too_far": "too_far", "path_blocked": "path_blocked", "retry": "retry", "steps": "Steps"}
+    columns = (
+        MODEL,
+        *counts(n="n"),
+        *(
+            column
+            for name, shown in names.items()
+            for column in (
+                Column(f"{name} base", f"{shown} base [95\u00a0%]", "mean"),
+                Column(f"{name} fb", f"{shown} +FB [95\u00a0%]", "mean"),
+                Column(f"{name} change", f"{shown} change %"),
+            )
+        ),
+    )
+    rows = []
+    for pair in study.pairing.feedback:
+        base, other = pair.tables()
+        cells: dict[str, Any] = {"n": len(base)}
+        for name in names:
+            before, after = mean_of(base, name), mean_of(other, name)
+            cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": _change(before, after)}
+        rows.append(run_row(study.entry(pair.base), cells))
+    notes = ("Means per episode; intervals: bootstrap over houses. Change: relative to the base run.",)
+    return Table("feedback_events", "Action feedback: events and steps", columns, tuple(rows), notes)
+
+
+def transition_matrix(study: Study) -> Table:
+    """Returns what became of the episodes of each label, for every pair of runs."""
+    columns = (
+        *texts(model="Label before"),
+        *counts(n="n"),
+        *(Column(label, f"{label} after", "count") for label in LABELS),
+    )
+    rows = [
+        Row({"model": label, "n": sum(after.values()), **after}, group=name)
+        for name, pair in _named_pairs(study)
+        for label, after in label_matrix(pair).items()
+    ]
+    notes = (
+        "Each row: the episodes with that label in the base run, by their label in the other. On the diagonal nothing "
+        "changed.",
+        *(note for notes in study.pairing.choices.values() for note in notes),
+    )
+    return Table("transitions", "Labels before and after", columns, tuple(rows), notes)
+
+
+def transition_tests(study: Study) -> Table:
+    """Returns for every two labels whether more episodes went from one to the other than back."""
+    columns = (
+        *texts(model="Labels"),
+        *counts(there="→", back="←"),
+        *intervals(net="Net (pp)"),
+        Column("p", "p", "p"),
+        Column("p_holm", "p, Holm", "p"),
+    )
+    rows: list[Row] = []
+    for name, pair in _named_pairs(study):
+        found = transitions(pair)
+        for one, adjusted in zip(found, holm([one.p for one in found]), strict=True):
+            cells = {"there": one.there, "back": one.back, "net": points(one.net, one.interval), "p": one.p}
+            rows.append(Row({"model": f"{one.source} → {one.target}", **cells, "p_holm": adjusted}, group=name))
+    notes = (
+        "→: episodes that went from the first label to the second; ←: those that went back. p: McNemar, exact; "
+        "corrected by Holm for the transitions of the same two runs. Net: → less ←, as a share of the shared "
+        f"episodes. {INTERVAL_NOTE}",
+    )
+    return Table("transition_tests", "Transitions between labels, tested", columns, tuple(rows), notes)
+
+
+def shifts(pair: Pair) -> dict[str, RateCell]:
+    """Returns the differences of a pair, other minus base, in points with intervals."""
+    found = {name: mean_difference(pair, name) for name in SHIFTED}
+    return {f"d{name}": None if shift is None else points(*shift) for name, shift in found.items()}
+
+
+def p_values(pair: Pair) -> dict[str, float | None]:
+    """Returns McNemar's p for W, B, FR and NR."""
+    return {f"p_{name}": pair.p(name) for name in TESTED}
+
+
+def _grouped(study: Study, pairs: Sequence[Pair]) -> list[Pair]:
+    """Returns pairs in the order of the panels' groups, best B first in each."""
+    order = [entry.name for entry in by_group(study.entries)]
+    return sorted(pairs, key=lambda pair: order.index(pair.other.name))
+
+
+def _named_pairs(study: Study) -> Iterator[tuple[str, Pair]]:
+    pairing = study.pairing
+    for pair in (*pairing.feedback, *pairing.prompt, *pairing.serving):
+        if len(pair.tables()[0]):
+            yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", pair
+
+
+def _change(before: RateCell, after: RateCell) -> float | None:
+    return 100 * (after[0] / before[0] - 1) if before and after and before[0] else None
+
+
+def _largest_shift(pair: Pair) -> str | None:
+    base, other = (by_family(rows) for rows in pair.tables())
+    moved = {
+        f"{family} {name}": 100 * ((other[family].share(name) or 0.0) - (base[family].share(name) or 0.0))
+        for family in base
+        for name in ("W", "B")
+    }
+    return _largest(moved)
+
+
+def _largest(moved: dict[str, float]) -> str | None:
+    if not moved:
+        return None
+    place, size = max(moved.items(), key=lambda item: abs(item[1]))
+    return f"{place} {printed(size, 'signed1')}" if size else "none"
+
+
+def _published_prompt_shifts(paper: Paper) -> Iterator[Row]:
+    before = {model.name: (w, b) for model, w, b in paper.points()}
+    families = {row["model"]: row["families"] for row in paper.tables["full_panel"]}
+    for model, row in paper.rows("prompt_sensitivity"):
+        cells: dict[str, Any] = _printed_shifts(before[model.name], (row["W"], row["B"]))
+        for name in ("FR", "NR"):
+            said = paper.text.get(model.name, {})
+            if name in said and f"{name}_neutral" in said:
+                cells[f"d{name}"] = round(said[f"{name}_neutral"] - said[name], 1)
+        moved = {
+            f"{family} {name}": round(after[i] - families[model.name][family][i], 1)
+            for family, after in row["families"].items()
+            for i, name in enumerate("WB")
+            if model.name in families
+        }
+        yield published_row(model, {**cells, "largest": _largest(moved)}, group=published_group(model))
+
+
+def _published_serving_modes(paper: Paper) -> Iterator[Row]:
+    rows = {model.name: (model, (w, b)) for model, w, b in paper.points()}
+    instruct = {checkpoint_of(name): values for name, (model, values) in rows.items() if model.thinking is not True}
+    for name, (model, values) in rows.items():
+        if model.thinking and checkpoint_of(name) in instruct:
+            base = instruct[checkpoint_of(name)]
+            cells = {"base": base, "other": values, **_printed_shifts(base, values)}
+            yield published_row(model, cells, group=published_group(model))
+
+
+def _printed_shifts(before: tuple[float, float], after: tuple[float, float]) -> dict[str, float]:
+    """Returns the differences of W, B and the gap between two printed rows."""
+    w, b = (round(two - one, 1) for one, two in zip(before, after, strict=True))
+    return {"dW": w, "dB": b, "dDelta": round(w - b, 1)}

@@ -1,0 +1,94 @@
+"""Drawing in a worker: moments of episodes, each gone on to from where the simulator stands when that can be."""
+
+from pathlib import Path
+
+from vigil.actions import PhysicalAction
+from vigil.agents.picture import encode
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.runner.workers.messages import (
+    DrawFrame,
+    DrawingRequest,
+    EpisodeMoment,
+    IdentifyPixel,
+    RenderSettings,
+    TryAction,
+    WalkResult,
+)
+from vigil.sim import make_simulator
+from vigil.sim.protocol import Simulator
+from vigil.world import Effect
+
+
+class DrawingHandler:
+    """Answers requests for drawings; holds the one simulator that was asked for last."""
+
+    def __init__(self) -> None:
+        self._renderer: _MomentRenderer | None = None
+
+    def answer(self, request: DrawingRequest) -> object:
+        """Returns what `request` asks for. Raises VigilError."""
+        renderer = self._renderer_of(request.moment.render_settings)
+        simulator = renderer.stand(request.moment)
+        match request:
+            case DrawFrame():
+                return encode(simulator.frame()).data
+            case TryAction(_, action):
+                effect = Effect() if action is None else renderer.lead_away(action)
+                return WalkResult(simulator.world(()).agent, effect, encode(simulator.frame()).data)
+            case IdentifyPixel(_, x, y):
+                return simulator.object_at(x, y)
+
+    def close(self) -> None:
+        """Frees the simulator."""
+        if self._renderer is not None:
+            self._renderer.simulator.close()
+            self._renderer = None
+
+    def _renderer_of(self, settings: RenderSettings) -> "_MomentRenderer":
+        if self._renderer is None or self._renderer.settings != settings:
+            self.close()
+            self._renderer = _MomentRenderer(settings)
+        return self._renderer
+
+
+class _MomentRenderer:
+    """A simulator, and the moment of an episode that it shows."""
+
+    def __init__(self, settings: RenderSettings) -> None:
+        self.settings = settings
+        assets = AssetDatabase.of(settings.asset_database)
+        self.simulator: Simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
+        self._loaded: tuple[Path, int] | None = None
+        self._stands: EpisodeMoment | None = None
+
+    def stand(self, moment: EpisodeMoment) -> Simulator:
+        """Returns the simulator at that moment."""
+        written_ns = moment.house.stat().st_mtime_ns if moment.house.is_file() else 0
+        version = (moment.house, written_ns)
+        if self._loaded != version:
+            self._stands = self._loaded = None
+            self.simulator.load(House.load(moment.house))
+            self._loaded = version
+        done = self._done_of(moment)
+        if done is None:
+            self._stands = None
+            self.simulator.reset(moment.start, moment.setup)
+            done = 0
+        for action in moment.actions[done:]:
+            self.simulator.step(action)
+        self._stands = moment
+        return self.simulator
+
+    def lead_away(self, action: PhysicalAction) -> Effect:
+        """Carries out an action that no moment has: what comes next begins anew."""
+        self._stands = None
+        return self.simulator.step(action)
+
+    def _done_of(self, moment: EpisodeMoment) -> int | None:
+        """Returns how many of the moment's actions are done already; None when it must begin anew."""
+        stands = self._stands
+        if stands is None or (stands.house, stands.start, stands.setup) != (moment.house, moment.start, moment.setup):
+            return None
+        done = len(stands.actions)
+        return done if moment.actions[:done] == stands.actions else None

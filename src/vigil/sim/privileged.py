@@ -1,0 +1,73 @@
+"""What a backend offers besides `vigil.sim.protocol.Simulator` to solvers, validation and authoring, never to an agent.
+
+`PrivilegedSight` tells what is in the house and what can be seen from anywhere; `Rehearsal` undoes what was tried. Both
+speak of the house as it is now, after `load` and `reset`; before the first `load` and after `close` every member raises
+SimulatorError. An id that the house does not have raises EpisodeError. None of it draws, and none of it may change what
+`Simulator` answers later.
+
+Places and lengths are in metres and angles in degrees, in the frame of `vigil.pose` (x right, y up, z ahead). Pixels
+are x (right) and y (down) from the top left corner of the frame, which is FRAME_WIDTH wide and FRAME_HEIGHT high.
+"""
+
+# pyright: reportReturnType=false
+
+from contextlib import AbstractContextManager
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from vigil.pose import Pose, Vec3
+from vigil.scene.things import Scene
+from vigil.sim.protocol import Simulator
+
+
+class PrivilegedSight(Protocol):
+    """What is in the house, where the body fits, and what is seen from the agent's pose or any other place."""
+
+    def object_ids(self) -> list[str]:
+        """Returns the ids of all objects present, held ones included, sorted."""
+
+    def scene(self) -> Scene:
+        """Returns the house as `vigil.scene.build` makes it, each thing with its present place and state.
+
+        From one `load` to the next it is the same object, whose things follow every `reset`, action and rehearsal. To
+        look at, never to change.
+        """
+
+    def room_at(self, position: Vec3) -> str | None:
+        """Returns the id of the room whose floor holds a place, its height aside; None outside of every room."""
+
+    def can_stand(self, position: Vec3) -> bool:
+        """Whether the agent's body fits at a place, its height aside: inside the rooms, and touching no obstacle."""
+
+    def pixels_of(self, object_id: str) -> np.ndarray:
+        """Returns pixels (n, 2) of x, y, integers, on which a click from the agent's pose hits the object.
+
+        They may lie on a lattice with one stride, for speed. n = 0 when it is out of view, hidden (glass hides),
+        held or absent.
+        """
+
+    def sees_from(self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False) -> np.ndarray:
+        """Returns for points (n, 3) on an object whether a ray from `eye` to each meets that object first: (n,) bool.
+
+        `eye` may be anywhere, and nothing limits its view. With `through_glass`, rays pass the panes of other things;
+        an object's own glass always counts as the object. All False when it is held or absent.
+        """
+
+
+class Rehearsal(Protocol):
+    """Trying what is undone afterwards."""
+
+    def rehearsal(self) -> AbstractContextManager[None]:
+        """Undoes at its end all that is done inside, also when that raises; rehearsals nest.
+
+        Afterwards the world, to the last bit, and every answer are as they were. Inside, `load` must not be called.
+        """
+
+    def standing_at(self, pose: Pose) -> AbstractContextManager[None]:
+        """Stands the agent at a pose, with what it holds, inside of a rehearsal; nothing checks that the body fits."""
+
+
+@runtime_checkable
+class PrivilegedSimulator(Simulator, PrivilegedSight, Rehearsal, Protocol):
+    """A backend that solvers, validation, authoring and the conformance suite work on; those in `BACKENDS` are."""

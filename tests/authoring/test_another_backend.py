@@ -1,0 +1,42 @@
+"""Authoring works on any backend that keeps the privileged protocol."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from another_backend import with_nothing_besides
+
+from vigil.authoring.drafting import proposals
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.review.validate import Validator
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.env import Env
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.scoring import settle
+from vigil.sim.privileged import PrivilegedSimulator
+
+
+@pytest.fixture
+def backend(simulator: PrivilegedSimulator) -> PrivilegedSimulator:
+    return with_nothing_besides(simulator)
+
+
+def test_episodes_are_proposed_and_validated(starter: Pack, backend: PrivilegedSimulator) -> None:
+    house = starter.house_of(starter.episodes[0])
+    drafts = list(islice(proposals.seeking(HouseContext(backend, house, np.random.default_rng(5)), "pick"), 3))
+    assert drafts
+    validator = Validator(backend)
+    assert any(validator.validate(draft, house).is_valid for draft in drafts)
+
+
+@pytest.mark.parametrize("agent", PRIVILEGED)
+def test_privileged_agents_play(agent: str, starter: Pack, backend: PrivilegedSimulator) -> None:
+    episode = next(episode for episode in starter.episodes if episode.family == "SM")
+    env = Env(backend, starter.house_of, Profile())
+    observation = env.reset(episode)
+    player = privileged_agent(agent, episode, backend)
+    player.start(episode.instruction)
+    while observation is not None:
+        observation = env.step(player.act(observation))
+    assert settle(episode, env.record()).B is (agent == "solver")

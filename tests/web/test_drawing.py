@@ -1,0 +1,172 @@
+"""The render service draws in a simulator worker: one that hangs or dies is replaced, and none outlives the pages."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import pytest
+
+from vigil.actions import Navigate
+from vigil.agents.picture import decode
+from vigil.errors import HouseError, SimulatorError
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.runner.workers import process
+from vigil.runner.workers.messages import DrawFrame, DrawingPlan, EpisodeMoment, Heartbeat, RenderSettings, WorkerPlan
+from vigil.runner.workers.worker import RequestHandler, WorkerChannel
+from vigil.web.drawing import RenderService
+
+TURN = Navigate(mode="turn_right", magnitude=90.0)
+
+
+@pytest.fixture
+def service() -> Iterator[RenderService]:
+    service = RenderService()
+    yield service
+    service.close()
+
+
+@pytest.fixture
+def moment(pack: Pack) -> EpisodeMoment:
+    episode = pack.episodes[0]
+    return EpisodeMoment(RenderSettings("fake"), house_of(pack), episode.start, episode.setup)
+
+
+@pytest.fixture
+def endless(moment: EpisodeMoment, tmp_path: Path) -> EpisodeMoment:
+    """A moment over which the worker hangs: it waits for what nobody writes into a pipe."""
+    os.mkfifo(tmp_path / "assets.json")
+    settings = RenderSettings("fake", asset_database=tmp_path / "assets.json")
+    return EpisodeMoment(settings, moment.house, moment.start, moment.setup)
+
+
+def house_of(pack: Pack) -> Path:
+    return next(path for path in pack.folder.rglob("*.json") if path.stem == pack.episodes[0].house.name)
+
+
+def failures(ask: Callable[[], object]) -> tuple[threading.Thread, list[Exception]]:
+    """Asks in a thread; the list takes what that raises."""
+    raised: list[Exception] = []
+
+    def run() -> None:
+        try:
+            ask()
+        except SimulatorError as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread, raised
+
+
+def reader_of(endless: EpisodeMoment) -> int:
+    """Waits until the worker hangs. Returns the end of the pipe to close afterwards."""
+    database = endless.render_settings.asset_database
+    assert database is not None
+    deadline = time.monotonic() + 60
+    while True:
+        try:
+            return os.open(database, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError:
+            assert time.monotonic() < deadline, "nobody reads the pipe"
+            time.sleep(0.02)
+
+
+def test_pictures_walks_and_names_are_of_the_moment(
+    service: RenderService, moment: EpisodeMoment, tmp_path: Path
+) -> None:
+    first = service.picture(moment)
+    assert decode(first).shape == (480, 640, 3)
+    assert service.walk(moment, None).picture == first
+    turned = service.walk(moment, TURN)
+    assert (turned.effect.turned_deg, turned.pose.rotation) == (90.0, moment.start.rotation + 90.0)
+    later = EpisodeMoment(moment.render_settings, moment.house, moment.start, moment.setup, (TURN,))
+    assert service.picture(later) == turned.picture != first
+    assert service.walk(moment, None).picture == first  # after a later moment of the same house
+    assert service.name_at(moment, 320, 240) is not None
+    gone = EpisodeMoment(moment.render_settings, tmp_path / "gone.json", moment.start, moment.setup)
+    with pytest.raises(HouseError, match="does not exist"):
+        service.picture(gone)
+    assert service.walk(moment, None).picture == first
+
+
+def test_a_process_that_dies_or_hangs_is_replaced(
+    service: RenderService, moment: EpisodeMoment, endless: EpisodeMoment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, dead = service.picture(moment), service._worker.pid
+    assert dead is not None
+    os.kill(dead, signal.SIGKILL)
+    with pytest.raises(SimulatorError, match="died"):
+        service.walk(moment, None)
+    assert service.walk(moment, None).picture == first
+    hung = service._worker.pid
+    assert hung not in (None, dead)
+    with monkeypatch.context() as impatient:
+        impatient.setattr(service._worker, "_patience_s", 3.0)
+        impatient.setattr(service, "_patience_s", 0.2)
+        thread, raised = failures(lambda: service.picture(endless))
+        writer = reader_of(endless)
+        with pytest.raises(SimulatorError, match="busy with other pictures"):
+            service.walk(moment, None)
+        thread.join()
+        os.close(writer)
+    assert "did not answer DrawFrame within 3 s" in str(raised[0])
+    assert service.walk(moment, None).picture == first
+    assert not Path(f"/proc/{hung}").exists()
+
+
+@pytest.mark.parametrize("is_stopped", [False, True], ids=["busy", "stopped"])
+def test_closing_ends_a_process_that_is_at_something(
+    service: RenderService,
+    moment: EpisodeMoment,
+    endless: EpisodeMoment,
+    monkeypatch: pytest.MonkeyPatch,
+    is_stopped: bool,
+) -> None:
+    monkeypatch.setattr(process, "CLOSING_S", 0.5 if is_stopped else 30.0)
+    service.picture(moment)
+    pid = service._worker.pid
+    assert pid is not None
+    asked = [failures(lambda: service.picture(endless)) for _ in range(2)]
+    writer = reader_of(endless)
+    if is_stopped:
+        os.kill(pid, signal.SIGSTOP)
+    began = time.monotonic()
+    service.close()
+    assert time.monotonic() - began < 20.0
+    os.close(writer)
+    for thread, raised in asked:
+        thread.join(5.0)
+        assert "drawing-worker" in str(raised[0])
+    assert not Path(f"/proc/{pid}").exists()
+    with pytest.raises(SimulatorError, match="has been closed"):
+        service.walk(moment, None)
+
+
+def test_a_worker_whose_main_process_is_gone_ends_in_the_middle_of_a_drawing(endless: EpisodeMoment) -> None:
+    ours, theirs = socket.socketpair()
+    with theirs:
+        command = [sys.executable, "-m", "vigil.runner.workers.worker", str(theirs.fileno())]
+        worker = subprocess.Popen(command, pass_fds=(theirs.fileno(),))
+    connection = Connection(ours.detach())
+    connection.send(DrawingPlan())
+    connection.send(DrawFrame(endless))
+    assert connection.poll(60)
+    assert connection.recv() == Heartbeat()
+    connection.close()
+    assert worker.wait(20) == 0
+
+
+def test_a_worker_that_plays_draws_for_nobody(pack: Pack, moment: EpisodeMoment) -> None:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        handler = RequestHandler(WorkerPlan(pack.folder, "run", Profile()), WorkerChannel(Connection(ours.detach())))
+        with pytest.raises(SimulatorError, match="plays episodes does not answer DrawFrame"):
+            handler.answer(DrawFrame(moment))  # pyright: ignore[reportArgumentType]
