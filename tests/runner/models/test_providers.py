@@ -89,7 +89,7 @@ def test_a_switch_of_thinking_arrives(provider: str, thinking: Any) -> None:
 @pytest.mark.parametrize(
     ("model", "path", "header", "asked_for"),
     [
-        ("anthropic/some-model", "", "x-api-key", "/v1/messages"),
+        ("anthropic/some-model", "", "authorization", "/v1/messages"),
         ("google/gemini-3.1-pro-preview", "", "x-goog-api-key", "models/gemini-3.1-pro-preview:generateContent"),
         ("openai/azure/gpt-5.4", "", "api-key", "/openai/responses"),
         ("perplexity/sonar", "/v1", "authorization", "/v1/responses"),
