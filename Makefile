@@ -1,4 +1,5 @@
-# make setup   prepares .venv with the command `vigil`, and the system libraries of the renderer
+# make setup   prepares .venv with the command `vigil`, and the system libraries of the renderer;
+#              EXTRAS=azure,mistral adds the clients of model providers (`vigil models` names them)
 # make run     plays the starter pack with the solver and two flawed agents, and compares them
 # make test    passes the tests
 # make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
@@ -7,7 +8,9 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	&& { echo $$p; break; }; done)
 VENV := .venv
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.ready
+comma := ,
+EXTRAS ?=
+STAMP := $(VENV)/.ready$(if $(EXTRAS),-$(subst $(comma),-,$(EXTRAS)))
 RUNS ?= runs/starter
 MODULE ?= profile scoring actions env goals replies json_text reasoning record summary
 EVERY ?= 1
@@ -22,7 +25,7 @@ $(STAMP): pyproject.toml constraints.txt scripts/system-libraries
 	@scripts/system-libraries
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 		echo "$(PYTHON) cannot make virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev$(if $(EXTRAS),$(comma)$(EXTRAS))]'
 	@touch $@
 
 run: setup

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from vigil.profile import ACTION_FEEDBACK, BASELINE, JPEG_QUALITY, Profile, coordinates_for
+from vigil.profile import ACTION_FEEDBACK, BASELINE, JPEG_QUALITY, Profile, coordinates_for, known_coordinates
 
 
 def test_the_default_profile_is_the_papers():
@@ -98,3 +98,17 @@ def test_an_unknown_profile_is_refused():
 )
 def test_coordinates_follow_the_published_table(model: str, mode: str):
     assert coordinates_for(model) == mode
+
+
+@pytest.mark.parametrize(
+    ("model", "mode"),
+    [
+        ("openai/gpt-5.4", "pixel"),
+        ("anthropic/claude-sonnet-4-20250514", "pixel"),
+        ("qwen/qwen3-vl-plus", "normalized_1000"),
+        ("vllm/moonshotai/Kimi-VL-A3B-Instruct", None),
+        ("local/gpt-oss", None),
+    ],
+)
+def test_a_model_that_the_table_does_not_name_is_told_from_one_that_it_does(model: str, mode: str | None):
+    assert known_coordinates(model) == mode

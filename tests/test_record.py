@@ -302,6 +302,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     assert spec().model_dump(exclude={*told, "versions", "pack_versions"}) == {
         "base_url": None,
         "sampling": {},
+        "thinking": "default",
         "model_args": {},
         "profile": Profile().model_dump(),
         "epochs": 1,
@@ -318,6 +319,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
         "renderer": "",
         "ended": None,
         "host": {},
+        "answered": None,
         "resumed": (),
     }
     session = Resumption(started=NOON, rows_before=2)
@@ -326,6 +328,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
         "episodes": None,
         "commit": None,
         "is_dirty": None,
+        "answered": None,
         "renderer": "",
         "host": {},
     }

@@ -58,14 +58,18 @@ COORDINATES_BY_MODEL: tuple[tuple[str, Coordinates], ...] = (
     (r"gemini", "normalized_1000"),
     (r"doubao|seed-?1", "normalized_1000"),
     (r"glm-4\.\d+v", "normalized_1000"),
+    (r"claude", "pixel"),
+    (r"gpt-\d", "pixel"),
 )
 """Published table: the first pattern found in a model's name (case-folded) decides; `pixel` without one."""
 
 
 def coordinates_for(model: str) -> Coordinates:
-    """Returns the coordinate mode that `model` was trained to point with."""
+    """Returns the coordinate mode that `model` was trained to point with; `pixel` when the table does not say."""
+    return known_coordinates(model) or "pixel"
+
+
+def known_coordinates(model: str) -> Coordinates | None:
+    """Returns the mode that the table has for `model`, or None."""
     name = model.casefold()
-    for pattern, mode in COORDINATES_BY_MODEL:
-        if re.search(pattern, name):
-            return mode
-    return "pixel"
+    return next((mode for pattern, mode in COORDINATES_BY_MODEL if re.search(pattern, name)), None)

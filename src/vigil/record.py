@@ -119,6 +119,8 @@ class RunSpec(_Record):
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
+    thinking: Literal["on", "off", "default"] = "default"
+    """As the user set it; what was sent for it is in `sampling`."""
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
     versions: Versions = Versions()
@@ -147,6 +149,27 @@ class RunSpec(_Record):
         return dict(_flat("", self.model_dump(mode="json")))
 
 
+class Answered(_Record):
+    """What a model's provider said about itself in its answers, those to the check before the run among them."""
+
+    replies: int = 0
+    models: dict[str, int] = Field(default_factory=dict)
+    """Names in the answers, with the number of replies: what an alias stood for."""
+    finish_reasons: dict[str, int] = Field(default_factory=dict)
+    addresses: tuple[str, ...] = ()
+    """Where requests went, without logins and queries."""
+    thinking: Literal["on", "off", "unknown"] = "unknown"
+    """On when reasoning came, whatever was set; else as it was set."""
+    thinking_set_by: str = ""
+    """What was sent for it; empty when nothing was."""
+    replies_with_reasoning: int = 0
+    check: dict[str, str] = Field(default_factory=dict)
+    """The check before the run by its parts (`sight`, `contract`): `passed`, `failed: ...`; empty when it was left
+    out."""
+    clients: dict[str, str] = Field(default_factory=dict)
+    """Versions of the installed clients."""
+
+
 class Resumption(_Record):
     """A later session of a run: what its rows were played with."""
 
@@ -159,6 +182,8 @@ class Resumption(_Record):
     is_dirty: bool | None = None
     renderer: str = ""
     host: dict[str, str] = Field(default_factory=dict)
+    answered: Answered | None = None
+    """Of a model's run."""
 
 
 class RunHeader(_Record):
@@ -178,8 +203,16 @@ class RunHeader(_Record):
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
     """The machine and where things lay on it: platform, python ..., `pack_folder`, `asset_database`."""
+    answered: Answered | None = None
+    """Of a model's run."""
     resumed: tuple[Resumption, ...] = ()
     """Later sessions in order; what is said above holds for the first."""
+
+    @property
+    def answering_models(self) -> tuple[str, ...]:
+        """The names under which the model answered, in all sessions."""
+        sessions = (self.answered, *(session.answered for session in self.resumed))
+        return tuple(sorted({name for answered in sessions if answered for name in answered.models}))
 
     @property
     def hosts(self) -> tuple[dict[str, str], ...]:

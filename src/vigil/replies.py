@@ -64,6 +64,9 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
     if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
         return _invalid(_too_long(reply.cut.answer_bytes))
     parsed = parse(reply.text, coordinates, policy)
+    if reply.reasoning_chars and isinstance(parsed, InvalidAction) and parsed.reason == "empty":
+        detail = f"all {reply.reasoning_chars} characters came as reasoning, which was not closed before an answer"
+        parsed = parsed.model_copy(update={"detail": detail})
     is_cut = (reply.finish_reason or "").casefold() in CUT_REASONS
     if is_cut and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
         return parsed.model_copy(update={"reason": "truncated", "detail": f"{parsed.reason} {parsed.detail}".strip()})

@@ -244,3 +244,18 @@ def test_tables_are_cut_in_no_terminal(
     assert "exec:long_words [b]odd [/name]: %" in alone
     rates = next(line.replace("│", " ").split() for line in alone.splitlines() if "4/4" in line)
     assert (rates[:2], rates[-1]) == (["all", "4/4"], "11.8")
+
+
+@pytest.mark.parametrize(
+    ("agent", "count", "is_said"), [("malformed", 12, True), ("malformed", 9, False), ("noop", 12, False)]
+)
+def test_a_run_of_mostly_invalid_replies_says_so_aloud_once(
+    vigil: Vigil, tmp_path: Path, agent: str, count: int, is_said: bool
+) -> None:
+    tiny_pack(tmp_path / "twelve", count, ("PG",))
+    words = ("run", "--pack", tmp_path / "twelve", "--backend", "fake", "--workers", "1", "--agent", agent)
+    said = vigil(*words, "--log-dir", tmp_path / "run")
+    assert said.code == 0
+    assert said.err.count("WARNING: ") == int(is_said)
+    if is_said:
+        assert "40 of 40 replies (100 %) are invalid after 10 episodes; most frequent: 40 no_object" in said.err

@@ -126,13 +126,13 @@ def test_nothing_hidden_goes_out(tmp_path: Path, profile: str) -> None:
             profile=profile,
         )
         record = run_pack(wanted).records[0]
-    assert (record.end, len(record.steps), len(server.raw)) == ("report", 21, 22)
+    assert (record.end, len(record.steps), len(server.raw)) == ("report", 21, 2 + 21)
     numbers = hidden_numbers(record)
     assert len(numbers) > 50
     assert f"{START.position.x:.3f}" in numbers
     for raw in server.raw:
         sent = text_in(raw)
-        assert episode.instruction in sent or raw is server.raw[0]
+        assert episode.instruction in sent or raw in server.raw[:2]  # the check before the run
         for word in HIDDEN_WORDS:
             assert re.search(rf"(?<![A-Za-z]){re.escape(word)}(?![A-Za-z])", sent) is None, word
         assert "canary" not in sent

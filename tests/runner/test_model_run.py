@@ -19,7 +19,7 @@ from inspect_marks import INSPECT
 from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 
-from vigil.errors import InfrastructureError, ModelAPIError
+from vigil.errors import InfrastructureError, ModelAPIError, RecordError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import Pack
 from vigil.profile import ACTION_FEEDBACK
@@ -68,7 +68,7 @@ def test_a_run_is_recorded_resumed_and_verified(pack: Path, tmp_path: Path) -> N
         result = run_pack(wanted)
         asked = len(server.asked)
         again = run_pack(replace(wanted, base_url="http://127.0.0.1:9/v1", workers=1))
-    assert (server.preflights, server.most_alive <= 4) == (1, True)
+    assert (server.preflights, len(server.examples), server.most_alive <= 4) == (1, 1, True)
     assert result.is_complete
     assert (again.resumed, asked) == (8, 8 * 4)
     ends = {record.episode_id[5:7]: (record.end, len(record.steps)) for record in result.records}
@@ -163,6 +163,82 @@ def test_a_blind_server_is_found_out_before_anything_is_played(pack: Path, tmp_p
             run_pack(settings(pack, server.url, tmp_path / "run", preflight=True))
         assert server.asked == []
     assert not (tmp_path / "run").exists()
+
+
+def test_a_model_that_answers_in_another_form_is_found_out_before_anything_is_played(
+    pack: Path, tmp_path: Path
+) -> None:
+    with serving(walk_and_report) as server:
+        server.example = Answer("<think>I will walk there, step by step")
+        wanted = settings(pack, server.url, tmp_path / "run", preflight=True, families=("PG",), limit=1)
+        with pytest.raises(ModelAPIError, match=r"unclosed_reasoning.*--reasoning-parser.*--anyway"):
+            run_pack(wanted)
+        assert server.asked == []
+        assert not (tmp_path / "run").exists()
+        result = run_pack(replace(wanted, anyway=True))
+    assert result.is_complete
+    assert result.header.answered.check["sight"] == "passed"
+    assert result.header.answered.check["contract"].startswith("failed: unclosed_reasoning")
+    assert any("The check before the run failed: unclosed_reasoning" in note for note in result.notes)
+
+
+def test_what_really_answered_is_in_the_header(pack: Path, tmp_path: Path) -> None:
+    def brain(asked: Asked) -> Answer:
+        return Answer(REPORT if asked.turn == 2 else LOOK, reasoning="hm", model="some-model-2026-01-01")
+
+    with serving(brain) as server:
+        server.example = Answer(REPORT, model="some-model-2026-01-01")
+        chosen = {"families": ("PG",), "limit": 1, "thinking": "off", "model": "vllm/m", "preflight": True}
+        result = run_pack(settings(pack, server.url, tmp_path / "run", **chosen))
+        address = f"{server.url}/chat/completions"
+    answered = read_header(tmp_path / "run").answered
+    assert answered == result.header.answered
+    assert answered.models == {"loopback": 1, "some-model-2026-01-01": 3}
+    assert answered.finish_reasons == {"stop": 4}
+    assert answered.addresses == (address,)
+    assert answered.check == {"sight": "passed", "contract": "passed"}
+    assert {"inspect_ai", "openai"} <= answered.clients.keys()
+    assert (answered.thinking, answered.replies_with_reasoning, answered.replies) == ("on", 2, 4)
+    assert "chat_template_kwargs.enable_thinking=False" in answered.thinking_set_by
+    assert server.asked[0].body["chat_template_kwargs"]["enable_thinking"] is False
+
+
+def test_a_name_that_stands_for_another_model_on_resume_stops_the_run_unless_told_to_go_on(
+    pack: Path, tmp_path: Path
+) -> None:
+    version, is_out = "model-1", True
+
+    def brain(asked: Asked) -> Answer:
+        if is_out and "(1)" in asked.texts[0]:
+            return failure(401, "not now")
+        return Answer(REPORT, model=version)
+
+    with serving(brain) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", episode_ids=("tiny-DA-000", "tiny-PG-001"))
+        assert run_pack(wanted).errors == 1
+        version, is_out = "model-2", False
+        with pytest.raises(RecordError, match=r"answers as 'model-2' now.*answered as 'model-1'.*--anyway"):
+            run_pack(wanted)
+        result = run_pack(replace(wanted, anyway=True))
+    assert result.is_complete
+    assert result.header.answered.models == {"model-1": 1}
+    assert result.header.resumed[-1].answered.models == {"model-2": 1}
+    assert any("several names: model-1, model-2" in note for note in result.notes)
+
+
+def test_a_context_too_small_for_the_first_request_is_an_error_with_the_size_that_is_needed(
+    pack: Path, tmp_path: Path
+) -> None:
+    small = failure(400, "This model's maximum context length is 1024 tokens. Please reduce the length", code=400)
+    with serving(lambda asked: small) as server:
+        result = run_pack(settings(pack, server.url, tmp_path / "run", families=("DA",), limit=1))
+    full = Answer("", finish_reason="model_context_window_exceeded")
+    with serving(lambda asked: full) as server:
+        other = run_pack(settings(pack, server.url, tmp_path / "other", families=("DA",), limit=1))
+    for record in (result.records[0], other.records[0]):
+        assert (record.end, record.error.boundary, record.steps) == ("error", "model", ())
+        assert "takes about 2," in record.error.message
+        assert "with a context of 16,384 tokens or more" in record.error.message
 
 
 FLAGGED = failure(400, "flagged by our safety system", code="content_policy_violation")

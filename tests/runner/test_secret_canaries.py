@@ -82,7 +82,7 @@ def test_a_models_secrets_reach_the_server_and_no_file(
 
     def brain(_: Any) -> Answer:
         everything = " ".join(f"{CANARY}{n}" for n in ("one", "two", "three", "four", "five", "eight", "chosen"))
-        return failure(500, f"cannot take {everything}") if said["on"] else Answer(REPORT)
+        return failure(500, f"cannot take {everything}") if said["on"] else Answer(REPORT, model=f"echo {CANARY}nine")
 
     with serving(brain) as server:
         url = server.url.replace("http://", f"http://me:{CANARY}nine@")

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from vigil.runner.models.preflight import QUESTION, draw_number
+from vigil.runner.models.preflight import EXAMPLE_INSTRUCTION, QUESTION, draw_number
 
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
@@ -68,6 +68,7 @@ class Answer:
     """Closes the connection in the middle of the answer."""
     is_garbage: bool = False
     """Sends something that is no JSON."""
+    model: str = "loopback"
 
 
 def failure(status: int, message: str = "out of order", **error: Any) -> Answer:
@@ -85,6 +86,9 @@ class ChatServer:
         self.can_see = can_see
         self.asked: list[Asked] = []
         self.preflights = 0
+        self.examples: list[Asked] = []
+        """The requests about the example of the check before a run."""
+        self.example = Answer(REPORT)
         self.raw: list[bytes] = []
         self._lock = threading.Lock()
         self._alive = self.most_alive = 0
@@ -112,6 +116,9 @@ class ChatServer:
             if asked.texts[-1] == QUESTION:
                 self.preflights += 1
                 return Answer(read_number(asked.pictures[-1]) if self.can_see else "I see no picture.")
+            if EXAMPLE_INSTRUCTION in asked.texts[0]:
+                self.examples.append(asked)
+                return self.example
             self.asked.append(asked)
             self._alive += 1
             self.most_alive = max(self.most_alive, self._alive)
@@ -171,7 +178,7 @@ def _completion(answer: Answer) -> dict[str, Any]:
         "id": "chatcmpl-1",
         "object": "chat.completion",
         "created": 1,
-        "model": "loopback",
+        "model": answer.model,
         "choices": [{"index": 0, "message": message, "finish_reason": answer.finish_reason}],
         "usage": {"prompt_tokens": 100, "completion_tokens": 10, "total_tokens": 110},
     }

@@ -7,7 +7,7 @@ import json
 import re
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
@@ -42,6 +42,8 @@ class Said:
     is_null: bool = False
     """Chat: send null for a text that is empty."""
     has_usage: bool = True
+    reasoning_field: str = "reasoning_content"
+    """Chat: where the reasoning is sent; `content` for a part of the content."""
 
     @property
     def text(self) -> str:
@@ -65,7 +67,8 @@ def wire_of(path: str) -> str:
     path = path.partition("?")[0]
     if "generateContent" in path.replace("streamG", "g"):
         return "google"
-    return {"completions": "chat", "responses": "responses", "messages": "anthropic"}[path.rpartition("/")[2]]
+    last = path.rpartition("/")[2]
+    return {"completions": "chat", "messages": "anthropic"}.get(last, last)
 
 
 def body_of(wire: str, said: Said, *, is_streamed: bool) -> Raw:
@@ -91,12 +94,22 @@ def dump(document: Any) -> str:
 def chat(said: Said) -> dict[str, Any]:
     message: dict[str, Any] = {"role": "assistant", "content": chat_content(said)}
     if said.reasoning:
-        message["reasoning_content"] = said.reasoning
+        message |= reasoning_of(said, said.reasoning)
     if said.refusal is not None:
         message["refusal"] = said.refusal
     choice = {"index": 0, "message": message, "finish_reason": (CUT if said.is_cut else STOP)["chat"]}
     head = {"id": "chatcmpl-1", "object": "chat.completion", "created": 1, "model": "loopback"}
     return {**head, "choices": [choice], "usage": chat_usage(said)}
+
+
+def reasoning_of(said: Said, piece: str) -> dict[str, Any]:
+    """Returns the field of a message, or of a piece of one, that holds reasoning."""
+    if said.reasoning_field == "content":
+        texts = [{"type": "text", "text": part} for part in said.parts]
+        return {"content": [{"type": "thinking", "thinking": [{"type": "text", "text": piece}]}, *texts]}
+    if said.reasoning_field == "reasoning_details":
+        return {"reasoning_details": [{"type": "reasoning.text", "text": piece, "index": 0}]}
+    return {said.reasoning_field: piece}
 
 
 def chat_content(said: Said) -> Any:
@@ -114,7 +127,8 @@ def chat_usage(said: Said) -> Any:
 def chat_events(said: Said) -> list[tuple[None, Any]]:
     head = {"id": "chatcmpl-1", "object": "chat.completion.chunk", "created": 1, "model": "loopback"}
     deltas: list[dict[str, Any]] = [{"role": "assistant", "content": ""}]
-    deltas += [{"reasoning_content": piece} for piece in pieces(said.reasoning)]
+    alone = replace(said, parts=())
+    deltas += [reasoning_of(alone, piece) for piece in pieces(said.reasoning)]
     deltas += [{"content": piece} for part in said.parts for piece in pieces(part)]
     deltas += [{"refusal": piece} for piece in pieces(said.refusal or "")]
     finish = (CUT if said.is_cut else STOP)["chat"]
@@ -229,12 +243,27 @@ Brain = Callable[[str, bytes], Said | Raw]
 """What to answer to a request: (its format, its body)."""
 
 
+@dataclass(frozen=True)
+class Request:
+    """A request as it came."""
+
+    path: str
+    headers: dict[str, str]
+    """Names in lower case."""
+    data: bytes
+
+    @property
+    def body(self) -> dict[str, Any]:
+        return json.loads(self.data)
+
+
 class WireServer:
     """Answers by its brain; whether as a stream, the request says."""
 
     def __init__(self, brain: Brain) -> None:
         server = self
         self.asked = 0
+        self.requests: list[Request] = []
         self._lock = threading.Lock()
 
         class Handler(BaseHTTPRequestHandler):
@@ -253,6 +282,8 @@ class WireServer:
             def _answer(self, data: bytes) -> Raw:
                 with server._lock:
                     server.asked += 1
+                    headers = {name.lower(): value for name, value in self.headers.items()}
+                    server.requests.append(Request(self.path, headers, data))
                     found = brain(wire_of(self.path), data)
                 is_streamed = "streamGenerateContent" in self.path or bool(re.search(rb'"stream": ?true', data))
                 return found if isinstance(found, Raw) else body_of(wire_of(self.path), found, is_streamed=is_streamed)

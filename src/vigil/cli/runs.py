@@ -1,6 +1,7 @@
 """`vigil run` and `vigil verify`."""
 
 import math
+import sys
 from dataclasses import replace
 from typing import Annotated
 
@@ -15,10 +16,12 @@ from vigil.cli.scores import label_of, print_families
 from vigil.cli.text import say
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
+from vigil.profile import known_coordinates
 from vigil.runner.dry_run import estimate
+from vigil.runner.progress import OnProgress, Progress
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
-from vigil.runner.settings import RunSettings, profile_of
+from vigil.runner.settings import RunSettings, profile_of, serving_of
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.summary import settle_run
 
@@ -44,6 +47,19 @@ def run(
         _play(settings)
 
 
+def print_asked(settings: RunSettings) -> None:
+    """Says which model is asked, where, with which key, and how it points."""
+    print(f"Model: {serving_of(settings).described}.")
+    mode = profile_of(settings).coordinates
+    if settings.coordinates is not None:
+        why = "as --coordinates says"
+    elif known_coordinates(settings.model or "") is not None:
+        why = "published table; --coordinates overrides"
+    else:
+        why = f"the table does not name this model; find out with: vigil calibrate --model {settings.model}"
+    print(f"Coordinates: {mode} ({why}).")
+
+
 def verify(run: RunArgument, settings: VerifySettings) -> None:
     """Example: vigil verify runs/solver"""
     with progress("verify") as show:
@@ -67,13 +83,24 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
 
 
 def _play(settings: RunSettings) -> None:
-    if settings.model is not None and settings.coordinates is None:
-        print(f"Coordinates: {profile_of(settings).coordinates} (published table; --coordinates overrides).")
+    if settings.model is not None:
+        print_asked(settings)
     with run_progress(settings.player) as show:
-        result = run_pack(settings, on_progress=show)
+        result = run_pack(settings, on_progress=_aloud(show))
     _print_result(result)
     if not result.is_complete:
         raise typer.Exit(1)
+
+
+def _aloud(show: OnProgress) -> OnProgress:
+    """Returns `show`, with warnings beside it on standard error."""
+
+    def tell(where: Progress) -> None:
+        show(where)
+        if where.warning is not None:
+            print(f"WARNING: {where.warning}", file=sys.stderr, flush=True)
+
+    return tell
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:
@@ -106,6 +133,9 @@ def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -
     if settings.model is None:
         print(f"{expected.episodes} episodes; {settings.player} calls no model.")
         return
+    print_asked(settings)
+    missing = serving_of(settings).missing
+    say([missing] if missing else [])
     print(f"{expected.episodes} episodes; nothing was sent. Bounds, from a report at once to every step used:")
     for name in ("calls", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)

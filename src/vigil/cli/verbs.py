@@ -85,6 +85,15 @@ PACK = {
 }
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the table."),
+    "models": Verb(
+        "models:models",
+        "Lists the providers of models: names, keys (set or not), extras (installed or not), addresses, thinking.",
+    ),
+    "calibrate": Verb(
+        "models:calibrate",
+        "Asks a model to point at a spot in eight pictures; says which coordinates it uses and its median error.",
+    ),
+    "prompt": Verb("models:prompt", "Prints exactly what a model is sent for the first step of an episode."),
     "score": Verb(
         "scores:score",
         "Settles the saved records anew and prints W, B, Delta, FR, NR, IL per family; several runs side by side.",

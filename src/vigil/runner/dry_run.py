@@ -1,7 +1,6 @@
 """What a run would cost: bounds on calls and tokens, without calling anything.
 
-Tokens are estimates: text by characters, pictures by the published formulas of the large providers, which lie between
-`PICTURE_TOKENS` for a frame of 640 x 480.
+Tokens are estimates (`vigil.runner.models.context`).
 """
 
 from collections.abc import Sequence
@@ -11,12 +10,8 @@ from vigil.agents.model import Conversation
 from vigil.agents.picture import Picture
 from vigil.episode import Episode
 from vigil.profile import Profile
+from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REPLY_TOKENS
 from vigil.runner.settings import RunSettings, plan_run
-
-CHARS_PER_TOKEN = 4.0
-PICTURE_TOKENS = (300, 1300)
-REPLY_TOKENS = (40, 400)
-"""One JSON object with a thought; reasoning models may take many times more."""
 
 
 @dataclass(frozen=True, slots=True)

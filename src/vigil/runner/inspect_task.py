@@ -40,10 +40,11 @@ from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
-from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.preflight import check_model
+from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import without_login
 from vigil.runner.models.redirects import stay
-from vigil.runner.models.serving import OPENAI_STYLE, OTHER_PROVIDERS, only_its_key, serving
+from vigil.runner.models.serving import only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
@@ -53,6 +54,8 @@ from vigil.scoring import settle
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
 """Inspect finds the package of what is registered by itself, except in an editable install whose distribution has
 another name than the package."""
+STAND_IN = "mockllm/model"
+"""Named in settings that are made before Inspect tells its model."""
 PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
 
@@ -60,7 +63,7 @@ PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 def evaluate(endpoint: Endpoint, tickets: Sequence[Assignment], play_one: PlayOne, log_dir: Path) -> None:
     """Plays all `tickets`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
     model = endpoint.model()
-    ask = with_retries(sender(model), endpoint.retry_policy)
+    ask = with_retries(sender(model, observed=endpoint.observed), endpoint.retry_policy)
     stop: list[VigilError] = []
     tidy = _ConnectionCloser(model, play_one, len(tickets))
     with _rare_collections(), _no_warnings():
@@ -224,6 +227,7 @@ def vigil(
     backend: str = "mujoco",
     workers: int | None = None,
     preflight: bool = True,
+    anyway: bool = False,
     api_key_env: str | None = None,
 ) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
@@ -234,7 +238,7 @@ def vigil(
     try:
         settings = RunSettings(
             pack=pack,
-            model="inspect/model",
+            model=STAND_IN,
             families=(family,) if family else (),
             profile=profile,
             prompt_variant=prompt_variant,
@@ -244,6 +248,7 @@ def vigil(
             backend=backend,
             workers=workers,
             preflight=preflight,
+            anyway=anyway,
             api_key_env=api_key_env,
         )
         _, episodes, spec = plan_run(settings)
@@ -258,14 +263,14 @@ def vigil(
 class _InspectSession:
     """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed.
 
-    Before a model's first episode a call proves that pictures reach it, as `vigil run` does. Clients that are made here
+    Before a model's first episode it is checked, as `vigil run` does. Clients that are made here
     are closed, while the event loop still runs, whenever no episode is being played.
     """
 
     def __init__(self, settings: RunSettings) -> None:
         self._settings = settings
         self._pools: dict[Profile, SimulatorPool] = {}
-        self._seeing: set[str] = set()
+        self._checked: set[str] = set()
         self._models: dict[str, Model] = {}
         self._made: set[str] = set()
         """Names of the models that are not Inspect's own."""
@@ -284,7 +289,7 @@ class _InspectSession:
     async def _play(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
         settings = replace(self._settings, model=str(get_model()))
         profile = profile_of(settings)
-        await self._prove_sight(self.model())
+        await self._check(self.model(), profile)
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
             self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
@@ -314,19 +319,19 @@ class _InspectSession:
         """Returns what asks it for a reply."""
         return with_retries(sender(self.model()), RetryPolicy())
 
-    async def _prove_sight(self, model: Model) -> None:
+    async def _check(self, model: Model, profile: Profile) -> None:
         async with self._one_at_a_time:
-            if self._settings.preflight and str(model) not in self._seeing:
+            if self._settings.preflight and str(model) not in self._checked:
                 send = sender(model, GenerateConfig(max_retries=0))  # Inspect's own number has no end
                 ask = with_retries(send, RetryPolicy(retries=PREFLIGHT_RETRIES))
                 address = without_login(model.api.base_url or "")
-                await check_sight(ask, str(model), self._settings.image_format, address)
-                self._seeing.add(str(model))
+                await check_model(ask, str(model), profile, address, goes_on=self._settings.anyway)
+                self._checked.add(str(model))
 
 
 def _keyed(active: Model, api_key_env: str | None) -> Model:
     """Returns `active`, or the same with another key where Inspect would send a provider's key to a foreign host."""
-    if str(active).partition("/")[0] not in OPENAI_STYLE | OTHER_PROVIDERS:
+    if not named(str(active)).is_known:
         return active
     found = serving(str(active), active.api.base_url, active.model_args, api_key_env)
     model = active

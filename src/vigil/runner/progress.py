@@ -1,6 +1,7 @@
 """Live progress of a run: counts, time left, and W and B so far (settled by the same code as any report)."""
 
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -31,9 +32,14 @@ class Progress:
     """The episode that has just ended; None for one that ended as an error, and when none has."""
     trouble: str | None = None
     """What is tried again since an episode ended last; None when nothing is."""
+    warning: str | None = None
+    """What must be said aloud, told once: most replies are invalid."""
 
 
 OnProgress = Callable[[Progress], None]
+EPISODES_BEFORE_WARNING = 10
+WARNING_SHARE = 0.5
+SAID_REASONS = 3
 
 
 class ProgressCounter:
@@ -50,6 +56,8 @@ class ProgressCounter:
         self._errors = self._fresh = self._steps = 0
         self.errors_in_a_row = 0
         self._trouble: str | None = None
+        self._reasons: Counter[str] = Counter()
+        self._has_warned = False
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
@@ -65,6 +73,7 @@ class ProgressCounter:
         self._trouble = None
         self._fresh += 1
         self._steps += len(record.steps)
+        self._reasons.update(step.invalid.reason for step in record.steps if step.invalid is not None)
         outcome = None
         if record.end == "error":
             self._errors += 1
@@ -73,19 +82,33 @@ class ProgressCounter:
             self.errors_in_a_row = 0
             outcome = settle(episode, record)
             self._add(outcome)
-        self._tell(outcome)
+        self._tell(outcome, self._warning())
 
     def note(self, trouble: str) -> None:
         """Tells that something has failed and is tried again."""
         self._trouble = trouble
         self._tell(None)
 
+    def _warning(self) -> str | None:
+        """Returns the sentence on invalid replies, once, when they are more than half after the first episodes."""
+        invalid = self._reasons.total()
+        is_due = self._fresh >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._steps
+        if self._has_warned or not is_due:
+            return None
+        self._has_warned = True
+        reasons = ", ".join(f"{count} {reason}" for reason, count in self._reasons.most_common(SAID_REASONS))
+        return (
+            f"{invalid} of {self._steps} replies ({100 * invalid / self._steps:.0f} %) are invalid after {self._fresh} "
+            f"episodes; most frequent: {reasons}. This run measures that more than anything else: `vigil prompt` shows "
+            "what is asked for, docs/models.md what may help."
+        )
+
     def _add(self, outcome: Outcome) -> None:
         self._done += 1
         self._W += outcome.W
         self._B += outcome.B
 
-    def _tell(self, latest: Outcome | None) -> None:
+    def _tell(self, latest: Outcome | None, warning: str | None = None) -> None:
         elapsed = time.monotonic() - self._started
         left = self._total - self._done - self._errors
         self._on_progress(
@@ -100,5 +123,6 @@ class ProgressCounter:
                 eta_s=elapsed / self._fresh * left if self._fresh else None,
                 latest=latest,
                 trouble=self._trouble,
+                warning=warning,
             )
         )

@@ -17,11 +17,21 @@ from vigil.errors import InfrastructureError, SimulatorError
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
 from vigil.runner.models.ask import Ask, RetryPolicy
+from vigil.runner.models.observed import Observed
 from vigil.runner.models.redaction import Secrets, hiding
 from vigil.runner.models.serving import only_its_key
+from vigil.runner.models.thinking import how_set
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import RunSettings, log_dir, plan_run, secrets_of, serving_of, worker_plan
+from vigil.runner.settings import (
+    RunSettings,
+    log_dir,
+    plan_run,
+    sampling_of,
+    secrets_of,
+    serving_of,
+    worker_plan,
+)
 from vigil.runner.workers.live import boundary_of, lost_record, play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool, usable_cpus
@@ -108,6 +118,8 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
 
 def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) -> RunResult:
     pack, episodes, spec = plan_run(settings)
+    if settings.model is not None:
+        serving_of(settings).check()
     folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, episodes, _places(settings, pack))
     try:
         tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress)
@@ -173,9 +185,12 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> 
     from vigil.runner.models.inspect_model import Endpoint, preflight  # noqa: PLC0415
 
     settings, profile = run.settings, run.spec.profile
+    observed = _observed(run)
+    observed.on_news = lambda: run.folder.note_answered(observed.answered())
     endpoint = Endpoint(
+        observed=observed,
         serving=serving_of(settings),
-        sampling={**run.spec.sampling, **({"extra_body": dict(settings.extra_body)} if settings.extra_body else {})},
+        sampling=sampling_of(settings),
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
         retry_policy=RetryPolicy(
@@ -196,10 +211,29 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> 
         return record
 
     with only_its_key(endpoint.serving):
-        if settings.preflight:
-            asyncio.run(preflight(endpoint, run.spec.agent, profile.image_format))
-        run.tally.start()
-        evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
+        try:
+            if settings.preflight:
+                asyncio.run(preflight(endpoint, run.spec.agent, profile, goes_on=settings.anyway))
+            run.tally.start()
+            evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
+        finally:
+            run.folder.note_answered(observed.answered())
+
+
+def _observed(run: _Run) -> Observed:
+    """Returns what takes in who answers; another model than in earlier sessions is refused unless told to go on."""
+    settings = run.settings
+    found, effort = serving_of(settings).named, settings.reasoning_effort
+    set_by = f"--reasoning-effort {effort}" if effort else ""
+    if settings.thinking != "default" and found is not None:
+        set_by = f"--thinking {settings.thinking}: {how_set(settings.thinking, found)}"
+    return Observed(
+        before=() if settings.anyway else run.folder.header.answering_models,
+        asked=settings.thinking,
+        effort=effort,
+        set_by=set_by,
+        hide=run.secrets.hide,
+    )
 
 
 def _shows(assignment: Assignment, run: _Run) -> Callable[[], None]:

@@ -21,6 +21,7 @@ from vigil.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
     HEADER_FILE,
+    Answered,
     EpisodeRecord,
     Resumption,
     RunHeader,
@@ -48,6 +49,7 @@ class RunFolder:
         self.header = header
         self._log = log
         self._notes = notes
+        self._is_later = False
         self.attempts = AttemptLog(path / ATTEMPTS_FILE, header.spec)
 
     @classmethod
@@ -83,7 +85,12 @@ class RunFolder:
     @property
     def notes(self) -> tuple[str, ...]:
         """What is to be known of the rows that were there: which of them do not count, and why."""
-        return (*self._notes, *told(self._log.left_out))
+        names = self.header.answering_models
+        several = f"The provider answered under several names: {', '.join(names)}." if len(names) > 1 else ""
+        sessions = (self.header.answered, *(session.answered for session in self.header.resumed))
+        failed = {answered.check.get("contract", "") for answered in sessions if answered} - {"", "passed"}
+        checks = [f"The check before the run {one}." for one in sorted(failed)]
+        return (*self._notes, *told(self._log.left_out), *([several] if several else []), *checks)
 
     @property
     def frames(self) -> Path:
@@ -128,6 +135,7 @@ class RunFolder:
     def _session(self, renderer: str) -> dict[str, Any]:
         """Returns the fields of the header that say with what the rows from now on are played."""
         rows = self._log.count
+        self._is_later = rows > 0
         if not rows:
             return {"renderer": renderer}
         commit, is_dirty = source_state()
@@ -141,6 +149,14 @@ class RunFolder:
             host=host_facts(),
         )
         return {"resumed": (*self.header.resumed, session)}
+
+    def note_answered(self, answered: Answered) -> None:
+        """Completes what the header says of this session with what answered."""
+        if not self._is_later:
+            self._update(answered=answered)
+            return
+        *earlier, session = self.header.resumed
+        self._update(resumed=(*earlier, session.model_copy(update={"answered": answered})))
 
     def note_end(self) -> None:
         """Completes the header with the time at which the run ended, unless it had ended before."""

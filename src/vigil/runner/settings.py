@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from vigil.actions import Coordinates, ReplyPolicy
+from vigil.actions import ReplyPolicy
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
 from vigil.episode import Episode
@@ -16,16 +16,21 @@ from vigil.profile import (
     PROFILE_NAMES,
     ImageFormat,
     Profile,
-    PromptVariant,
     coordinates_for,
 )
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import AgentKind, RunSpec
+from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import Secrets, without_login, without_secrets
 from vigil.runner.models.serving import Serving, serving
+from vigil.runner.models.thinking import with_thinking
 from vigil.runner.setting_texts import only_one, public_name, read_extra_body, read_model_args
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
+    AskedCoordinates,
+    AskedProfile,
+    AskedThinking,
+    AskedVariant,
     AssetFile,
     Backend,
     BaseUrl,
@@ -80,11 +85,9 @@ class RunSettings:
     episode_ids: EpisodeIds = ()
     workers: SimulatorWorkers = None
     max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1, metavar="N")] = 16
-    profile: Annotated[str, Setting("baseline or action_feedback, or a profile's full name.", metavar="NAME")] = (
-        "baseline"
-    )
-    prompt_variant: Annotated[PromptVariant, Setting("System prompt.")] = "default"
-    coordinates: Annotated[Coordinates | None, Setting("How it points.", unset="by model")] = None
+    profile: AskedProfile = "baseline"
+    prompt_variant: AskedVariant = "default"
+    coordinates: AskedCoordinates = None
     """None takes the published table's entry for the model."""
     reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
     epochs: Annotated[int, Setting("Play each episode so often.", least=1, metavar="N")] = 1
@@ -92,6 +95,7 @@ class RunSettings:
     top_p: Annotated[float | None, _NOT_SENT] = None
     max_tokens: Annotated[int | None, replace(_NOT_SENT, least=1, metavar="N")] = None
     reasoning_effort: Annotated[Reasoning | None, Setting(_EFFORTS, metavar="LEVEL")] = None
+    thinking: AskedThinking = "default"
     model_args: Annotated[
         Mapping[str, Any],
         Setting(
@@ -111,7 +115,10 @@ class RunSettings:
     reply_seconds: Annotated[int, Setting("How long one reply may take.", least=1, metavar="SECONDS")] = REPLY_SECONDS
     """Of a model or a program."""
     seed: Annotated[int, Setting("For scheduling and scripted agents.")] = 0
-    preflight: Annotated[bool, Setting("Do not first prove that the model sees pictures.")] = True
+    preflight: Annotated[bool, Setting("Do not first check that the model sees pictures and answers in form.")] = True
+    anyway: Annotated[
+        bool, Setting("Go on although the check's example failed, or another model answers than before.")
+    ] = False
     retries: Annotated[int, Setting("Tries of a request after the first.", least=0, is_option=False)] = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0
@@ -134,18 +141,12 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
     pack = Pack.load(settings.pack)
     episodes = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
     profile = profile_of(settings)
-    sampling = {
-        "temperature": settings.temperature,
-        "top_p": settings.top_p,
-        "max_tokens": settings.max_tokens,
-        "reasoning_effort": settings.reasoning_effort,
-        "extra_body": dict(settings.extra_body) or None,
-    }
     spec = RunSpec(
         agent=settings.player,
         agent_kind=_kind(settings),
         base_url=_address(settings),
-        sampling=without_secrets({name: value for name, value in sampling.items() if value is not None}),
+        sampling=without_secrets(sampling_of(settings)),
+        thinking=settings.thinking,
         model_args=without_secrets(settings.model_args),
         profile=profile,
         versions=Versions.here(),
@@ -162,6 +163,22 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         render_quality=settings.render_quality,
     )
     return pack, episodes, spec
+
+
+def sampling_of(settings: RunSettings) -> dict[str, Any]:
+    """Returns what is sent with each request beside the messages: only what was set, and what turns thinking on or off.
+
+    Raises SettingError when settings contradict each other.
+    """
+    given = {
+        "temperature": settings.temperature,
+        "top_p": settings.top_p,
+        "max_tokens": settings.max_tokens,
+        "reasoning_effort": settings.reasoning_effort,
+        "extra_body": dict(settings.extra_body) or None,
+    }
+    sampling = {name: value for name, value in given.items() if value is not None}
+    return with_thinking(sampling, settings.thinking, named(settings.model)) if settings.model else sampling
 
 
 def profile_of(settings: RunSettings) -> Profile:

@@ -3,7 +3,10 @@
 from pathlib import Path
 from typing import Annotated
 
+from vigil.actions import Coordinates
 from vigil.episode import Family, families_named
+from vigil.profile import PromptVariant
+from vigil.runner.models.providers import Thinking
 from vigil.setting import Setting
 from vigil.sim import Quality
 
@@ -19,6 +22,10 @@ ApiKeyEnv = Annotated[
     str | None,
     Setting("Variable with the key for this model, e.g. at an address not its provider's own.", metavar="VAR"),
 ]
+AskedProfile = Annotated[str, Setting("baseline or action_feedback, or a profile's full name.", metavar="NAME")]
+AskedVariant = Annotated[PromptVariant, Setting("System prompt.", name="prompt-variant")]
+AskedCoordinates = Annotated[Coordinates | None, Setting("How it points.", unset="by model")]
+AskedThinking = Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")]
 LogDir = Annotated[Path | None, Setting("The run's folder; the same command continues it.")]
 Backend = Annotated[str, Setting("Simulator: mujoco, or fake (no engine).", metavar="NAME")]
 RenderQuality = Annotated[

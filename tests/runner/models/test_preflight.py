@@ -8,8 +8,16 @@ from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
+from vigil.profile import Profile
 from vigil.runner.models.ask import RequestRejected
-from vigil.runner.models.preflight import check_sight, draw_number, number_for
+from vigil.runner.models.preflight import (
+    EXAMPLE_INSTRUCTION,
+    check_contract,
+    check_sight,
+    draw_example,
+    draw_number,
+    number_for,
+)
 
 
 def check(text: str, name: str = "some/model") -> None:
@@ -57,3 +65,86 @@ def test_the_number_is_drawn_legibly_and_depends_on_the_model() -> None:
     assert 0.02 < np.mean(picture < 128) < 0.3
     for number in sorted(numbers)[:5]:
         assert read_number(encode(draw_number(number)).data) == number
+
+
+REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'
+
+
+def example(*replies: Reply, goes_on: bool = False, profile: Profile | None = None) -> tuple[str, list[list[Message]]]:
+    """Returns what came of the example, and what was asked."""
+    asked: list[list[Message]] = []
+
+    async def ask(messages: list[Message]) -> Reply:
+        asked.append(list(messages))
+        return replies[min(len(asked), len(replies)) - 1]
+
+    return asyncio.run(check_contract(ask, "some/model", profile or Profile(), goes_on=goes_on)), asked
+
+
+def test_an_answer_in_form_passes_at_once() -> None:
+    result, asked = example(Reply(text=f"thinking</think>{REPORT}"))
+    assert (result, len(asked)) == ("passed", 1)
+    system, user = asked[0]
+    assert EXAMPLE_INSTRUCTION in system.text
+    assert user.picture is not None
+
+
+def test_one_bad_answer_of_two_passes() -> None:
+    result, asked = example(Reply(text="Well."), Reply(text=REPORT))
+    assert (result, len(asked)) == ("passed", 2)
+
+
+@pytest.mark.parametrize(
+    ("reply", "said"),
+    [
+        (Reply(text="I go there."), ["no_object", "chat template passes on the system prompt", "'I go there.'"]),
+        (Reply(text=f"```json\n{REPORT}\n```"), ["code_fence", "--reply-policy lenient"]),
+        (Reply(text=f"<think>hm {REPORT}"), ["unclosed_reasoning", "--reasoning-parser qwen3", "--thinking off"]),
+        (Reply(text="", reasoning_chars=70), ["empty all 70 characters came as reasoning", "--reasoning-parser"]),
+        (Reply(text="so much", finish_reason="length"), ["truncated no_object", "--max-tokens", "--max-model-len"]),
+        (Reply(text="<|channel|>analysis<|message|>hm"), ["no part of the protocol", "--reasoning-parser"]),
+        (Reply(text='{"skill_name": "jump", "arguments": {}}'), ["unknown_skill", "`vigil prompt` shows"]),
+    ],
+)
+def test_a_model_that_answers_in_another_form_is_stopped_and_told_what_may_help(reply: Reply, said: list[str]) -> None:
+    with pytest.raises(ModelAPIError) as stopped:
+        example(reply)
+    for words in (*said, "Model 'some/model'", "--anyway"):
+        assert words in str(stopped.value)
+    result, asked = example(reply, goes_on=True)
+    assert result.startswith("failed: ")
+    assert len(asked) == 2
+
+
+def test_a_long_answer_is_shown_in_part() -> None:
+    with pytest.raises(ModelAPIError) as stopped:
+        example(Reply(text="a" * 5000 + "z" * 5000))
+    assert "aaa ... zzz" in str(stopped.value)
+    assert len(str(stopped.value)) < 1500
+
+
+def test_the_example_is_asked_under_the_runs_own_conditions() -> None:
+    lenient = Profile(reply_policy="lenient", coordinates="normalized_1000", image_format="jpeg")
+    result, asked = example(Reply(text=f"Sure: {REPORT}"), profile=lenient)
+    assert result == "passed"
+    assert "normalized_1000" in asked[0][0].text
+    assert asked[0][1].picture.format == "jpeg"
+    click = '{"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": 900, "y": 900}}'
+    assert example(Reply(text=click), profile=lenient)[0] == "passed"
+    with pytest.raises(ModelAPIError, match="pixel_outside_frame"):
+        example(Reply(text=click))
+
+
+def test_a_context_that_is_too_small_is_named_with_the_size_that_is_needed() -> None:
+    async def ask(messages: list[Message]) -> Reply:
+        raise RequestRejected("The provider rejected the request 3 times: maximum context length is 1024 tokens")
+
+    with pytest.raises(ModelAPIError, match=r"takes about 2,\d{3} tokens. Start the server with a context of 16,384"):
+        asyncio.run(check_contract(ask, "some/model", Profile()))
+
+
+def test_the_example_has_something_to_walk_to() -> None:
+    picture = draw_example()
+    assert picture.shape == (480, 640, 3)
+    red = (picture[..., 0] > 150) & (picture[..., 1] < 80)
+    assert 0.02 < red.mean() < 0.1

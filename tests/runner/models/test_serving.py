@@ -1,10 +1,14 @@
 import os
+import tomllib
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from vigil.errors import SettingError
+from vigil.runner.models.providers import PROVIDERS, named, provider_hint
 from vigil.runner.models.redaction import without_login
-from vigil.runner.models.serving import NO_KEY, PROVIDER_DEFAULTS, only_its_key, provider_hint, serving
+from vigil.runner.models.serving import NO_KEY, only_its_key, serving
 
 URL = "http://localhost:8000/v1"
 
@@ -73,17 +77,19 @@ def test_a_variable_that_is_not_set_is_named() -> None:
         serving("openai/m", URL, {}, "NO_SUCH_KEY")
 
 
-@pytest.mark.parametrize("provider", [name for name, home in PROVIDER_DEFAULTS.items() if not home.signs_in])
+@pytest.mark.parametrize(
+    "provider", [name for name, one in PROVIDERS.items() if not one.signs_in and name not in ("mockllm", "local")]
+)
 def test_an_address_in_the_environment_is_foreign_too(monkeypatch: pytest.MonkeyPatch, provider: str) -> None:
-    for variable in (*PROVIDER_DEFAULTS[provider].addresses, "INSPECT_EVAL_MODEL_BASE_URL"):
+    for variable in (*named(f"{provider}/m").provider.addresses, "INSPECT_EVAL_MODEL_BASE_URL"):
         monkeypatch.setenv(variable, URL)
         found = serving(f"{provider}/m", None, {})
         assert (found.base_url, found.api_key, found.is_foreign) == (URL, NO_KEY, True)
         monkeypatch.delenv(variable)
-    assert serving(f"{provider}/m", None, {}).base_url is None
+    assert serving(f"{provider}/m", None, {}).base_url == (PROVIDERS[provider].address or None)
 
 
-@pytest.mark.parametrize("model", ["mine/m", "openai-api/mine/m", "vllm/m"])
+@pytest.mark.parametrize("model", ["openai-api/mine/m", "vllm/m"])
 def test_a_service_without_hosts_of_its_own_gets_no_key_unasked(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     for variable in ("MINE_BASE_URL", "VLLM_BASE_URL"):
         monkeypatch.setenv(variable, "https://mine.org/v1")
@@ -91,7 +97,7 @@ def test_a_service_without_hosts_of_its_own_gets_no_key_unasked(monkeypatch: pyt
     assert serving(model, None, {}).api_key == NO_KEY
 
 
-@pytest.mark.parametrize("model", [f"{name}/m" for name, home in PROVIDER_DEFAULTS.items() if home.signs_in])
+@pytest.mark.parametrize("model", [f"{name}/m" for name, one in PROVIDERS.items() if one.signs_in])
 def test_an_account_of_the_machine_is_not_taken_elsewhere(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     with pytest.raises(SettingError, match=r"signs in with an account.*--api-key-env"):
         serving(model, "https://me:loginword@host.org/v1", {})
@@ -130,7 +136,10 @@ def test_the_environment_may_give_the_address(monkeypatch: pytest.MonkeyPatch) -
     ("model", "url"),
     [
         ("nameless", None),
+        ("local/m", None),
+        ("openai-api/mine/m", None),
         ("openai/", URL),
+        ("vllm", URL),
         ("openai/m", "localhost:8000"),
         ("m", "file:///etc"),
         ("m", "http://"),
@@ -171,3 +180,69 @@ def test_a_mistyped_provider_is_recognised_and_a_known_one_left_alone(model: str
 )
 def test_an_address_is_kept_without_what_logs_in(url: str, kept: str) -> None:
     assert without_login(url) == kept
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [
+        ("Qwen/Qwen3-VL-8B-Instruct", "'Qwen', which is not known. Did you mean 'qwen'?"),
+        ("Doubao/seed", "Did you mean 'doubao'?"),
+        ("dubao/seed", "Did you mean 'doubao'?"),
+        ("OpenAI/gpt-4o", "Did you mean 'openai'?"),
+        ("nobody-knows/m", "'nobody-knows', which is not known. Write provider/model"),
+        ("gpt-4o", "names no provider. Write provider/model"),
+    ],
+)
+def test_a_name_without_a_known_provider_and_address_is_refused(model: str, said: str) -> None:
+    with pytest.raises(SettingError) as refused:
+        serving(model, None, {})
+    assert said in str(refused.value)
+    assert "--base-url" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("model", "asked_for"),
+    [
+        ("qwen/qwen3-vl-plus", "qwen3-vl-plus"),
+        ("Qwen/Qwen3-VL-8B-Instruct", "Qwen/Qwen3-VL-8B-Instruct"),
+        ("local/qwen/qwen3-vl-8b", "qwen/qwen3-vl-8b"),
+        ("vllm/Qwen/Qwen3-VL-8B-Instruct", "Qwen/Qwen3-VL-8B-Instruct"),
+    ],
+)
+def test_a_prefix_is_a_provider_in_its_exact_case_alone(model: str, asked_for: str) -> None:
+    assert serving(model, URL, {}).asked_for == asked_for
+
+
+OPENAI_STYLE_AT_HOME = [name for name, one in PROVIDERS.items() if one.is_openai_style and one.hosts and one.address]
+
+
+@pytest.mark.parametrize("provider", OPENAI_STYLE_AT_HOME)
+def test_a_providers_key_goes_to_its_address_and_to_its_other_hosts(
+    monkeypatch: pytest.MonkeyPatch, provider: str
+) -> None:
+    one = PROVIDERS[provider]
+    monkeypatch.setenv(one.keys[0], "its-own-key")
+    for address in (None, *(f"https://{host.lstrip('.')}/v1" for host in one.hosts)):
+        found = serving(f"{provider}/m", address, {})
+        assert (found.api_key, found.key_variable, found.is_foreign) == ("its-own-key", one.keys[0], False)
+        found.check()
+    assert serving(f"{provider}/m", URL, {}).api_key == NO_KEY
+    monkeypatch.delenv(one.keys[0])
+    with pytest.raises(SettingError, match=f"needs a key of .*export {one.keys[0]}=.*--api-key-env"):
+        serving(f"{provider}/m", None, {}).check()
+
+
+def test_a_client_that_is_not_installed_is_named_with_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GOOGLE_API_KEY", "a-key")
+    serving("google/gemini-3.1-pro-preview", None, {}).check()
+    gone = replace(PROVIDERS["google"], client="google.no_such_client")
+    monkeypatch.setitem(PROVIDERS, "google", gone)
+    with pytest.raises(SettingError, match=r"pip install 'vigil-bench\[google\]'.*make setup EXTRAS=google"):
+        serving("google/gemini-3.1-pro-preview", None, {}).check()
+
+
+def test_every_extra_of_the_table_is_one_of_the_distribution() -> None:
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = {one.extra for one in PROVIDERS.values() if one.extra}
+    assert extras <= set(project["optional-dependencies"])
+    assert {one.extra for one in PROVIDERS.values() if one.client} == extras

@@ -41,6 +41,8 @@ class Answer:
     reasoning_chars: int = 0
     finish_reason: str | None = None
     usage: Usage | None = None
+    model: str | None = None
+    """The name under which the model answered."""
     is_begun: bool = False
     """Whether there was a message at all."""
     is_ended: bool = False
@@ -139,6 +141,7 @@ def _shown(body: bytes) -> str:
 
 
 def _chat(answer: Answer, part: dict[str, Any]) -> None:
+    answer.model = _name(part.get("model")) or answer.model
     answer.is_ended = answer.is_ended or "done" in part
     answer.usage = _usage(part.get("usage"), "prompt_tokens", "completion_tokens") or answer.usage
     choices = [choice for choice in part.get("choices") or [] if not choice.get("index")]
@@ -152,7 +155,7 @@ def _chat(answer: Answer, part: dict[str, Any]) -> None:
         answer.is_begun = True
         _content(answer, message.get("content"))
         _add(answer.refusals, message.get("refusal"))
-        answer.reasoning_chars += len(message.get("reasoning_content") or message.get("reasoning") or "")
+        answer.reasoning_chars += _reasoning_length(message)
         answer.finish_reason = choice.get("finish_reason") or answer.finish_reason
         answer.is_ended = answer.is_ended or is_whole or answer.finish_reason is not None
 
@@ -175,8 +178,18 @@ def _content(answer: Answer, content: Any) -> None:
                 answer.reasoning_chars += _length(part)
 
 
+def _reasoning_length(message: dict[str, Any]) -> int:
+    """Returns the length of the reasoning beside a message. Several servers send the same text in two fields."""
+    fields = (message.get("reasoning_content"), message.get("reasoning"))
+    text = next((one for one in fields if isinstance(one, str) and one), None)
+    if text is not None:
+        return len(text)
+    details = message.get("reasoning_details")
+    return sum(_length(one) for one in details if isinstance(one, dict)) if isinstance(details, list) else 0
+
+
 def _length(part: dict[str, Any]) -> int:
-    inner = part.get("thinking") or part.get("reasoning") or part.get("text") or ""
+    inner = part.get("thinking") or part.get("reasoning") or part.get("text") or part.get("summary") or ""
     return len(inner) if isinstance(inner, str) else sum(len(one.get("text") or "") for one in inner)
 
 
@@ -191,6 +204,7 @@ def _responses(answer: Answer, part: dict[str, Any]) -> None:
     if response.get("error"):
         raise _error(response["error"])
     status, output = response.get("status"), response["output"]
+    answer.model = _name(response.get("model"))
     cut = (response.get("incomplete_details") or {}).get("reason")
     if status not in (None, "completed", "incomplete"):
         raise NoAnswer(f"HTTP 200 with a response of the status {status!r}.")
@@ -212,6 +226,7 @@ def _anthropic(answer: Answer, part: dict[str, Any]) -> None:
             raise _error(part)
         case "message_start":
             answer.is_begun = True
+            answer.model = _name(part["message"].get("model"))
             answer.usage = _tokens(part["message"].get("usage"), answer.usage)
         case "content_block_start":
             _content(answer, [part["content_block"]])
@@ -230,6 +245,7 @@ def _anthropic(answer: Answer, part: dict[str, Any]) -> None:
         case "message" | None:
             content = part["content"]
             _content(answer, content)
+            answer.model = _name(part.get("model"))
             answer.finish_reason = part.get("stop_reason")
             answer.usage = _tokens(part.get("usage"), None)
             answer.is_begun = answer.is_ended = bool(content) or answer.finish_reason is not None
@@ -247,6 +263,7 @@ def _tokens(usage: Any, before: Usage | None) -> Usage | None:
 
 
 def _google(answer: Answer, part: dict[str, Any]) -> None:
+    answer.model = _name(part.get("modelVersion")) or answer.model
     blocked = (part.get("promptFeedback") or {}).get("blockReason")
     if blocked:
         answer.finish_reason, answer.is_begun, answer.is_ended = "SAFETY", True, True
@@ -266,6 +283,11 @@ def _google(answer: Answer, part: dict[str, Any]) -> None:
     if isinstance(counts, dict):
         out = _count(counts.get("candidatesTokenCount")) + _count(counts.get("thoughtsTokenCount"))
         answer.usage = Usage(input_tokens=_count(counts.get("promptTokenCount")), output_tokens=out)
+
+
+def _name(found: Any) -> str | None:
+    """Returns a model's name as an answer has it, at most 200 characters of it."""
+    return found[:200] if isinstance(found, str) and found else None
 
 
 def _add(texts: list[str], text: Any) -> None:

@@ -25,6 +25,7 @@ def completing(
     from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
 
     found = serving(model, base_url, {}, api_key_env)
+    found.check()
     secrets = Secrets.of(url=found.base_url, key=found.api_key or "")
     with hiding(secrets), only_its_key(found), asyncio.Runner() as runner:
         client = Endpoint(found).model()

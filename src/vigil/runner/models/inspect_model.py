@@ -32,15 +32,17 @@ from vigil.actions import Reply, Usage
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.model import Message
 from vigil.errors import SettingError
-from vigil.profile import ImageFormat
+from vigil.profile import Profile
 from vigil.reasoning import split_reasoning
-from vigil.runner.models.answers import NoAnswer, read_answer
+from vigil.runner.models.answers import Answer, NoAnswer, read_answer
 from vigil.runner.models.ask import AttemptFailed, RetryPolicy, Send, is_rejection, with_retries
-from vigil.runner.models.preflight import check_sight
+from vigil.runner.models.observed import Observed
+from vigil.runner.models.preflight import check_model
+from vigil.runner.models.providers import provider_hint
 from vigil.runner.models.redaction import without_login, without_secrets
 from vigil.runner.models.redirects import stay
 from vigil.runner.models.response_capture import Exchange, listening
-from vigil.runner.models.serving import KEY_HINT, Serving, provider_hint
+from vigil.runner.models.serving import KEY_HINT, Serving
 
 PREFLIGHT_RETRIES = 2
 _PASSING = (408, 409, 425, 429)
@@ -60,6 +62,8 @@ class Endpoint:
     max_connections: int = 16
     reply_seconds: int = REPLY_SECONDS
     retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
+    observed: Observed = field(default_factory=Observed)
+    """Takes in what answers."""
 
     def model(self) -> Model:
         """Returns a client of its own. Raises SettingError when the provider cannot be used."""
@@ -112,12 +116,14 @@ class _EventSink:
         """Does nothing."""
 
 
-def sender(model: Model, config: GenerateConfig | None = None) -> Send:
+def sender(model: Model, config: GenerateConfig | None = None, observed: Observed | None = None) -> Send:
     """Returns the function that sends messages to `model` once; `config` overrides the model's own.
 
-    The reply is the server's own text where that can be had, else the library's; `reply_source` tells which.
+    `observed` takes in what answers. The reply is the server's own text where that can be had, else the library's;
+    `reply_source` tells which.
     """
     config = config or GenerateConfig()
+    observed = observed or Observed()
 
     async def send(messages: Sequence[Message]) -> Reply:
         with listening(model.api) as exchanges:
@@ -131,8 +137,13 @@ def sender(model: Model, config: GenerateConfig | None = None) -> Send:
                     raise _trouble(model, error) from error
                 output = None
         if output is not None and not _is_answered(exchanges):
-            return _library_reply(output)
-        return _server_reply(exchanges[-1], output)
+            reply = _library_reply(output)
+            observed.note(reply, output.model, without_login(model.api.base_url or ""))
+            return reply
+        answer = _server_answer(exchanges[-1])
+        reply = _server_reply(answer, exchanges[-1], output)
+        observed.note(reply, answer.model, exchanges[-1].address)
+        return reply
 
     return send
 
@@ -169,8 +180,8 @@ def _trouble(model: Model, error: Exception) -> AttemptFailed:
     return AttemptFailed(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
 
 
-def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
-    """Returns the reply in an HTTP answer, whatever the library made of it. Raises ModelTrouble when there is none."""
+def _server_answer(exchange: Exchange) -> Answer:
+    """Returns what an HTTP answer says, whatever a library made of it. Raises AttemptFailed when that is no reply."""
     try:
         answer = read_answer(exchange.wire, bytes(exchange.body))
     except NoAnswer as fault:
@@ -179,6 +190,10 @@ def _server_reply(exchange: Exchange, output: ModelOutput | None) -> Reply:
         raise AttemptFailed(str(fault), can_retry=True) from fault
     if answer.is_filtered:
         raise AttemptFailed(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
+    return answer
+
+
+def _server_reply(answer: Answer, exchange: Exchange, output: ModelOutput | None) -> Reply:
     text = answer.text
     return Reply(
         text=text,
@@ -216,12 +231,16 @@ def _usage(usage: ModelUsage | None) -> Usage | None:
     return Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
 
 
-async def preflight(endpoint: Endpoint, name: str, image_format: ImageFormat) -> None:
-    """Raises ModelAPIError unless pictures reach the model."""
+async def preflight(endpoint: Endpoint, name: str, profile: Profile, *, goes_on: bool = False) -> None:
+    """Makes the check before a run (`vigil.runner.models.preflight`), and notes what came of it.
+
+    Raises ModelAPIError.
+    """
     model = endpoint.model()
     try:
         retry_policy = replace(endpoint.retry_policy, retries=min(endpoint.retry_policy.retries, PREFLIGHT_RETRIES))
-        ask = with_retries(sender(model), retry_policy)
-        await check_sight(ask, name, image_format, without_login(endpoint.serving.base_url or ""))
+        ask = with_retries(sender(model, observed=endpoint.observed), retry_policy)
+        address = without_login(endpoint.serving.base_url or "")
+        endpoint.observed.check = await check_model(ask, name, profile, address, goes_on=goes_on)
     finally:
         await model.api.aclose()

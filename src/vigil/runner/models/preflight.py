@@ -1,6 +1,7 @@
-"""One call before a run that proves that pictures reach the model: it must read a number off a generated picture.
+"""The check before a run: pictures reach the model, and its answer to an example observation is an action.
 
-Some servers drop images without a word; a run against such a server would measure a blind model.
+Some servers drop images without a word, some send reasoning in forms that are no part of the protocol, or cut the
+answer: a run against such a server would measure the server. The example is drawn here and belongs to no pack.
 """
 
 import hashlib
@@ -9,16 +10,39 @@ import re
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from vigil.agents.model import Message
+from vigil.actions import InvalidAction, Reply
+from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.profile import ImageFormat
+from vigil.profile import ImageFormat, Profile
+from vigil.replies import parse_reply
 from vigil.runner.models.ask import Ask, RequestRejected
+from vigil.runner.models.context import ABOUT_CONTEXT, size_hint
 from vigil.runner.models.serving import KEY_HINT
 
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
 FONT_PX = 200
+EXAMPLE_INSTRUCTION = "Go to the red box, to within about one and a half metres of it."
+EXAMPLE_TRIES = 2
+SHOWN_CHARS = 300
+PASSED = "passed"
+_WHAT_TO_DO = (
+    "Check that the model takes images and that the server passes them on, or skip this check with --no-preflight "
+    "(`inspect eval`: -T preflight=false)."
+)
+_GO_ON = (
+    "Mend it, or go on all the same with --anyway (`inspect eval`: -T anyway=true): every such reply is then an "
+    "invalid action."
+)
+_OTHER_REASONING = re.compile(
+    r"<\|?(?:channel|seed:think|thinking|thought|reasoning|analysis)\b|\[THINK\]", re.IGNORECASE
+)
+_PARSER = (
+    "Start the server with the reasoning parser of this model (vLLM and SGLang: --reasoning-parser qwen3, deepseek_r1, "
+    "kimi_k2 ...; llama.cpp: --reasoning-format deepseek)"
+)
+_THINK_LESS = "or turn thinking off with --thinking off (chat template argument enable_thinking=false)"
 
 
 def number_for(name: str) -> str:
@@ -34,10 +58,26 @@ def draw_number(number: str) -> np.ndarray:
     return np.asarray(image)
 
 
-_WHAT_TO_DO = (
-    "Check that the model takes images and that the server passes them on, or skip this check with --no-preflight "
-    "(`inspect eval`: -T preflight=false)."
-)
+def draw_example() -> np.ndarray:
+    """Returns a frame with a wall, a floor and a red box on it, (480, 640, 3) uint8."""
+    image = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT), "#d9d4c8")
+    draw = ImageDraw.Draw(image)
+    draw.rectangle((0, FRAME_HEIGHT // 2, FRAME_WIDTH, FRAME_HEIGHT), fill="#8a6a48")
+    draw.rectangle((380, 190, 480, 290), fill="#c01818")
+    draw.polygon(((380, 190), (400, 172), (500, 172), (480, 190)), fill="#e04040")
+    draw.polygon(((480, 190), (500, 172), (500, 270), (480, 290)), fill="#901010")
+    return np.asarray(image)
+
+
+async def check_model(
+    ask: Ask, model: str, profile: Profile, address: str = "", *, goes_on: bool = False
+) -> dict[str, str]:
+    """Returns what came of the check, by its parts. Raises ModelAPIError when the model cannot be run so.
+
+    `address` is where it is served, if that is known. With `goes_on` a failed example is only noted.
+    """
+    await check_sight(ask, model, profile.image_format, address)
+    return {"sight": PASSED, "contract": await check_contract(ask, model, profile, goes_on=goes_on)}
 
 
 async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: str = "") -> None:
@@ -58,3 +98,58 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
             f"Model {model!r} was shown a picture of the number {number} and answered {reply.text[:200]!r}: pictures "
             f"do not seem to reach it, or it cannot read. {_WHAT_TO_DO}"
         )
+
+
+async def check_contract(ask: Ask, model: str, profile: Profile, *, goes_on: bool = False) -> str:
+    """Returns `passed`, or how the answer to an example observation failed twice.
+
+    Raises ModelAPIError in the latter case, unless `goes_on`.
+    """
+    picture = encode(draw_example(), profile.image_format)
+    messages = Conversation(profile, EXAMPLE_INSTRUCTION).messages(picture, None)
+    for _ in range(EXAMPLE_TRIES):
+        try:
+            reply = await ask(messages)
+        except RequestRejected as error:
+            hint = f" {size_hint(messages)}" if ABOUT_CONTEXT.search(str(error)) else ""
+            raise ModelAPIError(f"Model {model!r} was asked about an example observation. {error}.{hint}") from error
+        parsed = parse_reply(reply, profile.coordinates, profile.reply_policy)
+        if not isinstance(parsed, InvalidAction):
+            return PASSED
+    what = f"{parsed.reason} {parsed.detail}".strip()
+    if goes_on:
+        return f"failed: {what}"
+    raise ModelAPIError(
+        f"Model {model!r} was asked for an action in an example observation, and its answer is none ({what}; finish "
+        f"reason {reply.finish_reason}, {reply.reasoning_chars} characters of reasoning): "
+        f"{_shown(reply.text)}. {advice(parsed, reply)} {_GO_ON}"
+    )
+
+
+def advice(invalid: InvalidAction, reply: Reply) -> str:
+    """Returns what may help against an invalid reply."""
+    if invalid.reason == "truncated":
+        return (
+            "The token limit cut it: give a larger --max-tokens, a larger context to the server (vLLM: "
+            f"--max-model-len), {_THINK_LESS}."
+        )
+    if invalid.reason == "unclosed_reasoning" or (invalid.reason == "empty" and reply.reasoning_chars):
+        return f"{_PARSER}, {_THINK_LESS}."
+    if _OTHER_REASONING.search(reply.text):
+        return f"It seems to begin with reasoning in a form that is no part of the protocol. {_PARSER}, {_THINK_LESS}."
+    if invalid.kind == "malformed_action":
+        return "It is one JSON object, but no action of the schema. `vigil prompt` shows what the model was told."
+    if invalid.would_parse_leniently:
+        return (
+            "It would be one without the text or code fence around it: --reply-policy lenient takes it so, as a "
+            "variant of its own."
+        )
+    return (
+        "Check that the server's chat template passes on the system prompt (`vigil prompt` shows what was sent), and "
+        "that the model follows instructions."
+    )
+
+
+def _shown(text: str) -> str:
+    cut = len(text) > SHOWN_CHARS
+    return repr(f"{text[: SHOWN_CHARS // 2]} ... {text[-SHOWN_CHARS // 2 :]}" if cut else text)

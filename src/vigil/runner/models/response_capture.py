@@ -17,6 +17,7 @@ import httpx2
 from inspect_ai._util.http_defaults_httpx2 import default_client_kwargs
 
 from vigil.runner.models.answers import Wire
+from vigil.runner.models.redaction import without_login
 
 
 @dataclass(slots=True)
@@ -24,6 +25,8 @@ class Exchange:
     """One HTTP request, with what has come of its answer so far."""
 
     wire: Wire
+    address: str = ""
+    """Where the request went, without login and query."""
     status: int | None = None
     """None until the answer begins."""
     body: bytearray = field(default_factory=bytearray)
@@ -99,7 +102,7 @@ def wire_of(path: str) -> Wire | None:
 async def _note_request(request: Any) -> None:
     exchanges, wire = _exchanges.get(), wire_of(request.url.path)
     if exchanges is not None and wire is not None:
-        exchange = Exchange(wire)
+        exchange = Exchange(wire, without_login(str(request.url)))
         exchanges.append(exchange)
         request.extensions[_KEY] = exchange
 

@@ -1,113 +1,25 @@
-"""Which of Inspect's providers serves a model, so that any OpenAI-style server works without a key.
+"""How a model is reached: by which of Inspect's providers, at which address, with which key.
 
-A model is named `provider/model` as Inspect knows it. With a base URL, `openai`, `vllm`, `sglang` and the like all mean
-the same: chat completions at that address; a name without a known provider (`Qwen/Qwen3-VL-8B-Instruct`) does too.
+A model is named `provider/model`, as `vigil.runner.models.providers` lists them. With a base URL any OpenAI-style
+server works without a key; a name without a known provider (`Qwen/Qwen3-VL-8B-Instruct`) is then the model's own.
 """
 
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import urlsplit
 
-from vigil.errors import SettingError, did_you_mean
+from vigil.errors import SettingError
+from vigil.runner.models.providers import ANY_SERVICE, Named, Provider, named, provider_hint
 from vigil.runner.models.redaction import is_secret, without_forms, without_login
 
-OPENAI_STYLE = frozenset({"openai", "openai-api", "vllm", "sglang", "ollama", "lmstudio", "llama-cpp", "local"})
-OTHER_PROVIDERS = frozenset(
-    {
-        "anthropic",
-        "azureai",
-        "bedrock",
-        "cloudflare",
-        "deepseek",
-        "fireworks",
-        "google",
-        "grok",
-        "groq",
-        "hf",
-        "hf-inference-providers",
-        "mistral",
-        "mockllm",
-        "moonshot",
-        "openrouter",
-        "perplexity",
-        "sagemaker",
-        "sambanova",
-        "together",
-    }
-)
 NO_KEY = "EMPTY"
 KEY_HINT = (
     "A provider's key is sent to that provider's own hosts alone; for any other address name the variable that holds "
     "its key with --api-key-env VAR"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class ProviderDefaults:
-    """Where a provider lives, and which variables of the environment lead elsewhere."""
-
-    hosts: tuple[str, ...] = ()
-    """Host names; one that begins with a dot stands for all below it."""
-    addresses: tuple[str, ...] = ()
-    """Variables that may hold another address."""
-    key: str = ""
-    """The variable that holds the key, where it is not named after the provider."""
-    signs_in: bool = False
-    """With a cloud account of the machine's, not with a key."""
-
-
-_AZURE = (".openai.azure.com", ".services.ai.azure.com", ".models.ai.azure.com", ".cognitiveservices.azure.com")
-_AWS = (".amazonaws.com",)
-_GOOGLE = (".googleapis.com",)
-PROVIDER_DEFAULTS = {
-    "openai": ProviderDefaults(("api.openai.com", ".api.openai.com"), ("OPENAI_BASE_URL",)),
-    "openai/azure": ProviderDefaults(
-        _AZURE, ("AZUREAI_OPENAI_BASE_URL", "AZURE_OPENAI_BASE_URL", "AZURE_OPENAI_ENDPOINT"), signs_in=True
-    ),
-    "openai/bedrock": ProviderDefaults(_AWS, ("BEDROCK_OPENAI_BASE_URL", "AWS_BEDROCK_BASE_URL"), signs_in=True),
-    "anthropic": ProviderDefaults(("api.anthropic.com",), ("ANTHROPIC_BASE_URL",)),
-    "anthropic/azure": ProviderDefaults(
-        _AZURE, ("AZUREAI_ANTHROPIC_BASE_URL", "AZURE_ANTHROPIC_BASE_URL"), signs_in=True
-    ),
-    "anthropic/bedrock": ProviderDefaults(
-        _AWS, ("ANTHROPIC_BEDROCK_BASE_URL", "BEDROCK_ANTHROPIC_BASE_URL"), signs_in=True
-    ),
-    "anthropic/vertex": ProviderDefaults(
-        _GOOGLE, ("ANTHROPIC_VERTEX_BASE_URL", "VERTEX_ANTHROPIC_BASE_URL"), signs_in=True
-    ),
-    "google": ProviderDefaults(
-        ("generativelanguage.googleapis.com",), ("GOOGLE_BASE_URL", "GOOGLE_GEMINI_BASE_URL", "GEMINI_BASE_URL")
-    ),
-    "google/vertex": ProviderDefaults(_GOOGLE, ("GOOGLE_VERTEX_BASE_URL", "VERTEX_BASE_URL"), signs_in=True),
-    "mistral": ProviderDefaults(("api.mistral.ai",), ("MISTRAL_BASE_URL",)),
-    "mistral/azure": ProviderDefaults(_AZURE, ("AZUREAI_MISTRAL_BASE_URL", "AZURE_MISTRAL_BASE_URL"), signs_in=True),
-    "azureai": ProviderDefaults(
-        _AZURE, ("AZUREAI_BASE_URL", "AZUREAI_ENDPOINT_URL", "AZURE_ENDPOINT_URL"), signs_in=True
-    ),
-    "bedrock": ProviderDefaults(
-        _AWS, ("BEDROCK_BASE_URL", "AWS_ENDPOINT_URL_BEDROCK_RUNTIME", "AWS_ENDPOINT_URL"), signs_in=True
-    ),
-    "sagemaker": ProviderDefaults(
-        _AWS, ("SAGEMAKER_BASE_URL", "AWS_ENDPOINT_URL_SAGEMAKER_RUNTIME", "AWS_ENDPOINT_URL"), signs_in=True
-    ),
-    "cloudflare": ProviderDefaults(("api.cloudflare.com",), ("CLOUDFLARE_BASE_URL",)),
-    "deepseek": ProviderDefaults(("api.deepseek.com",), ("DEEPSEEK_BASE_URL",)),
-    "fireworks": ProviderDefaults(("api.fireworks.ai",), ("FIREWORKS_BASE_URL",)),
-    "grok": ProviderDefaults(("api.x.ai", ".api.x.ai"), ("XAI_BASE_URL", "GROK_BASE_URL")),
-    "groq": ProviderDefaults(("api.groq.com",), ("GROQ_BASE_URL",)),
-    "hf-inference-providers": ProviderDefaults(
-        ("router.huggingface.co",), ("HF_INFERENCE_PROVIDERS_BASE_URL",), "HF_TOKEN"
-    ),
-    "moonshot": ProviderDefaults(("api.moonshot.ai", "api.moonshot.cn"), ("MOONSHOT_BASE_URL",)),
-    "openrouter": ProviderDefaults(("openrouter.ai",), ("OPENROUTER_BASE_URL",)),
-    "perplexity": ProviderDefaults(("api.perplexity.ai",), ("PERPLEXITY_BASE_URL",)),
-    "sambanova": ProviderDefaults(("api.sambanova.ai",), ("SAMBANOVA_BASE_URL",)),
-    "together": ProviderDefaults(("api.together.xyz", "api.together.ai"), ("TOGETHER_BASE_URL",)),
-}
-"""By provider, or provider and service. One that is not here has no host of its own."""
 _GENERAL_ADDRESS = "INSPECT_EVAL_MODEL_BASE_URL"
 _ACCOUNTS = frozenset(
     {"OPENAI_ORG_ID", "OPENAI_PROJECT_ID", "OPENAI_CUSTOM_HEADERS", "ANTHROPIC_CUSTOM_HEADERS", "GOOGLE_USE_ADC"}
@@ -125,6 +37,55 @@ class Serving:
     arguments: tuple[tuple[str, Any], ...] = field(default=(), repr=False)
     is_foreign: bool = False
     """Served from an address that is none of the provider's own."""
+    named: Named | None = None
+    """What its name says; None when it was not read from a name."""
+    key_variable: str = ""
+    """The variable that holds the key that is sent; empty when none is sent."""
+
+    @property
+    def asked_for(self) -> str:
+        """The model's name as the server gets it."""
+        return self.named.name if self.named else self.name
+
+    @property
+    def called(self) -> str:
+        """The model as the user may call it."""
+        return f"{self.named.prefix}/{self.named.name}".lstrip("/") if self.named else self.name
+
+    @property
+    def described(self) -> str:
+        """What is asked for, where, and with which key; no secret is in it."""
+        provider = self.named.provider if self.named else None
+        home = f"https://{provider.hosts[0]}" if provider and provider.hosts else "its client's own address"
+        where = without_login(self.base_url) if self.base_url else home
+        key = "signed in with this machine's account" if provider and provider.signs_in else "without a key"
+        if self.key_variable:
+            key = f"with the key in {self.key_variable}"
+            key += "" if os.environ.get(self.key_variable) else ", which is not set"
+        return f"{self.asked_for!r} at {where}, {key}"
+
+    def check(self) -> None:
+        """Raises SettingError when the provider's client, or the key that it wants, is not there."""
+        if self.missing:
+            raise SettingError(self.missing)
+
+    @property
+    def missing(self) -> str:
+        """What is not there and is needed: the provider's client, or its key; empty when nothing is."""
+        if self.named is None:
+            return ""
+        provider = self.named.provider
+        if not provider.is_installed:
+            return (
+                f"Model {self.called!r} needs the client of {provider.title}, which is not installed: pip install "
+                f"'vigil-bench[{provider.extra}]' (in a checkout: make setup EXTRAS={provider.extra})"
+            )
+        if provider.needs_key and not self.is_foreign and not os.environ.get(self.key_variable):
+            return (
+                f"Model {self.called!r} needs a key of {provider.title}: export {self.key_variable}=..., or name the "
+                "variable that holds it with --api-key-env."
+            )
+        return ""
 
 
 def serving(model: str, base_url: str | None, model_args: Mapping[str, Any], api_key_env: str | None = None) -> Serving:
@@ -133,35 +94,48 @@ def serving(model: str, base_url: str | None, model_args: Mapping[str, Any], api
     A provider's own key, from its usual variable, goes to its own hosts alone; to any other address goes the value of
     the variable `api_key_env`, or none. Raises SettingError on a name, an address or a variable that makes no sense.
     """
-    provider, _, name = model.partition("/")
-    home = _home(provider, name)
-    address = base_url or _from_environment(provider, name, home)
+    found = named(model)
+    provider = found.provider
+    address = base_url or _from_environment(found) or provider.address or None
+    if not found.is_known and address is None:
+        raise SettingError(_unknown(model))
+    if not found.name:
+        raise SettingError(f"Model {model!r} names no model. Write e.g. openai/NAME; `vigil models` lists providers.")
     key = _key_in(api_key_env)
+    if address is None and provider.is_openai_style and not model.startswith("openai/"):
+        raise SettingError(
+            f"Model {model!r} has no address. Add --base-url, or set {provider.addresses[0]} to it, e.g. "
+            "http://localhost:8000/v1."
+        )
     if address is None:
-        if not name:
-            raise SettingError(f"Model {model!r} names no provider. Write provider/model, or add --base-url.")
-        return Serving(model, api_key=key, arguments=_sorted(model_args))
+        variable = api_key_env or provider.key_variable
+        return Serving(model, api_key=key, arguments=_sorted(model_args), named=found, key_variable=variable)
     if not _is_address(address):
         shown = without_forms(address)
         raise SettingError(f"Base URL {shown!r} is no http(s) address. Give e.g. http://localhost:8000/v1.")
-    is_at_home = _is_at_home(address, home)
-    if provider in OTHER_PROVIDERS or home.signs_in:
-        if home.signs_in and not is_at_home and key is None:
+    is_at_home = _is_at_home(address, provider)
+    variable = api_key_env or (provider.key_variable if is_at_home else "")
+    if not provider.is_openai_style:
+        if provider.signs_in and not is_at_home and key is None:
             raise SettingError(
                 f"Model {model!r} signs in with an account of this machine's, which is not sent to "
                 f"{without_login(address)!r}. Name the variable that holds a key for that address with --api-key-env."
             )
         own = None if is_at_home else NO_KEY
-        return Serving(model, address, key or own, _sorted(model_args), is_foreign=not is_at_home)
-    if provider == "openai-api":
-        provider, _, name = name.partition("/")
-    elif provider not in OPENAI_STYLE:
-        provider, name = "local", model
-    if not name:
-        raise SettingError(f"Model {model!r} names no model. Write e.g. openai/NAME with --base-url.")
-    own = os.environ.get(home.key) if is_at_home else None
+        return Serving(model, address, key or own, _sorted(model_args), not is_at_home, found, variable)
+    own = os.environ.get(variable) if is_at_home else None
     arguments = _sorted({"max_retries": 0, **model_args})
-    return Serving(f"openai-api/{provider}/{name}", address, key or own or NO_KEY, arguments, not is_at_home)
+    name = f"{ANY_SERVICE}/{found.prefix or 'local'}/{found.name}"
+    return Serving(name, address, key or own or NO_KEY, arguments, not is_at_home, found, variable)
+
+
+def _unknown(model: str) -> str:
+    prefix, sign, _ = model.partition("/")
+    what = f"names the provider {prefix!r}, which is not known" if sign else "names no provider"
+    return (
+        f"Model {model!r} {what}.{provider_hint(model)} Write provider/model (`vigil models` lists the providers), or "
+        "add --base-url for a server of your own."
+    )
 
 
 @contextmanager
@@ -178,22 +152,10 @@ def only_its_key(found: Serving) -> Iterator[None]:
         os.environ.update(kept)
 
 
-def _home(provider: str, name: str) -> ProviderDefaults:
-    if provider == "openai-api":
-        provider, _, name = name.partition("/")
-    stem = provider.upper().replace("-", "_")
-    known = (
-        PROVIDER_DEFAULTS.get(f"{provider}/{name.partition('/')[0]}")
-        or PROVIDER_DEFAULTS.get(provider)
-        or ProviderDefaults()
-    )
-    return replace(known, addresses=known.addresses or (f"{stem}_BASE_URL",), key=known.key or f"{stem}_API_KEY")
-
-
-def _from_environment(provider: str, name: str, home: ProviderDefaults) -> str | None:
-    """Returns the address that Inspect would take from the environment for a named provider."""
-    variables = (*home.addresses, _GENERAL_ADDRESS) if name and provider != "mockllm" else ()
-    return next(filter(None, map(os.environ.get, variables)), None)
+def _from_environment(found: Named) -> str | None:
+    """Returns the address that the environment names for a provider, or for all."""
+    variables = (*found.provider.addresses, _GENERAL_ADDRESS) if found.provider.addresses else (_GENERAL_ADDRESS,)
+    return next(filter(None, map(os.environ.get, variables)), None) if found.prefix != "mockllm" else None
 
 
 def _key_in(variable: str | None) -> str | None:
@@ -212,7 +174,7 @@ def _sorted(arguments: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     return tuple(sorted(arguments.items()))
 
 
-def _is_at_home(address: str, home: ProviderDefaults) -> bool:
+def _is_at_home(address: str, home: Provider) -> bool:
     """Whether an address is one of a provider's own hosts, reached so that nobody on the way can read the key."""
     parts = urlsplit(address)
     host = (parts.hostname or "").rstrip(".")
@@ -227,9 +189,3 @@ def _is_address(url: str) -> bool:
         return is_clean and parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
     except ValueError:  # a port that is no number, an open bracket
         return False
-
-
-def provider_hint(model: str) -> str:
-    """Returns " Did you mean 'x'?" for a provider that is nearly a known one; empty for a known one, or none near."""
-    provider, known = model.partition("/")[0], OPENAI_STYLE | OTHER_PROVIDERS
-    return "" if provider in known else did_you_mean(provider, known)

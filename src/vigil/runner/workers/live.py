@@ -9,6 +9,7 @@ from vigil.errors import InfrastructureError, SimulatorError
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.models.ask import Ask, RequestRejected
+from vigil.runner.models.context import ABOUT_CONTEXT, FULL_CONTEXT, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode
 from vigil.runner.workers.process import WorkerLost
@@ -51,11 +52,15 @@ async def _play(live: LiveEpisode, profile: Profile, ask: Ask, shows: Callable[[
 async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) -> Reply:
     """Returns the agent's reply. A request that was rejected is one, unless the agent has said nothing yet."""
     try:
-        return await ask(messages)
-    except RequestRejected:
+        reply = await ask(messages)
+    except RequestRejected as error:
         if not has_replied:
-            raise
+            hint = f" {size_hint(messages)}" if ABOUT_CONTEXT.search(str(error)) else ""
+            raise RequestRejected(f"{error}{hint}") from error
         return Reply(text="", finish_reason="rejected", provider_rejected=True)
+    if not has_replied and (reply.finish_reason or "").casefold() in FULL_CONTEXT:
+        raise RequestRejected(f"The first answer ended with {reply.finish_reason}. {size_hint(messages)}")
+    return reply
 
 
 def boundary_of(error: InfrastructureError) -> Boundary:

@@ -1,0 +1,66 @@
+"""Writes the tables of the docs that stand in the source too: `python scripts/docs_tables.py`.
+
+A table stands in a page between `<!-- table: NAME -->` and `<!-- end of table -->`.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from vigil.actions import INTENT_ALIASES, INTENTS
+from vigil.cli.models import LISTED, address_of, keys_of, switch_of
+from vigil.profile import COORDINATES_BY_MODEL
+from vigil.runner.models.providers import named
+
+DOCS = Path(__file__).parents[1] / "docs"
+PAGES = ("agents.md", "models.md")
+_TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
+
+
+def providers() -> str:
+    """Returns the providers of models."""
+    rows = []
+    for name in LISTED:
+        one = named(f"{name}/m").provider
+        keys = " or ".join(f"`{key}`" for key in keys_of(name))
+        keys = f"the machine's account{' or ' + keys if keys else ''}" if one.signs_in else keys
+        address = address_of(one)
+        address = f"`{address}`" if address.startswith("http") else address
+        switch = f"`{switch_of(one)}`" if one.thinking else ""
+        rows.append((f"`{name}/...`", one.title, keys, f"`{one.extra}`" if one.extra else "", address, switch))
+    return _markdown(("name", "provider", "key in", "extra", "address", "thinking on / off"), rows)
+
+
+def coordinates() -> str:
+    """Returns how models point, by name."""
+    rows = [(f"`{pattern.replace('|', chr(92) + '|')}`", f"`{mode}`") for pattern, mode in COORDINATES_BY_MODEL]
+    return _markdown(("in the name, case ignored", "coordinates"), rows)
+
+
+def aliases() -> str:
+    """Returns the other words for each intent."""
+    rows = [
+        (f"`{intent}`", ", ".join(f"`{word}`" for word, means in INTENT_ALIASES.items() if means == intent))
+        for intent in INTENTS
+    ]
+    return _markdown(("intent", "also taken"), rows)
+
+
+TABLES: dict[str, Callable[[], str]] = {"providers": providers, "coordinates": coordinates, "aliases": aliases}
+
+
+def with_tables(page: str) -> str:
+    """Returns a page's text with its tables as the source has them."""
+    return _TABLE.sub(lambda match: f"{match[1]}{TABLES[match[2]]()}\n{match[3]}", page)
+
+
+def _markdown(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    lines = [list(heads), *map(list, rows)]
+    lines.insert(1, ["---"] * len(lines[0]))
+    return "\n".join(f"| {' | '.join(line)} |".replace("|  |", "| |").replace("|  |", "| |") for line in lines)
+
+
+if __name__ == "__main__":
+    for name in PAGES:
+        path = DOCS / name
+        path.write_text(with_tables(path.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,191 @@
+"""`vigil models`, `vigil calibrate` and `vigil prompt`: what models there are, how they point, what they are sent."""
+
+import json
+import os
+from typing import Annotated
+
+import typer
+
+from vigil.agents.model import Conversation, Message
+from vigil.agents.picture import Picture
+from vigil.cli.arguments import AsJson
+from vigil.cli.text import say
+from vigil.errors import SettingError
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pack import Pack
+from vigil.profile import coordinates_for, known_coordinates
+from vigil.prompt import INSTRUCTION_SLOT, policy_sha256, policy_version, rendered_sha256
+from vigil.runner.calibrate import calibrate_model
+from vigil.runner.models.calibration import SPOTS, Calibration
+from vigil.runner.models.providers import PROVIDERS, Provider, named
+from vigil.runner.models.serving import serving
+from vigil.runner.models.thinking import how_set, leaves_of
+from vigil.runner.settings import RunSettings, profile_of
+from vigil.runner.shared_settings import (
+    ApiKeyEnv,
+    AskedCoordinates,
+    AskedProfile,
+    AskedThinking,
+    AskedVariant,
+    BaseUrl,
+    PackName,
+)
+from vigil.setting import Setting
+
+OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
+LikeModel = Annotated[str | None, Setting("Coordinates as for this model.", metavar="MODEL")]
+OneModel = Annotated[str | None, Setting("Say of this model alone how it would be asked.", metavar="MODEL")]
+ACCOUNT = "the account's"
+LISTED = tuple(name for name in PROVIDERS if name != "mockllm")
+"""Providers that answer by themselves."""
+
+
+def models(
+    model: OneModel = None, base_url: BaseUrl = None, api_key_env: ApiKeyEnv = None, as_json: AsJson = False
+) -> None:
+    """Examples:
+    vigil models
+    vigil models --model qwen/qwen3-vl-plus
+    """
+    if model is not None:
+        _print_facts(facts_of(model, base_url, api_key_env), as_json)
+    elif base_url is not None or api_key_env is not None:
+        raise SettingError("--base-url and --api-key-env are for one model: add --model.")
+    elif as_json:
+        print(json.dumps({name: _facts(name) for name in LISTED}))
+    else:
+        print("\n".join(_lines()))
+
+
+def calibrate(
+    model: Annotated[str, Setting("provider/model.", metavar="MODEL")],
+    base_url: BaseUrl = None,
+    api_key_env: ApiKeyEnv = None,
+    thinking: AskedThinking = "default",
+) -> None:
+    """Example: vigil calibrate --model vllm/moonshotai/Kimi-VL-A3B-Instruct"""
+    found = calibrate_model(RunSettings(model=model, base_url=base_url, api_key_env=api_key_env, thinking=thinking))
+    for number, (spot, answer) in enumerate(zip(SPOTS, found.answers, strict=True), 1):
+        said = "no point" if answer is None else f"({answer.x:g}, {answer.y:g})"
+        print(f"picture {number}  spot at ({spot.x:g}, {spot.y:g})  answered {said}")
+    for name, error in found.medians.items():
+        print(f"median error read as {name}: {error:.1f} px")
+    print(_verdict(model, found))
+    if found.coordinates is None:
+        raise typer.Exit(1)
+
+
+def _verdict(model: str, found: Calibration) -> str:
+    if found.coordinates is None:
+        return (
+            f"{found.answered} of {len(SPOTS)} answers had a point, and they fit neither pixel nor normalized_1000: "
+            f"{found.best or 'the model does not point well enough to tell'}."
+        )
+    known = known_coordinates(model)
+    table = "does not name this model" if known is None else f"says {known}"
+    return (
+        f"The model points in {found.coordinates}, with a median error of {found.medians[found.coordinates]:.1f} px "
+        f"over {found.answered} of {len(SPOTS)} pictures. Run it with --coordinates {found.coordinates} (the table "
+        f"{table})."
+    )
+
+
+def facts_of(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
+    """Returns how a model would be asked. Raises SettingError when its name makes no sense."""
+    found = serving(model, base_url, {}, api_key_env)
+    return {
+        "model": model,
+        "asked": found.described,
+        "coordinates": coordinates_for(model),
+        "thinking on": how_set("on", named(model)) or "no way known",
+        "thinking off": how_set("off", named(model)) or "no way known",
+        "missing": found.missing or "nothing",
+    }
+
+
+def keys_of(name: str) -> tuple[str, ...]:
+    """Returns the variables that may hold a provider's key."""
+    provider = named(f"{name}/m").provider
+    return provider.keys if provider.hosts else ()
+
+
+def address_of(provider: Provider) -> str:
+    """Returns where a provider is asked unless told otherwise."""
+    if provider.address or not provider.hosts:
+        return provider.address
+    return ACCOUNT if provider.hosts[0].startswith(".") else f"https://{provider.hosts[0]}"
+
+
+def switch_of(provider: Provider) -> str:
+    """Returns the field that turns thinking on and off, with both values; empty where none is known."""
+    if provider.thinking is None:
+        return ""
+    on, off = (leaves_of(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
+    return f"{on.removeprefix('extra_body.').replace('=', ' ')} / {off.partition('=')[2]}"
+
+
+def _print_facts(facts: dict[str, str], as_json: bool) -> None:
+    if as_json:
+        print(json.dumps(facts))
+        return
+    for name, value in facts.items():
+        print(f"{name:14} {value}")
+
+
+def _facts(name: str) -> dict[str, str]:
+    provider = named(f"{name}/m").provider
+    key = "the machine's account" if provider.signs_in else ""
+    if provider.hosts and provider.key_variable and (not key or os.environ.get(provider.key_variable)):
+        key = f"{provider.key_variable} ({'set' if os.environ.get(provider.key_variable) else 'not set'})"
+    installed = "installed" if provider.is_installed else "not installed"
+    return {
+        "name": f"{name}/...",
+        "key": key,
+        "extra": f"{provider.extra} ({installed})" if provider.extra else "",
+        "address": address_of(provider),
+        "thinking on / off": switch_of(provider),
+    }
+
+
+def _lines() -> list[str]:
+    """Returns the providers as lines of columns, which are not folded: addresses are there to be copied."""
+    facts = [_facts(name) for name in LISTED]
+    rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+
+
+def prompt(
+    pack: PackName = "starter",
+    episode: OneEpisode = None,
+    profile: AskedProfile = "baseline",
+    prompt_variant: AskedVariant = "default",
+    coordinates: AskedCoordinates = None,
+    model: LikeModel = None,
+) -> None:
+    """Examples:
+    vigil prompt
+    vigil prompt --episode procthor_fridge_seed116 --model qwen/qwen3-vl-plus
+    """
+    asked = RunSettings(profile=profile, prompt_variant=prompt_variant, coordinates=coordinates, model=model)
+    condition = profile_of(asked)
+    instruction = INSTRUCTION_SLOT if episode is None else Pack.load(pack).episode(episode).instruction
+    sha256 = policy_sha256(condition) if episode is None else rendered_sha256(instruction, condition)
+    picture = Picture(b"", condition.image_format)
+    for message in Conversation(condition, instruction).messages(picture, None):
+        print(f"--- {message.role} ---")
+        print(_text(message))
+    feedback = " with the feedback on the action before" if condition.has_feedback else ""
+    say(
+        (
+            f"{policy_version(condition)}; SHA-256 of the system message {sha256}",
+            f"Later requests have up to {condition.history_turns} past turns as text between the two, and the current "
+            f"frame{feedback}.",
+        )
+    )
+
+
+def _text(message: Message) -> str:
+    if message.picture is None:
+        return message.text
+    return f"{message.text}\n[picture: {FRAME_WIDTH} x {FRAME_HEIGHT}, {message.picture.media_type}]"

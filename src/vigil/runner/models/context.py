@@ -1,0 +1,42 @@
+"""How many tokens a request takes, estimated: text by characters, pictures by the formulas of the large providers."""
+
+import re
+from collections.abc import Sequence
+
+from vigil.agents.model import Message
+from vigil.profile import HISTORY_TURNS
+
+CHARS_PER_TOKEN = 4.0
+PICTURE_TOKENS = (300, 1300)
+"""Of a frame of 640 x 480, at least and at most."""
+REPLY_TOKENS = (40, 400)
+"""One JSON object with a thought; reasoning models may take many times more."""
+ABOUT_CONTEXT = re.compile(
+    r"context.?(length|window|size)|max_model_len|tokens?\b.{0,40}(exceed|maximum|limit)|exceed.{0,60}tokens?\b|"
+    r"longer than|too (long|many tokens)",
+    re.IGNORECASE | re.DOTALL,
+)
+FULL_CONTEXT = frozenset({"model_context_window_exceeded", "model_length"})
+"""Finish reasons that mean: the context was full."""
+
+
+def tokens_of(messages: Sequence[Message]) -> int:
+    """Returns the tokens that a request takes at most."""
+    text = sum(len(message.text) for message in messages) / CHARS_PER_TOKEN
+    return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
+
+
+def needed_context(messages: Sequence[Message]) -> int:
+    """Returns a context size in which an episode fits that begins with these messages: a power of two."""
+    whole = tokens_of(messages) + (HISTORY_TURNS + 1) * (REPLY_TOKENS[1] + 20)
+    return 1 << (whole - 1).bit_length()
+
+
+def size_hint(messages: Sequence[Message]) -> str:
+    """Returns a sentence on the context that the server of a model needs."""
+    return (
+        f"The server's context is too small: the first request of this episode takes about {tokens_of(messages):,} "
+        f"tokens. Start the server with a context of {needed_context(messages):,} tokens or more (vLLM: "
+        "--max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH), and more for a "
+        "model that thinks."
+    )

@@ -1,0 +1,323 @@
+"""Providers by name: where each lives, which variable holds its key, what it needs, how its models are told to think.
+
+The one table of them. A provider without an address of its own here is asked through Inspect's client of that name, one
+with an address in OpenAI's style at that address. Names are matched in their exact case.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from typing import Any, Literal
+
+from vigil.errors import did_you_mean
+
+Thinking = Literal["on", "off", "default"]
+Fields = Mapping[str, Any]
+"""Settings of sampling, as `RunSettings` names them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """What is sent to a provider to turn a model's thinking on and off."""
+
+    on: Fields
+    off: Fields
+
+    @classmethod
+    def body(cls, on: Fields, off: Fields) -> "Switch":
+        """Returns a switch in the body of the request."""
+        return cls({"extra_body": on}, {"extra_body": off})
+
+
+EFFORT = Switch({"reasoning_effort": "medium"}, {"reasoning_effort": "none"})
+TYPE = Switch.body({"thinking": {"type": "enabled"}}, {"thinking": {"type": "disabled"}})
+ADAPTIVE = Switch.body({"thinking": {"type": "adaptive"}}, {"thinking": {"type": "disabled"}})
+ENABLE = Switch.body({"enable_thinking": True}, {"enable_thinking": False})
+ROUTED = Switch.body({"reasoning": {"enabled": True}}, {"reasoning": {"enabled": False}})
+TEMPLATE = Switch.body(
+    {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
+    {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
+)
+"""Chat templates know one of the two names, and take no notice of the other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Provider:
+    """How a provider is reached. One without hosts is a server of one's own."""
+
+    title: str
+    hosts: tuple[str, ...] = ()
+    """Host names of its own; one that begins with a dot stands for all below it."""
+    address: str = ""
+    """Where it is asked in OpenAI's style unless told otherwise; empty where Inspect's client knows."""
+    keys: tuple[str, ...] = ()
+    """Variables that may hold the key, the first that is set counts."""
+    addresses: tuple[str, ...] = ()
+    """Variables that may hold another address."""
+    is_openai_style: bool = False
+    """Asked for chat completions at an address, not through a client of Inspect's."""
+    signs_in: bool = False
+    """With a cloud account of the machine's, not with a key."""
+    thinking: Switch | None = None
+    """None where no way is known."""
+    extra: str = ""
+    """The extra of `vigil-bench` that brings the client; empty where none is needed."""
+    client: str = ""
+    """The module of that client."""
+
+    @property
+    def is_installed(self) -> bool:
+        """Whether the client is there."""
+        return not self.client or _is_there(self.client)
+
+    @property
+    def needs_key(self) -> bool:
+        """Whether its own hosts want a key."""
+        return bool(self.hosts) and not self.signs_in
+
+    @property
+    def key_variable(self) -> str:
+        """The variable that holds the key: the first that is set, else the first; empty where there is none."""
+        return next((name for name in self.keys if os.environ.get(name)), self.keys[0] if self.keys else "")
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:  # of a package above it
+        return False
+
+
+def _own(title: str, address: str, thinking: Switch | None = TEMPLATE) -> Provider:
+    """Returns a server of one's own at its usual address."""
+    return Provider(title, address=address, is_openai_style=True, thinking=thinking)
+
+
+_AZURE = (".openai.azure.com", ".services.ai.azure.com", ".models.ai.azure.com", ".cognitiveservices.azure.com")
+_AWS = (".amazonaws.com",)
+_GOOGLE = (".googleapis.com",)
+PROVIDERS: dict[str, Provider] = {
+    "openai": Provider(
+        "OpenAI", ("api.openai.com", ".api.openai.com"), keys=("OPENAI_API_KEY",), is_openai_style=True, thinking=EFFORT
+    ),
+    "openai/azure": Provider(
+        "OpenAI's models on Azure",
+        _AZURE,
+        keys=("AZUREAI_OPENAI_API_KEY", "AZURE_OPENAI_API_KEY"),
+        addresses=("AZUREAI_OPENAI_BASE_URL", "AZURE_OPENAI_BASE_URL", "AZURE_OPENAI_ENDPOINT"),
+        signs_in=True,
+        thinking=EFFORT,
+    ),
+    "openai/bedrock": Provider(
+        "OpenAI's models on Bedrock",
+        _AWS,
+        addresses=("BEDROCK_OPENAI_BASE_URL", "AWS_BEDROCK_BASE_URL"),
+        signs_in=True,
+        thinking=EFFORT,
+    ),
+    "anthropic": Provider(
+        "Anthropic",
+        ("api.anthropic.com",),
+        keys=("ANTHROPIC_API_KEY", "ANTHROPIC_AUTH_TOKEN"),
+        thinking=EFFORT,
+        extra="anthropic",
+        client="anthropic",
+    ),
+    "anthropic/azure": Provider(
+        "Anthropic's models on Azure",
+        _AZURE,
+        keys=("AZUREAI_ANTHROPIC_API_KEY", "AZURE_ANTHROPIC_API_KEY"),
+        addresses=("AZUREAI_ANTHROPIC_BASE_URL", "AZURE_ANTHROPIC_BASE_URL"),
+        signs_in=True,
+        thinking=EFFORT,
+        extra="anthropic",
+        client="anthropic",
+    ),
+    "anthropic/bedrock": Provider(
+        "Anthropic's models on Bedrock",
+        _AWS,
+        addresses=("ANTHROPIC_BEDROCK_BASE_URL", "BEDROCK_ANTHROPIC_BASE_URL"),
+        signs_in=True,
+        thinking=EFFORT,
+        extra="anthropic",
+        client="anthropic",
+    ),
+    "anthropic/vertex": Provider(
+        "Anthropic's models on Vertex",
+        _GOOGLE,
+        addresses=("ANTHROPIC_VERTEX_BASE_URL", "VERTEX_ANTHROPIC_BASE_URL"),
+        signs_in=True,
+        thinking=EFFORT,
+        extra="anthropic",
+        client="anthropic",
+    ),
+    "google": Provider(
+        "Google Gemini",
+        ("generativelanguage.googleapis.com",),
+        keys=("GOOGLE_API_KEY", "GEMINI_API_KEY", "GOOGLE_USE_ADC"),
+        addresses=("GOOGLE_BASE_URL", "GOOGLE_GEMINI_BASE_URL", "GEMINI_BASE_URL"),
+        thinking=EFFORT,
+        extra="google",
+        client="google.genai",
+    ),
+    "google/vertex": Provider(
+        "Google Gemini on Vertex",
+        _GOOGLE,
+        addresses=("GOOGLE_VERTEX_BASE_URL", "VERTEX_BASE_URL"),
+        signs_in=True,
+        thinking=EFFORT,
+        extra="google",
+        client="google.genai",
+    ),
+    "doubao": Provider(
+        "ByteDance Doubao (Ark)",
+        ("ark.cn-beijing.volces.com", "ark.ap-southeast.bytepluses.com"),
+        "https://ark.cn-beijing.volces.com/api/v3",
+        keys=("ARK_API_KEY",),
+        addresses=("ARK_BASE_URL",),
+        is_openai_style=True,
+        thinking=TYPE,
+    ),
+    "qwen": Provider(
+        "Alibaba Qwen (DashScope)",
+        ("dashscope-intl.aliyuncs.com", "dashscope.aliyuncs.com", "dashscope-us.aliyuncs.com"),
+        "https://dashscope-intl.aliyuncs.com/compatible-mode/v1",
+        keys=("DASHSCOPE_API_KEY",),
+        addresses=("DASHSCOPE_BASE_URL",),
+        is_openai_style=True,
+        thinking=ENABLE,
+    ),
+    "zhipu": Provider(
+        "Zhipu GLM (Z.ai)",
+        ("api.z.ai", "open.bigmodel.cn"),
+        "https://api.z.ai/api/paas/v4",
+        keys=("ZAI_API_KEY", "ZHIPUAI_API_KEY"),
+        addresses=("ZAI_BASE_URL",),
+        is_openai_style=True,
+        thinking=TYPE,
+    ),
+    "minimax": Provider(
+        "MiniMax",
+        ("api.minimax.io", "api.minimaxi.com"),
+        "https://api.minimax.io/v1",
+        keys=("MINIMAX_API_KEY",),
+        is_openai_style=True,
+        thinking=ADAPTIVE,
+    ),
+    "moonshot": Provider(
+        "Moonshot Kimi", ("api.moonshot.ai", "api.moonshot.cn"), keys=("MOONSHOT_API_KEY",), thinking=TYPE
+    ),
+    "deepseek": Provider("DeepSeek", ("api.deepseek.com",), keys=("DEEPSEEK_API_KEY",), thinking=TYPE),
+    "openrouter": Provider("OpenRouter", ("openrouter.ai",), keys=("OPENROUTER_API_KEY",), thinking=ROUTED),
+    "together": Provider(
+        "Together", ("api.together.xyz", "api.together.ai"), keys=("TOGETHER_API_KEY",), thinking=ROUTED
+    ),
+    "vllm": _own("vLLM", "http://localhost:8000/v1"),
+    "sglang": _own("SGLang", "http://localhost:30000/v1"),
+    "ollama": _own("Ollama", "http://localhost:11434/v1", EFFORT),
+    "lmstudio": _own("LM Studio", "http://localhost:1234/v1", None),
+    "llama-cpp": _own("llama.cpp", "http://localhost:8080/v1"),
+    "local": _own("any server, with --base-url", ""),
+    "bedrock": Provider(
+        "Amazon Bedrock",
+        _AWS,
+        addresses=("BEDROCK_BASE_URL", "AWS_ENDPOINT_URL_BEDROCK_RUNTIME", "AWS_ENDPOINT_URL"),
+        signs_in=True,
+    ),
+    "sagemaker": Provider(
+        "Amazon SageMaker",
+        _AWS,
+        addresses=("SAGEMAKER_BASE_URL", "AWS_ENDPOINT_URL_SAGEMAKER_RUNTIME", "AWS_ENDPOINT_URL"),
+        signs_in=True,
+    ),
+    "azureai": Provider(
+        "Azure AI",
+        _AZURE,
+        keys=("AZUREAI_API_KEY",),
+        addresses=("AZUREAI_BASE_URL", "AZUREAI_ENDPOINT_URL", "AZURE_ENDPOINT_URL"),
+        signs_in=True,
+        extra="azure",
+        client="azure.ai.inference",
+    ),
+    "mistral": Provider(
+        "Mistral",
+        ("api.mistral.ai",),
+        "https://api.mistral.ai/v1",
+        keys=("MISTRAL_API_KEY",),
+        is_openai_style=True,
+    ),
+    "mistral/azure": Provider(
+        "Mistral's models on Azure",
+        _AZURE,
+        keys=("AZUREAI_MISTRAL_API_KEY", "AZURE_MISTRAL_API_KEY"),
+        addresses=("AZUREAI_MISTRAL_BASE_URL", "AZURE_MISTRAL_BASE_URL"),
+        signs_in=True,
+        extra="mistral",
+        client="mistralai",
+    ),
+    "grok": Provider(
+        "xAI Grok",
+        ("api.x.ai", ".api.x.ai"),
+        "https://api.x.ai/v1",
+        keys=("XAI_API_KEY", "GROK_API_KEY"),
+        addresses=("XAI_BASE_URL", "GROK_BASE_URL"),
+        is_openai_style=True,
+    ),
+    "groq": Provider(
+        "Groq",
+        ("api.groq.com",),
+        "https://api.groq.com/openai/v1",
+        keys=("GROQ_API_KEY",),
+        is_openai_style=True,
+    ),
+    "fireworks": Provider("Fireworks", ("api.fireworks.ai",), keys=("FIREWORKS_API_KEY",)),
+    "sambanova": Provider("SambaNova", ("api.sambanova.ai",), keys=("SAMBANOVA_API_KEY",)),
+    "perplexity": Provider("Perplexity", ("api.perplexity.ai",), keys=("PERPLEXITY_API_KEY",)),
+    "cloudflare": Provider("Cloudflare", ("api.cloudflare.com",), keys=("CLOUDFLARE_API_KEY", "CLOUDFLARE_API_TOKEN")),
+    "hf-inference-providers": Provider("Hugging Face's providers", ("router.huggingface.co",), keys=("HF_TOKEN",)),
+    "mockllm": Provider("Inspect's stand-in for a model"),
+}
+"""By provider, or provider and service. One that is not here has no host of its own."""
+ANY_SERVICE = "openai-api"
+"""`openai-api/SERVICE/NAME`: the service is a provider of the table, or one whose variables bear its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """What a model's name says."""
+
+    prefix: str
+    """The provider; empty when the name names none."""
+    name: str
+    """As it is sent, but for a service that Inspect's own client looks for in it."""
+    provider: Provider
+    is_known: bool = True
+
+
+def named(model: str) -> Named:
+    """Returns the provider that a model's name begins with, and the rest of the name."""
+    prefix, _, name = model.partition("/")
+    if prefix == ANY_SERVICE:
+        prefix, _, name = name.partition("/")
+        known = PROVIDERS.get(prefix)
+        return Named(prefix, name, replace(_complete(prefix, known or Provider(prefix)), is_openai_style=True))
+    service = f"{prefix}/{name.partition('/')[0]}"
+    known = PROVIDERS.get(service) or PROVIDERS.get(prefix)
+    if known is None:
+        return Named("", model, PROVIDERS["local"], is_known=False)
+    return Named(prefix, name, _complete(prefix, known))
+
+
+def _complete(prefix: str, provider: Provider) -> Provider:
+    """Returns a provider with the variables that bear its name, where the table has none."""
+    stem = prefix.upper().replace("-", "_")
+    keys = () if provider.signs_in or prefix == "mockllm" else (f"{stem}_API_KEY",)
+    addresses = () if prefix == "mockllm" else (f"{stem}_BASE_URL",)
+    return replace(provider, keys=provider.keys or keys, addresses=provider.addresses or addresses)
+
+
+def provider_hint(model: str) -> str:
+    """Returns " Did you mean 'x'?" for a provider that is nearly a known one; empty for a known one, or none near."""
+    prefix, known = model.partition("/")[0], {*PROVIDERS, ANY_SERVICE}
+    return "" if prefix in known else did_you_mean(prefix.casefold(), known)

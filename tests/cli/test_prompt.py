@@ -1,0 +1,53 @@
+"""`vigil prompt` prints what a model is sent."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tiny_pack import tiny_pack
+from typer.testing import CliRunner
+
+from vigil.cli import app
+from vigil.errors import SettingError
+from vigil.profile import Profile
+from vigil.prompt import policy_sha256, rendered_sha256, system_prompt
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+
+
+def printed(*words: str) -> tuple[dict[str, str], str]:
+    """Returns the messages by role, and the notes."""
+    done = CliRunner().invoke(app, ["prompt", *words])
+    assert done.exit_code == 0, done.output
+    parts = done.stdout.split("--- ")[1:]
+    return {part.split(" ---\n")[0]: part.split(" ---\n")[1].rstrip("\n") for part in parts}, done.stderr
+
+
+@pytest.mark.parametrize("variant", ["default", "neutral_report"])
+@pytest.mark.parametrize("coordinates", ["pixel", "normalized_1000"])
+def test_without_an_episode_the_policy_is_printed(variant: str, coordinates: str) -> None:
+    messages, notes = printed("--prompt-variant", variant, "--coordinates", coordinates)
+    golden = (GOLDEN / f"prompt-{variant}-{coordinates}.txt").read_text(encoding="utf-8")
+    assert messages["system"] == golden.rstrip("\n")
+    profile = Profile.model_validate({"prompt_variant": variant, "coordinates": coordinates})
+    assert policy_sha256(profile) in notes
+
+
+def test_an_episodes_instruction_is_filled_in(tmp_path: Path) -> None:
+    pack = tiny_pack(tmp_path / "tiny", 1)
+    words = ("--pack", str(pack.folder), "--episode", "tiny-DA-000", "--model", "qwen/qwen3-vl-plus")
+    messages, notes = printed(*words, "--profile", "action_feedback")
+    profile = Profile(coordinates="normalized_1000")
+    instruction = pack.episodes[0].instruction
+    assert list(messages) == ["system", "user"]
+    assert messages["system"] == system_prompt(instruction, profile)
+    stub, picture = messages["user"].splitlines()
+    assert json.loads(stub) == {"frame": {"role": "current", "width": 640, "height": 480}}
+    assert picture == "[picture: 640 x 480, image/png]"
+    assert rendered_sha256(instruction, profile) in notes
+    assert "feedback" in notes
+
+
+def test_a_profile_that_is_not_there_is_refused() -> None:
+    done = CliRunner().invoke(app, ["prompt", "--profile", "basline"])
+    assert isinstance(done.exception, SettingError)
