@@ -300,6 +300,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     }
     told = {"agent", "agent_kind", "prompt_policy", "prompt_policy_sha256", "pack", "pack_sha256", "episode_ids"}
     assert spec().model_dump(exclude={*told, "versions", "pack_versions"}) == {
+        "agent_files": {},
         "base_url": None,
         "sampling": {},
         "thinking": "default",
@@ -324,6 +325,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     }
     session = Resumption(started=NOON, rows_before=2)
     assert session.model_dump(exclude={"started"}) == {
+        "agent_files": {},
         "rows_before": 2,
         "episodes": None,
         "commit": None,

@@ -116,6 +116,8 @@ class RunSpec(_Record):
     agent: str
     """Name of a scripted agent, `exec:COMMAND`, or `provider/model`."""
     agent_kind: AgentKind
+    agent_files: dict[str, str] = Field(default_factory=dict)
+    """Of `exec:COMMAND`: SHA-256 of the program and of the code that the command names, by file name."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
@@ -184,6 +186,8 @@ class Resumption(_Record):
     host: dict[str, str] = Field(default_factory=dict)
     answered: Answered | None = None
     """Of a model's run."""
+    agent_files: dict[str, str] = Field(default_factory=dict)
+    """As in the spec; they may have changed since."""
 
 
 class RunHeader(_Record):

@@ -145,3 +145,16 @@ def test_attempts_are_counted_by_run_and_survive_a_torn_line(pack: Path, tmp_pat
     with pytest.raises(RecordError, match=r"attempts\.jsonl' line 1: episode_id: Field required\. Restore"):
         AttemptLog(path, spec)
     assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 1
+
+
+def test_a_program_that_has_changed_goes_on_only_when_told_to(pack: Path, tmp_path: Path) -> None:
+    first = played(pack, tmp_path, "say(REPORT)")
+    assert set(first.header.spec.agent_files) == {Path(sys.executable).name, "agent.py"}
+    more = {"episode_ids": ("tiny-AI-003", "tiny-DA-004")}
+    with pytest.raises(RecordError, match=r"has changed since it was begun: agent_files\.agent\.py: .*--anyway"):
+        played(pack, tmp_path, "say(TURN)", **more)
+    assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 1
+    header = played(pack, tmp_path, "say(TURN if frames < 3 else REPORT)", anyway=True, **more).header
+    files = (header.spec.agent_files["agent.py"], header.resumed[0].agent_files["agent.py"])
+    assert files[0] == first.header.spec.agent_files["agent.py"] != files[1]
+    assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 2

@@ -22,7 +22,9 @@ When its input ends, the program should end. Source: `protocol.md` section 2.3.
 """
 
 import codecs
+import hashlib
 import json
+import os
 import shlex
 import time
 from pathlib import Path
@@ -31,7 +33,7 @@ from typing import Any
 from vigil.actions import Reply, ReplyCut
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.picture import encode
-from vigil.agents.program import Hide, Program, ProgramFault, WorkingFolder, resolved
+from vigil.agents.program import Hide, Program, ProgramFault, WorkingFolder, files_of, resolved
 from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.profile import Profile
@@ -39,6 +41,7 @@ from vigil.prompt import system_prompt
 from vigil.reasoning import split_reasoning
 
 PREFIX = "exec:"
+MAX_HASHED_BYTES = 64 * 1024 * 1024
 PROTOCOL = 1
 
 
@@ -155,6 +158,18 @@ class ExecAgent:
     def _failed(self, fault: ProgramFault) -> ModelAPIError:
         self._program = None
         return ModelAPIError(self._hide(f"Agent program {self.name!r} {fault}."))
+
+
+def file_hashes(agent: str, here: Path) -> dict[str, str]:
+    """Returns the SHA-256 of the program of an `exec:` agent and of the code that its command names in `here`.
+
+    By file name; files that cannot be read, or are larger than MAX_HASHED_BYTES, are left out.
+    """
+    found: dict[str, str] = {}
+    for file in sorted(files_of(_split(agent.removeprefix(PREFIX)), here)):
+        if file.stat().st_size <= MAX_HASHED_BYTES and os.access(file, os.R_OK):
+            found[file.name] = hashlib.sha256(file.read_bytes()).hexdigest()
+    return found
 
 
 def _line(message: dict[str, Any]) -> bytes:

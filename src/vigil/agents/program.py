@@ -25,6 +25,10 @@ from typing import Any
 from vigil.actions import ReplyCut
 from vigil.errors import SettingError
 
+CODE = frozenset(
+    {".py", ".sh", ".js", ".mjs", ".ts", ".jl", ".rb", ".pl", ".lua", ".yaml", ".yml", ".toml", ".ini", ".cfg"}
+)
+"""Endings of files that make a program what it is."""
 CLOSING_SECONDS = 2.0
 MAX_LINE_BYTES = 1024 * 1024
 """A longer line is no answer, whatever it says: it counts as too long, and this much of it is looked at."""
@@ -213,6 +217,17 @@ def resolved(arguments: Sequence[str], here: Path) -> list[str]:
     return [_program(arguments[0], here), *(_word(word, here) for word in arguments[1:])]
 
 
+def files_of(arguments: Sequence[str], here: Path) -> list[Path]:
+    """Returns the program that a command starts, if named by a path, and the code and settings that it is given.
+
+    What else it is given may change while it runs: notes, pictures, databases.
+    """
+    program, *words = resolved(arguments, here)
+    given = [Path(word.partition("=")[2] if word.startswith("-") else word) for word in words]
+    named = [Path(program)] if "/" in program else []
+    return [file for file in (*named, *(each for each in given if each.suffix in CODE)) if _is_file(file)]
+
+
 def environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
     """Returns the environment of a program in `folder`: the user's own, without what is VIGIL's."""
     kept = {
@@ -232,6 +247,13 @@ def _word(word: str, here: Path) -> str:
     option, sign, value = word.partition("=") if word.startswith("-") else ("", "", word)
     exists = bool(value) and not value.startswith("-") and _exists(here / value)
     return f"{option}{sign}{here / value}" if exists else word
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # as below
+        return False
 
 
 def _exists(path: Path) -> bool:

@@ -120,7 +120,8 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
     pack, episodes, spec = plan_run(settings)
     if settings.model is not None:
         serving_of(settings).check()
-    folder = RunFolder.create_or_resume(log_dir(settings, spec), spec, episodes, _places(settings, pack))
+    path, places = log_dir(settings, spec), _places(settings, pack)
+    folder = RunFolder.create_or_resume(path, spec, episodes, places, anyway=settings.anyway)
     try:
         tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress)
         run = _Run(settings, pack, episodes, spec, folder, tally, secrets)

@@ -50,13 +50,22 @@ class RunFolder:
         self._log = log
         self._notes = notes
         self._is_later = False
+        self._agent_files = header.spec.agent_files
         self.attempts = AttemptLog(path / ATTEMPTS_FILE, header.spec)
 
     @classmethod
     def create_or_resume(
-        cls, path: Path, spec: RunSpec, episodes: Iterable[Episode], places: Mapping[str, str] | None = None
+        cls,
+        path: Path,
+        spec: RunSpec,
+        episodes: Iterable[Episode],
+        places: Mapping[str, str] | None = None,
+        *,
+        anyway: bool = False,
     ) -> "RunFolder":
         """Returns the folder of the run `spec`, new or to be continued; `places` go into its header.
+
+        `anyway`: also by a program that has changed since.
 
         `episodes` are those of its pack: rows of the file that are not this run's do not count. A run of which nothing
         was recorded gives way to any other. Raises RecordError when another run is there.
@@ -69,13 +78,15 @@ class RunFolder:
             )
         log = RecordLog(path / EPISODES_FILE)
         try:
-            header = _resume(path, spec) if log.count else _create(path, spec, places or {})
+            header = _resume(path, spec, anyway) if log.count else _create(path, spec, places or {})
         except RecordError:
             log.close()
             raise
         check = RowCheck(header, episodes)
         log.check(check)
-        return cls(path, header, log, check.notes)
+        folder = cls(path, header, log, check.notes)
+        folder._agent_files = spec.agent_files
+        return folder
 
     @property
     def torn(self) -> Path | None:
@@ -147,6 +158,7 @@ class RunFolder:
             is_dirty=is_dirty,
             renderer=renderer,
             host=host_facts(),
+            agent_files=self._agent_files,
         )
         return {"resumed": (*self.header.resumed, session)}
 
@@ -251,7 +263,7 @@ def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
     return header
 
 
-def _resume(path: Path, spec: RunSpec) -> RunHeader:
+def _resume(path: Path, spec: RunSpec, anyway: bool) -> RunHeader:
     header = read_header(path)
     others = header.spec.versions.differences()
     if others:
@@ -263,6 +275,14 @@ def _resume(path: Path, spec: RunSpec) -> RunHeader:
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
     if header.package_version != package_version():
         differences.append(f"package_version: {header.package_version!r} there, {package_version()!r} here")
+    changed = [each for each in differences if each.startswith("agent_files")]
+    if differences and differences == changed:
+        if anyway:
+            return header
+        raise RecordError(
+            f"The program of run {str(path)!r} has changed since it was begun: {'; '.join(changed)}. Its episodes "
+            "would be played by two agents: go on all the same with --anyway, or give another --log-dir for a new run."
+        )
     if differences:
         raise RecordError(
             f"Folder {str(path)!r} holds another run: {'; '.join(differences)}. Give the same settings to continue it, "

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, get_args
 from vigil.actions import ReplyPolicy
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
+from vigil.agents.exec_agent import file_hashes
 from vigil.episode import Episode
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack, Selection
@@ -117,7 +118,7 @@ class RunSettings:
     seed: Annotated[int, Setting("For scheduling and scripted agents.")] = 0
     preflight: Annotated[bool, Setting("Do not first check that the model sees pictures and answers in form.")] = True
     anyway: Annotated[
-        bool, Setting("Go on although the check's example failed, or another model answers than before.")
+        bool, Setting("Go on although the check's example failed, or another model or program answers than before.")
     ] = False
     retries: Annotated[int, Setting("Tries of a request after the first.", least=0, is_option=False)] = 8
     first_wait_s: float = 1.0
@@ -144,6 +145,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
     spec = RunSpec(
         agent=settings.player,
         agent_kind=_kind(settings),
+        agent_files=file_hashes(settings.agent, Path.cwd()) if is_exec(settings.agent or "") else {},
         base_url=_address(settings),
         sampling=without_secrets(sampling_of(settings)),
         thinking=settings.thinking,
@@ -228,7 +230,7 @@ def log_dir(settings: RunSettings, spec: RunSpec) -> Path:
     """Returns the run's folder: as set, or one under `runs/` named after what the run is."""
     if settings.log_dir is not None:
         return settings.log_dir
-    identity = spec.model_copy(update={"base_url": None}).model_dump_json()
+    identity = spec.model_copy(update={"base_url": None, "agent_files": {}}).model_dump_json()
     words = "".join(char if char.isalnum() or char in "._" else "-" for char in f"{spec.pack}-{spec.agent}")
     return RUNS_FOLDER / f"{words[:80].strip('-')}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
 

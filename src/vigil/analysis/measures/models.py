@@ -90,6 +90,8 @@ def activated_of(name: str) -> str | None:
 def _is_thinking(name: str, spec: RunSpec) -> bool | None:
     if _THINKING.search(name.casefold()):
         return True
+    if spec.thinking != "default":
+        return spec.thinking == "on"
     effort = spec.sampling.get("reasoning_effort")
     if effort is not None:
         return effort != "none"

@@ -25,7 +25,8 @@ VARIED: dict[PairKind, tuple[str, ...]] = {
     "prompt": ("profile.prompt_variant", "prompt_policy_sha256"),
     "serving": (
         *("agent", "thinking", "sampling.reasoning_effort", "sampling.reasoning_tokens"),
-        "sampling.extra_body.chat_template_kwargs",
+        *("sampling.extra_body.chat_template_kwargs", "sampling.extra_body.enable_thinking"),
+        *("sampling.extra_body.reasoning", "sampling.extra_body.thinking"),
     ),
     "repeat": (),
 }
