@@ -50,6 +50,14 @@ def test_segments_lead_to_their_episodes(view: Site) -> None:
 def test_two_runs_are_compared_both_ways(view: Site) -> None:
     text = view.get("/compare?a=random&b=sweep").text
     assert "8 episodes are scored in both" in text
+    rows = dict(re.findall(r'<tr><th scope="row">([WB])</th>(.*?)</tr>', text, re.DOTALL))
+    assert set(rows) == {"W", "B"}
+    for name, cells in rows.items():
+        words = {"W": r"reached the goal \(W\)", "B": r"verified \(B\)"}[name]
+        flips = dict(re.findall(rf"Only the (first|second) run {words} <small>(\d+)", text))
+        assert re.findall(r"<td>(\d+)</td>", cells) == [flips["first"], flips["second"]]
+        assert len(re.findall(r"<td>\d+\.\d % \[\d+, \d+\]</td>", cells)) == 2
+        assert re.search(r"<td>[+-]\d+\.\d pp", cells)
     assert view.get("/compare?a=random&b=nothing").status == 404
     assert view.get("/compare").status == 303
 

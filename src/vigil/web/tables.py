@@ -4,7 +4,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
+import numpy as np
+
+from vigil.analysis.measures.intervals import McNemar, mcnemar, paired_difference
 from vigil.episode import FAMILIES, Family
+from vigil.rates import Interval, Rate, columns_of, count
 from vigil.scoring import Label, Outcome
 from vigil.summary import Settlement, summarise
 from vigil.web.library import ShownRun
@@ -99,15 +103,42 @@ class Flip:
 
 
 @dataclass(frozen=True, slots=True)
+class PairedRate:
+    """One rate of two runs over the episodes that both have scored, and what their difference is worth."""
+
+    name: str
+    a: Rate
+    b: Rate
+    difference: float
+    interval: Interval | None
+    """Of the difference, from resampled houses; None with fewer than five, or when all agree."""
+    test: McNemar
+
+
+@dataclass(frozen=True, slots=True)
 class FlipTable:
     """Two runs on the episodes that both have scored."""
 
     shared: int
     only_a: int
     only_b: int
+    rates: list[PairedRate]
     gained: dict[str, list[Flip]]
     """By verdict (W, B): false in the first run, true in the second."""
     lost: dict[str, list[Flip]]
+
+
+def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedRate]:
+    """Returns W and B of two runs on the same plays."""
+    of_first, of_second = count(columns_of(first)), count(columns_of(second))
+    episodes, houses = (np.array([getattr(each, name) for each in first]) for name in ("episode_id", "house"))
+    found = []
+    for name in ("W", "B"):
+        ours, theirs = (np.array([getattr(each, name) for each in side]) for side in (first, second))
+        difference, interval = paired_difference(ours, theirs, houses)
+        test = mcnemar(ours, theirs, episodes)
+        found.append(PairedRate(name, of_first.rate(name), of_second.rate(name), difference, interval, test))
+    return found
 
 
 def compare(a: Settlement, b: Settlement, family: str) -> FlipTable:
@@ -120,6 +151,7 @@ def compare(a: Settlement, b: Settlement, family: str) -> FlipTable:
         shared=len(shared),
         only_a=len(first.keys() - second.keys()),
         only_b=len(second.keys() - first.keys()),
+        rates=_paired([first[key] for key in shared], [second[key] for key in shared]) if shared else [],
         gained={name: [f for f in flips if getattr(f.b, name) and not getattr(f.a, name)] for name in ("W", "B")},
         lost={name: [f for f in flips if getattr(f.a, name) and not getattr(f.b, name)] for name in ("W", "B")},
     )
