@@ -24,7 +24,6 @@ from vigil.runner.models.serving import KEY_HINT
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
 FONT_PX = 200
 EXAMPLE_INSTRUCTION = "Go to the red box, to within about one and a half metres of it."
-EXAMPLE_TRIES = 2
 SHOWN_CHARS = 300
 PASSED = "passed"
 _WHAT_TO_DO = (
@@ -105,25 +104,32 @@ async def check_contract(ask: Ask, model: str, profile: Profile, *, goes_on: boo
 
     Raises ModelAPIError in the latter case, unless `goes_on`.
     """
-    picture = encode(draw_example(), profile.image_format)
-    messages = Conversation(profile, EXAMPLE_INSTRUCTION).messages(picture, None)
-    for _ in range(EXAMPLE_TRIES):
-        try:
-            reply = await ask(messages)
-        except RequestRejected as error:
-            hint = f" {size_hint(messages)}" if ABOUT_CONTEXT.search(str(error)) else ""
-            raise ModelAPIError(f"Model {model!r} was asked about an example observation. {error}.{hint}") from error
-        parsed = parse_reply(reply, profile.coordinates, profile.reply_policy)
-        if not isinstance(parsed, InvalidAction):
-            return PASSED
-    what = f"{parsed.reason} {parsed.detail}".strip()
+    reply, invalid = await _try_example(ask, model, profile)
+    if invalid is not None:
+        reply, invalid = await _try_example(ask, model, profile)
+    if invalid is None:
+        return PASSED
+    what = f"{invalid.reason} {invalid.detail}".strip()
     if goes_on:
         return f"failed: {what}"
     raise ModelAPIError(
         f"Model {model!r} was asked for an action in an example observation, and its answer is none ({what}; finish "
         f"reason {reply.finish_reason}, {reply.reasoning_chars} characters of reasoning): "
-        f"{_shown(reply.text)}. {advice(parsed, reply)} {_GO_ON}"
+        f"{_shown(reply.text)}. {advice(invalid, reply)} {_GO_ON}"
     )
+
+
+async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, InvalidAction | None]:
+    """Returns the reply to the example, and why it is no action. Raises ModelAPIError."""
+    picture = encode(draw_example(), profile.image_format)
+    messages = Conversation(profile, EXAMPLE_INSTRUCTION).messages(picture, None)
+    try:
+        reply = await ask(messages)
+    except RequestRejected as error:
+        hint = f" {size_hint(messages)}" if ABOUT_CONTEXT.search(str(error)) else ""
+        raise ModelAPIError(f"Model {model!r} was asked about an example observation. {error}.{hint}") from error
+    parsed = parse_reply(reply, profile.coordinates, profile.reply_policy)
+    return reply, parsed if isinstance(parsed, InvalidAction) else None
 
 
 def advice(invalid: InvalidAction, reply: Reply) -> str:
