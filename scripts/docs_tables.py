@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from vigil.actions import INTENT_ALIASES, INTENTS
+from vigil.analysis.measures.columns import COLUMNS
 from vigil.cli.models import LISTED, address_of, keys_of, switch_of
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import named
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("agents.md", "models.md")
+PAGES = ("agents.md", "analysis.md", "models.md")
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -46,7 +47,17 @@ def aliases() -> str:
     return _markdown(("intent", "also taken"), rows)
 
 
-TABLES: dict[str, Callable[[], str]] = {"providers": providers, "coordinates": coordinates, "aliases": aliases}
+def columns() -> str:
+    """Returns what the columns of rows.csv and rows.parquet say."""
+    return _markdown(("column", "says"), [(f"`{name}`", says) for name, says in COLUMNS.items()])
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "providers": providers,
+    "coordinates": coordinates,
+    "aliases": aliases,
+    "columns": columns,
+}
 
 
 def with_tables(page: str) -> str:

@@ -1,6 +1,7 @@
 """Rows: settling, the cache, names, and every kind of bad input."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from published import EpisodeCourse, Write, small_records, thousand, write_pack,
 from stories import RecordBuilder, thing
 
 from vigil.analysis.measures import rows
+from vigil.analysis.measures.columns import COLUMNS
 from vigil.analysis.measures.rows import ROWS_FILE, frame_of, read_runs
 from vigil.errors import PackMismatch, RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
@@ -178,6 +180,16 @@ def test_neither_order_of_runs_nor_of_episodes_matters(write: Write):
     pd.testing.assert_frame_equal(first[0].rows, first[1].rows)
     assert len(frame_of(first)) == 32
     assert frame_of(first).columns[:3].tolist() == ["run", "model", "run_id"]
+
+
+def test_every_column_is_described_in_order(write: Write):
+    table = frame_of(read_runs([write("a"), write("b")]))
+    names = [re.sub(r"^(actions|actions_after_goal)\..*", r"\1.KIND", name) for name in table.columns]
+    names = [re.sub(r"^credit\..*", "credit.POLICY", name) for name in names]
+    assert list(dict.fromkeys(names)) == list(COLUMNS)
+    assert set(table["backend"]) == {"mujoco"}
+    assert set(table["prompt_variant"]) == {"default"}
+    assert table["temperature"].dtype == "float64"
 
 
 def test_runs_of_one_model_get_names_of_their_own(write: Write):

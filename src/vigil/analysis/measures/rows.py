@@ -37,6 +37,7 @@ from vigil import (
     summary,
     world,
 )
+from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
 from vigil.pack import count_rooms, find, frozen_episodes
@@ -166,10 +167,13 @@ def _unended(notes: Iterable[str]) -> list[str]:
 
 
 def frame_of(runs: Iterable[Run]) -> pd.DataFrame:
-    """Returns the rows of all runs in one table, with the columns `run` and `model` before them."""
-    tables = [run.rows.assign(run=run.name, model=run.model.name, run_id=run.header.run_id) for run in runs]
+    """Returns the rows of all runs in one table, with what the header says of each run before them."""
+    found = list(runs)
+    headers = [{"run": run.name, "model": run.model.name, **of_run(run.header)} for run in found]
+    tables = [run.rows.assign(**header) for run, header in zip(found, headers, strict=True)]
     whole = pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
-    first = ["run", "model", "run_id"]
+    whole["temperature"] = whole["temperature"].astype("float64")
+    first = list(headers[0])
     return whole.reindex(columns=[*first, *(column for column in whole.columns if column not in first)])
 
 
