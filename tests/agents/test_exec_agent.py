@@ -132,6 +132,10 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
         ("os.close(0); time.sleep(60)", "does not read its input"),
         ("time.sleep(60)", r"does not read its input for 1\.5 s"),
         ("sys.stdin.readline(); time.sleep(60)", r"does not answer for 1\.5 s"),
+        (
+            "import no_such_module",
+            r"\(exit code 1\)\. It said last: ModuleNotFoundError: No module named 'no_such_module'$",
+        ),
     ],
 )
 def test_a_program_that_fails_before_it_saw_a_frame_is_an_infrastructure_failure(

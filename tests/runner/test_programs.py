@@ -158,3 +158,13 @@ def test_a_program_that_has_changed_goes_on_only_when_told_to(pack: Path, tmp_pa
     files = (header.spec.agent_files["agent.py"], header.resumed[0].agent_files["agent.py"])
     assert files[0] == first.header.spec.agent_files["agent.py"] != files[1]
     assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 2
+
+
+def test_the_first_error_is_said_at_once_with_the_programs_last_words(pack: Path, tmp_path: Path) -> None:
+    agent, said = tmp_path / "agent.py", []
+    agent.write_text("import no_such_module")
+    wanted = quick(pack, tmp_path / "run", agent=f"exec:{sys.executable} {agent}", limit=3)
+    run_pack(wanted, on_progress=lambda progress: said.append(progress.warning))
+    (warning,) = [each for each in said if each is not None]
+    assert "ended as an error at the agent: Agent program 'exec:" in warning
+    assert warning.endswith("It said last: ModuleNotFoundError: No module named 'no_such_module'")

@@ -41,6 +41,7 @@ from vigil.prompt import system_prompt
 from vigil.reasoning import split_reasoning
 
 PREFIX = "exec:"
+MAX_SAID_CHARS = 300
 MAX_HASHED_BYTES = 64 * 1024 * 1024
 PROTOCOL = 1
 
@@ -157,7 +158,8 @@ class ExecAgent:
 
     def _failed(self, fault: ProgramFault) -> ModelAPIError:
         self._program = None
-        return ModelAPIError(self._hide(f"Agent program {self.name!r} {fault}."))
+        said = f" It said last: {fault.said[:MAX_SAID_CHARS]}" if fault.said else ""
+        return ModelAPIError(self._hide(f"Agent program {self.name!r} {fault}.{said}"))
 
 
 def file_hashes(agent: str, here: Path) -> dict[str, str]:

@@ -46,10 +46,12 @@ Hide = Callable[[str], str]
 class ProgramFault(Exception):
     """The program ended, hung, or wrote when nothing was asked; it has been ended."""
 
-    def __init__(self, what: str, written: bytes = b"") -> None:
+    def __init__(self, what: str, written: bytes = b"", said: str = "") -> None:
         super().__init__(what)
         self.written = written
         """What it had written that is no answer."""
+        self.said = said
+        """The last line that it wrote to standard error, without secrets."""
 
 
 class Program:
@@ -76,7 +78,8 @@ class Program:
         for pipe in (self._process.stdin, self._process.stdout):
             os.set_blocking(_fileno(pipe), False)
         self._pending = bytearray()
-        self._stderr = threading.Thread(target=_copy, args=(_fileno(self._process.stderr), hide), daemon=True)
+        self._said = ""
+        self._stderr = threading.Thread(target=self._copy, args=(_fileno(self._process.stderr), hide), daemon=True)
         self._stderr.start()
 
     @property
@@ -163,7 +166,23 @@ class Program:
         code = self._process.poll()
         written = bytes(self._pending[:MAX_LINE_BYTES])
         self.close(patience_s=0.0)
-        return ProgramFault(what if code is None else f"{what} (exit code {code})", written)
+        return ProgramFault(what if code is None else f"{what} (exit code {code})", written, self._said)
+
+    def _copy(self, fd: int, hide: Hide) -> None:
+        """Copies what the program says to this process's own standard error, line by line and without secrets."""
+        pending = b""
+        while chunk := _read(fd):
+            *lines, pending = (pending + chunk).split(b"\n")
+            if len(pending) > MAX_LINE_BYTES:
+                lines, pending = [*lines, pending], b""
+            self._say(b"".join(line + b"\n" for line in lines), hide)
+        self._say(pending, hide)
+
+    def _say(self, data: bytes, hide: Hide) -> None:
+        if data:
+            text = hide(data.decode(errors="backslashreplace"))
+            self._said = next((line.strip() for line in reversed(text.splitlines()) if line.strip()), self._said)
+            _write_log(text)
 
     def close(self, patience_s: float = CLOSING_SECONDS) -> None:
         """Closes its input, and kills it with all that it started when it does not end by itself."""
@@ -263,17 +282,6 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def _copy(fd: int, hide: Hide) -> None:
-    """Copies what the program says to this process's own standard error, line by line and without secrets."""
-    pending = b""
-    while chunk := _read(fd):
-        *lines, pending = (pending + chunk).split(b"\n")
-        if len(pending) > MAX_LINE_BYTES:
-            lines, pending = [*lines, pending], b""
-        _say(b"".join(line + b"\n" for line in lines), hide)
-    _say(pending, hide)
-
-
 def _read(fd: int) -> bytes:
     try:
         return os.read(fd, _CHUNK)
@@ -281,11 +289,10 @@ def _read(fd: int) -> bytes:
         return b""
 
 
-def _say(data: bytes, hide: Hide) -> None:
-    if data:
-        with contextlib.suppress(OSError, ValueError):  # the log is gone or the disk is full: the episode goes on
-            sys.stderr.write(hide(data.decode(errors="backslashreplace")))
-            sys.stderr.flush()
+def _write_log(text: str) -> None:
+    with contextlib.suppress(OSError, ValueError):  # the log is gone or the disk is full: the episode goes on
+        sys.stderr.write(text)
+        sys.stderr.flush()
 
 
 def _fileno(pipe: Any) -> int:

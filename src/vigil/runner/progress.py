@@ -33,7 +33,7 @@ class Progress:
     trouble: str | None = None
     """What is tried again since an episode ended last; None when nothing is."""
     warning: str | None = None
-    """What must be said aloud, told once: most replies are invalid."""
+    """What must be said aloud, told once each: the first error, and that most replies are invalid."""
 
 
 OnProgress = Callable[[Progress], None]
@@ -82,12 +82,17 @@ class ProgressCounter:
             self.errors_in_a_row = 0
             outcome = settle(episode, record)
             self._add(outcome)
-        self._tell(outcome, self._warning())
+        self._tell(outcome, self._first_error(record) or self._warning())
 
     def note(self, trouble: str) -> None:
         """Tells that something has failed and is tried again."""
         self._trouble = trouble
         self._tell(None)
+
+    def _first_error(self, record: EpisodeRecord) -> str | None:
+        if record.error is None or self._errors > 1:
+            return None
+        return f"Episode {record.episode_id!r} ended as an error at the {record.error.boundary}: {record.error.message}"
 
     def _warning(self) -> str | None:
         """Returns the sentence on invalid replies, once, when they are more than half after the first episodes."""
