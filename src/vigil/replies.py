@@ -65,7 +65,7 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
         return _invalid(_too_long(reply.cut.answer_bytes))
     parsed = parse(reply.text, coordinates, policy)
     if reply.reasoning_chars and isinstance(parsed, InvalidAction) and parsed.reason == "empty":
-        detail = f"all {reply.reasoning_chars} characters came as reasoning, which was not closed before an answer"
+        detail = f"all {reply.reasoning_chars} characters came as reasoning, and no answer followed"
         parsed = parsed.model_copy(update={"detail": detail})
     is_cut = (reply.finish_reason or "").casefold() in CUT_REASONS
     if is_cut and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":

@@ -32,6 +32,7 @@ from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.frames import FrameStore
 
 SUPPORT = Path(__file__).parents[1] / "support"
+FIRST = ("tiny-AI-003", "tiny-AI-007", "tiny-DA-000", "tiny-DA-004")
 
 
 @pytest.fixture(scope="module")
@@ -293,7 +294,12 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
 ) -> None:
     result = run_pack(
         settings(
-            pack, tmp_path / "run", agent=f"{deed}:{tmp_path}", agent_factory=troublesome.make, patience_s=5.0, limit=4
+            pack,
+            tmp_path / "run",
+            agent=f"{deed}:{tmp_path}",
+            agent_factory=troublesome.make,
+            patience_s=5.0,
+            episode_ids=FIRST,
         )
     )
     assert result.is_complete
@@ -306,7 +312,9 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
 @pytest.mark.usefixtures("_importable")
 def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command(pack: Path, tmp_path: Path) -> None:
     told: list[Progress] = []
-    wanted = settings(pack, tmp_path / "run", agent=f"raise!:{tmp_path}", agent_factory=troublesome.make, limit=4)
+    wanted = settings(
+        pack, tmp_path / "run", agent=f"raise!:{tmp_path}", agent_factory=troublesome.make, episode_ids=FIRST
+    )
     result = run_pack(wanted, on_progress=told.append)
     assert (result.errors, result.is_complete, len(result.records)) == (1, False, 4)
     row = next(row for row in result.records if row.end == "error")
@@ -322,7 +330,9 @@ def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command
 @pytest.mark.usefixtures("_importable")
 def test_a_worker_that_keeps_dying_costs_one_episode(pack: Path, tmp_path: Path) -> None:
     factory = troublesome.make
-    result = run_pack(settings(pack, tmp_path / "run", agent=f"exit!:{tmp_path}", agent_factory=factory, limit=3))
+    result = run_pack(
+        settings(pack, tmp_path / "run", agent=f"exit!:{tmp_path}", agent_factory=factory, episode_ids=FIRST)
+    )
     row = next(row for row in result.records if row.end == "error")
     assert (result.errors, row.episode_id, row.initial, row.error.boundary) == (1, "tiny-DA-000", None, "worker")
     assert "exit code 9" in row.error.message

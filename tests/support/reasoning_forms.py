@@ -36,11 +36,11 @@ REASONING_FORMS: dict[str, Form] = {
     "only reasoning, apart": Form(
         text(reasoning=THOUGHT, is_null=True),
         "empty",
-        f"all {len(THOUGHT)} characters came as reasoning, which was not closed before an answer",
+        f"all {len(THOUGHT)} characters came as reasoning, and no answer followed",
     ),
     "only reasoning, apart, cut": Form(
         text(reasoning=THOUGHT, is_null=True, is_cut=True),
         "truncated",
-        f"empty all {len(THOUGHT)} characters came as reasoning, which was not closed before an answer",
+        f"empty all {len(THOUGHT)} characters came as reasoning, and no answer followed",
     ),
 }

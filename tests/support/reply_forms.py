@@ -158,7 +158,8 @@ def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, Said]:
 def mistakes(said: Said, step: StepRecord, finish_reason: str) -> list[str]:
     """Returns what a record of the reply has wrong; nothing if all is well."""
     text = joined(said.text)
-    sent = Reply.model_validate({"text": text, "finish_reason": finish_reason})
+    chars = step.reply.reasoning_chars
+    sent = Reply.model_validate({"text": text, "finish_reason": finish_reason, "reasoning_chars": chars})
     wanted = parse_reply(sent, "pixel", "strict")
     found = []
     if step.reply.cut is not None:
