@@ -21,6 +21,7 @@ from vigil.record import (
     FRAMES_FOLDER,
     HEADER_FILE,
     AgentKind,
+    Answered,
     Boundary,
     End,
     EpisodeRecord,
@@ -473,3 +474,23 @@ def test_rows_that_stand_are_sorted_by_episode_and_epoch():
 
 def test_the_files_of_a_run_keep_their_names():
     assert (EPISODES_FILE, HEADER_FILE, FRAMES_FOLDER) == ("episodes.jsonl", "run.json", "frames")
+
+
+def test_what_answered_is_told_over_all_sessions():
+    assert Answered().model_dump() == {
+        "replies": 0,
+        "models": {},
+        "finish_reasons": {},
+        "addresses": (),
+        "thinking": "unknown",
+        "thinking_set_by": "",
+        "replies_with_reasoning": 0,
+        "check": {},
+        "clients": {},
+    }
+    later = Resumption(started=NOON, rows_before=1, answered=Answered(models={"b": 1, "a": 2}))
+    silent = Resumption(started=NOON, rows_before=1)
+    first = Answered(models={"c": 1, "a": 1})
+    assert header(answered=first, resumed=(later, silent)).answering_models == ("a", "b", "c")
+    assert header(resumed=(later,)).answering_models == ("a", "b")
+    assert header().answering_models == ()
