@@ -1,6 +1,7 @@
 """Records on disk: appended row by row, continued after a kill, decided by key."""
 
 import json
+import os
 from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
@@ -494,3 +495,9 @@ def test_what_answered_is_told_over_all_sessions():
     assert header(answered=first, resumed=(later, silent)).answering_models == ("a", "b", "c")
     assert header(resumed=(later,)).answering_models == ("a", "b")
     assert header().answering_models == ()
+
+
+def test_a_pipe_in_place_of_the_rows_is_named(path: Path):
+    os.mkfifo(path)
+    with pytest.raises(RecordError, match=r"episodes\.jsonl' is a pipe, not a file"):
+        RecordLog(path)

@@ -204,6 +204,8 @@ def _locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool
     """
     while True:
         made_folder = makes_folder and _make_folder(path.parent)
+        if path.is_fifo() or path.is_socket():
+            raise RecordError(f"{str(path)!r} is a pipe, not a file: what is in it cannot be read again. Remove it.")
         try:
             file = cast(BinaryIO, path.open("ab+", buffering=0))
         except FileNotFoundError as error:
