@@ -20,6 +20,8 @@ from vigil.goals import (
     AgentNearTarget,
     Constraint,
     Goal,
+    GoalCheck,
+    GoalRow,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
@@ -522,3 +524,21 @@ def test_strict_implies_semantic_and_progress_is_one_exactly_where_the_goal_hold
     first = found.rows[0]
     assert first.semantic or not first.progress
     assert found.ever_satisfied is (found.first_row is not None)
+
+
+@pytest.mark.parametrize(
+    ("held", "first_row", "first_step"),
+    [
+        ((False, False), None, None),
+        ((True, False), 0, None),
+        ((True, True), 0, 1),
+        ((False, False, True, False), 2, 2),
+        ((True, False, True), 0, 2),
+    ],
+)
+def test_when_a_goal_held_first(held: tuple[bool, ...], first_row: int | None, first_step: int | None):
+    found = GoalCheck(tuple(GoalRow(each, False, None) for each in held), is_tampered=False)
+    assert (found.first_row, found.first_satisfied_step) == (first_row, first_step)
+    assert found.ever_satisfied is any(held)
+    assert found.semantic is held[-1]
+    assert found.max_progress is None

@@ -375,3 +375,12 @@ def test_what_the_contract_cannot_bring_forth_is_not_settled(record: EpisodeReco
 def test_a_budget_used_to_the_last_step_is_settled(record: EpisodeRecord):
     within = episode("PG", max_steps=30, max_invalid=5)
     assert settle(within, record).steps == len(record.steps)
+
+
+def test_the_target_and_its_distance_are_those_at_the_start():
+    story = RecordBuilder(target=thing(category="Fridge", box_distance_m=3.5)).do(target={"box_distance_m": 0.5})
+    record = story.report()
+    outcome = settle(AI, record)
+    assert (outcome.target, outcome.distance_m) == ("Fridge", 3.5)
+    nameless = settle(AI.model_copy(update={"bindings": {}}), record)
+    assert (nameless.target, nameless.distance_m) == (None, None)
