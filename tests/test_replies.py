@@ -416,3 +416,32 @@ def test_lenient_agrees_with_strict_on_what_it_strips(fields: dict, frame: str):
     bare, framed = parse(text), parse(frame.replace("{}", text), policy="lenient")
     if isinstance(bare, ParsedReply) and isinstance(framed, ParsedReply):
         assert bare.action == framed.action
+
+
+LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1}}'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        LOOK.replace(", ", ",\n").join(("```json\n", "\n```")),
+        f"```\n{LOOK}\n``` is better than {LOOK.replace('up', 'down')}",
+    ],
+)
+def test_one_fence_holds_the_answer_on_any_number_of_lines(text: str):
+    assert parse(text, "pixel", "strict").would_parse_leniently
+    assert parse(text, "pixel", "lenient").action == parse(LOOK, "pixel", "strict").action
+
+
+def test_details_name_what_was_given_instead():
+    assert parse('{"skill_name": "look", "arguments": [1]}').detail == "list"
+    cut = ReplyCut(text_bytes=90_000, answer_bytes=80_000, sha256="0" * 64)
+    assert parse_reply(Reply(text="{", cut=cut), "pixel", "strict").detail == "80000 bytes, more than 65536"
+
+
+def test_an_empty_answer_after_reasoning_says_so_and_no_other_does():
+    empty = parse_reply(Reply(text=" ", reasoning_chars=9), "pixel", "strict")
+    assert (empty.reason, empty.detail) == ("empty", "all 9 characters came as reasoning, and no answer followed")
+    assert "came as reasoning" not in parse_reply(Reply(text=" "), "pixel", "strict").detail
+    assert "came as reasoning" not in parse_reply(Reply(text="{", reasoning_chars=9), "pixel", "strict").detail
+    assert parse_reply(Reply(text=LOOK, reasoning_chars=9), "pixel", "strict") == parse(LOOK)
