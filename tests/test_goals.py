@@ -327,6 +327,32 @@ class TestReportStatus:
         )
 
 
+class TestProgressOfParts:
+    @pytest.mark.parametrize(
+        ("value", "openness", "expected"),
+        [(True, (0.0, 0.2, 0.9), [0.0, 0.4, 1.0]), (False, (1.0, 0.55, 0.0), [0.0, 0.5, 1.0])],
+    )
+    def test_opening_and_closing_are_measured_to_their_own_thresholds(self, value, openness, expected):
+        goal = ObjectInState(object_id="target", state="is_open", value=value)
+        story = RecordBuilder(target=thing(openness=openness[0], box_distance_m=1.0))
+        for each in openness[1:]:
+            story.do(target={"openness": each})
+        assert progress(goal, story.end()) == expected
+
+    @pytest.mark.parametrize(
+        ("kind", "openness"), [("object_open", (0.0, 0.2, 0.1)), ("object_closed", (1.0, 0.64, 0.82))]
+    )
+    @pytest.mark.parametrize("latched", [True, False])
+    def test_a_constraint_of_a_leaf_adds_how_far_it_has_come(self, kind, openness, latched):
+        constraint = Constraint(object_id="obstacle", kind=kind, latched=latched)
+        goal = ObjectHeld(object_id="target", constraint=constraint)
+        story = RecordBuilder(target=thing(box_distance_m=1.0), obstacle=thing(openness=openness[0]))
+        for each in openness[1:]:
+            story.do(obstacle={"openness": each})
+        share = [0.0, 0.4, 0.4 if latched else 0.2]
+        assert progress(goal, story.end()) == [part / 2 for part in share]
+
+
 class TestConstraint:
     @staticmethod
     def goal(**facts: Any) -> ObjectHeld:
