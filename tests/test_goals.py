@@ -568,3 +568,20 @@ def test_when_a_goal_held_first(held: tuple[bool, ...], first_row: int | None, f
     assert found.ever_satisfied is any(held)
     assert found.semantic is held[-1]
     assert found.max_progress is None
+
+
+def test_a_queried_leaf_is_seen_by_what_shows_it_open():
+    goal = ReportStatus(object_id="target", state="is_open")
+    assert verdict(goal, RecordBuilder(target=thing(openness=1.0, toggle_px=0)).report("open")) == (True, True)
+    assert verdict(goal, RecordBuilder(target=thing(openness=1.0, open_px=0)).report("open")) == (False, False)
+
+
+def test_only_a_queried_state_is_tampered_with():
+    story = RecordBuilder(target=thing(is_toggled=False)).do(target={"is_toggled": True})
+    assert not check(ObjectInState(object_id="target", state="is_toggled"), story.end()).is_tampered
+
+
+def test_a_thing_to_be_found_is_found_or_not():
+    goal = ObjectInState(object_id="target", state="is_visible")
+    story = RecordBuilder(target=thing(**HIDDEN, box_distance_m=2.5)).do(target={"box_distance_m": 1.6})
+    assert progress(goal, story.do(target=SEEN).end()) == [0.0, 0.0, 1.0]

@@ -3,7 +3,15 @@
 import pytest
 from pydantic import ValidationError
 
-from vigil.profile import ACTION_FEEDBACK, BASELINE, JPEG_QUALITY, Profile, coordinates_for, known_coordinates
+from vigil.profile import (
+    ACTION_FEEDBACK,
+    BASELINE,
+    JPEG_QUALITY,
+    PROFILE_NAMES,
+    Profile,
+    coordinates_for,
+    known_coordinates,
+)
 
 
 def test_the_default_profile_is_the_papers():
@@ -112,3 +120,12 @@ def test_coordinates_follow_the_published_table(model: str, mode: str):
 )
 def test_a_model_that_the_table_does_not_name_is_told_from_one_that_it_does(model: str, mode: str | None):
     assert known_coordinates(model) == mode
+
+
+def test_profiles_are_named_in_short_and_in_full():
+    assert PROFILE_NAMES == {
+        "baseline": BASELINE,
+        "action_feedback": ACTION_FEEDBACK,
+        BASELINE: BASELINE,
+        ACTION_FEEDBACK: ACTION_FEEDBACK,
+    }
