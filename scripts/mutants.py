@@ -33,6 +33,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import hypothesis
 import libcst as cst
@@ -83,10 +84,10 @@ class Finder(cst.CSTVisitor):
         """Asks every operator for its mutants of `node`."""
         if isinstance(node, (*OPAQUE, *SENTENCES)) or _is_sentence(node):
             return False
-        line = self.get_metadata(PositionProvider, node).start.line
+        position: Any = self.get_metadata(PositionProvider, node)
         for kind, operator in mutation_operators:
             if isinstance(node, kind):
-                self.found += [Mutant(line, node, new) for new in _plain(operator(node))]
+                self.found += [Mutant(position.start.line, node, new) for new in _plain(operator(node))]
         return True
 
 
@@ -204,8 +205,8 @@ def main(module: str, every: int) -> int:
     print(f"{module}: {len(finder.found)} mutants, the tests take {took:.1f} s, {len(states)} tried before", flush=True)
     for number, mutant in enumerate(finder.found):
         if number % every == 0 and states.get(number, "survived") == "survived":
-            code = tree.module.deep_replace(mutant.old, mutant.new).code
-            states[number], _ = attempt(name, path, code, tests, limit)
+            changed: Any = tree.module.deep_replace(mutant.old, mutant.new)
+            states[number], _ = attempt(name, path, changed.code, tests, limit)
             with log.open("a") as file:
                 file.write(json.dumps({"mutant": number, "state": states[number], "what": str(mutant)}) + "\n")
             if states[number] == "survived":

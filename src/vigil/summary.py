@@ -72,7 +72,8 @@ class Settlement:
     @property
     def subtypes(self) -> dict[Subtype, int]:
         """How many reports are mismatched or not to be credited in each way, the most frequent first."""
-        return dict(Counter(outcome.subtype for outcome in self.outcomes if outcome.subtype).most_common())
+        counts: Counter[Subtype] = Counter(outcome.subtype for outcome in self.outcomes if outcome.subtype)
+        return dict(counts.most_common())
 
     @property
     def has_many_errors(self) -> bool:

@@ -145,7 +145,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
     spec = RunSpec(
         agent=settings.player,
         agent_kind=_kind(settings),
-        agent_files=file_hashes(settings.agent, Path.cwd()) if is_exec(settings.agent or "") else {},
+        agent_files=file_hashes(settings.agent, Path.cwd()) if settings.agent and is_exec(settings.agent) else {},
         base_url=_address(settings),
         sampling=without_secrets(sampling_of(settings)),
         thinking=settings.thinking,
