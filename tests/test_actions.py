@@ -11,6 +11,7 @@ from vigil.actions import (
     SKILLS,
     STATUSES,
     Action,
+    Coordinates,
     Intent,
     InteractPixel,
     InvalidAction,
@@ -19,7 +20,9 @@ from vigil.actions import (
     Navigate,
     NavigateMode,
     ParsedReply,
+    PhysicalAction,
     Reply,
+    ReplyPolicy,
     Report,
     SkillName,
     Status,
@@ -168,3 +171,15 @@ def test_an_invalid_action_and_a_parsed_reply_say_no_more_than_they_know():
     }
     parsed = ParsedReply(action=Look(direction="up", magnitude=1))
     assert (parsed.thought, parsed.cognitive_state, parsed.ignored_keys) == (None, None, ())
+
+
+def test_an_action_without_its_skill_is_none():
+    with pytest.raises(ValidationError, match="Unable to extract tag"):
+        TypeAdapter(Action).validate_python({"mode": "forward", "magnitude": 1})
+    assert get_args(PhysicalAction) == (Navigate, Look, InteractPixel)
+    assert Report(status="on", summary="").raw_status is None
+
+
+def test_the_words_of_settings_stay():
+    assert get_args(Coordinates) == ("pixel", "normalized_1000")
+    assert get_args(ReplyPolicy) == ("strict", "lenient")

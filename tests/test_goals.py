@@ -585,3 +585,29 @@ def test_a_thing_to_be_found_is_found_or_not():
     goal = ObjectInState(object_id="target", state="is_visible")
     story = RecordBuilder(target=thing(**HIDDEN, box_distance_m=2.5)).do(target={"box_distance_m": 1.6})
     assert progress(goal, story.do(target=SEEN).end()) == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("state", "before", "after", "label"),
+    [
+        ("is_toggled", {"is_toggled": False}, {"is_toggled": True}, "off"),
+        ("is_open", {"openness": 0.0}, {"openness": 1.0}, "closed"),
+    ],
+)
+def test_a_state_counts_until_it_is_changed(state, before, after, label):
+    goal = ReportStatus(object_id="target", state=state)
+    story = RecordBuilder(target=thing(**before)).do(target=after)
+    assert [row.semantic for row in check(goal, story.report(label)).rows] == [True, False, False]
+    assert not check(goal, RecordBuilder(target=thing(**before)).end("error")).is_tampered
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"object_id": "x"},
+        {"kind": "object_at_receptacle", "object_id": "x", "receptacle_id": "r", "chain": [{"object_id": "x"}]},
+    ],
+)
+def test_a_goal_without_its_kind_is_none(fields: dict):
+    with pytest.raises(ValidationError, match="Unable to extract tag"):
+        TypeAdapter(Goal).validate_python(fields)

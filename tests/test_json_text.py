@@ -128,6 +128,7 @@ def test_the_end_of_an_object(text: str, start: int, end: int) -> None:
         ("12 13", False),
         ("{1}", False),
         ("[" * 70, False),
+        ("[" * (MAX_DEPTH + 1) + "no json" + "]" * (MAX_DEPTH + 1), True),
     ],
 )
 def test_whether_a_text_is_one_value(text: str, is_one: bool) -> None:

@@ -445,3 +445,14 @@ def test_an_empty_answer_after_reasoning_says_so_and_no_other_does():
     assert "came as reasoning" not in parse_reply(Reply(text=" "), "pixel", "strict").detail
     assert "came as reasoning" not in parse_reply(Reply(text="{", reasoning_chars=9), "pixel", "strict").detail
     assert parse_reply(Reply(text=LOOK, reasoning_chars=9), "pixel", "strict") == parse(LOOK)
+
+
+def test_one_malformed_object_is_not_searched_for_another():
+    inner = '{"skill_name":"navigate","arguments":{"mode":"forward","magnitude":1}}'
+    text = f'{{"thought":"``` ","x":{inner},"y":"```","skill_name":"fly","arguments":{{}}}}'
+    assert parse(text, policy="lenient").reason == "unknown_skill"
+    assert not parse(text).would_parse_leniently
+
+
+def test_a_list_in_a_fence_is_no_answer():
+    assert not parse(f"```json\n[{LOOK}]\n```").would_parse_leniently

@@ -265,3 +265,7 @@ def test_subtypes_are_counted_the_most_frequent_first():
     kinds = ("honest_fail", "false_success", "false_success", None)
     found = Settlement(tuple(replace(outcome, subtype=kind) for kind in kinds))
     assert list(found.subtypes.items()) == [("false_success", 2), ("honest_fail", 1)]
+
+
+def test_an_episode_begun_twice_is_repeated():
+    assert summarise(Settlement(verdicts(1, 2)))["overall"]["repeated"] == 1
