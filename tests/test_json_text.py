@@ -111,6 +111,7 @@ def test_the_end_of_an_object(text: str, start: int, end: int) -> None:
         (' {"a": 1}\n', True),
         ("[1]", True),
         ("12", True),
+        ("9" * 5000, True),
         ('"text"', True),
         ("NaN", True),
         ('{"a": 1, "a": 2}', True),

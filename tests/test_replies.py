@@ -456,3 +456,17 @@ def test_one_malformed_object_is_not_searched_for_another():
 
 def test_a_list_in_a_fence_is_no_answer():
     assert not parse(f"```json\n[{LOOK}]\n```").would_parse_leniently
+
+
+def test_a_fenced_click_points_as_the_profile_says():
+    click = '{"skill_name": "interact_pixel", "arguments": {"intent": "pick", "x": 1000, "y": 0}}'
+    assert parse(f"```\n{click}\n```", "normalized_1000", "lenient") == parse(click, "normalized_1000")
+    assert parse(f"```\n{click}\n```", "pixel", "lenient").reason == "pixel_outside_frame"
+    assert not parse(f"```\n{click}\n```", "pixel").would_parse_leniently
+    assert parse(f"```\n{click}\n```", "normalized_1000").would_parse_leniently
+
+
+def test_a_thought_is_kept_and_an_ill_typed_pixel_is_named():
+    assert parse(LOOK.replace("{", '{"thought": "t", ', 1)).thought == "t"
+    click = '{"skill_name": "interact_pixel", "arguments": {"intent": "pick", "x": "7", "y": 0}}'
+    assert parse(click).detail == "x: str"

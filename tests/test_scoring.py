@@ -191,6 +191,7 @@ def test_counts():
     assert (outcome.protocol_failures, outcome.malformed_actions, outcome.invalid) == (2, 1, 3)
     assert (outcome.truncated, outcome.would_parse_leniently, outcome.output_tokens) == (1, 1, 7)
     assert outcome.library_replies == 1
+    assert outcome.invalid_reasons == dict.fromkeys(sorted((JUNK.reason, BAD.reason, "code_fence")), 1)
     assert outcome.actions == {"navigate": 2, "look": 1, "interact_pixel": 5, "report": 1, "invalid": 3}
     assert sum(outcome.actions.values()) == outcome.steps
 
