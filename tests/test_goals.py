@@ -11,26 +11,22 @@ from stories import GOALS, RecordBuilder, thing
 
 from vigil.actions import InteractPixel
 from vigil.errors import RecordError
+from vigil.goal_check import UNFINISHED_AT_MOST, GoalCheck, GoalRow, check, label_at_reset
 from vigil.goals import (
     NEAR_M,
     OBSERVABLE_M,
     OBSERVABLE_PX,
     TOLERANCE,
-    UNFINISHED_AT_MOST,
     AgentNearTarget,
     Constraint,
     Goal,
-    GoalCheck,
-    GoalRow,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
     ReportStatus,
     TargetGrounded,
-    check,
     is_observable,
     is_state_observable,
-    label_at_reset,
 )
 from vigil.pose import Vec3
 from vigil.world import Effect

@@ -23,8 +23,9 @@ BASE = [
 ]
 """Lowest layer: each may import those before it."""
 PURE = [
-    "record",
     "goals",
+    "record",
+    "goal_check",
     "episode",
     "strata",
     "pack",
@@ -61,6 +62,7 @@ TOPMOST = {"cli", "web", "integrations", "api"}
 HIDDEN = {
     "world",
     "goals",
+    "goal_check",
     "episode",
     "scoring",
     "rates",

@@ -110,9 +110,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
         assert reply.raw == text.encode("utf-8", "surrogatepass")
         assert Reply.model_validate_json(reply.model_dump_json()) == reply
         assert reply.reasoning_chars == reasoning_sent(said)
-        sent = Reply(
-            text=text, finish_reason="length" if said.is_cut else "stop", reasoning_chars=reasoning_sent(said)
-        )
+        sent = Reply(text=text, finish_reason="length" if said.is_cut else "stop", reasoning_chars=reasoning_sent(said))
         assert parse_reply(reply, "pixel", "strict") == parse_reply(sent, "pixel", "strict")
         if said.has_usage or wire == "anthropic":
             assert (reply.usage.input_tokens, reply.usage.output_tokens) == (100, 10)

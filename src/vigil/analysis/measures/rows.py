@@ -21,22 +21,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil import (
-    actions,
-    episode,
-    goals,
-    jsonl,
-    pose,
-    prompt,
-    record,
-    record_file,
-    replies,
-    row_check,
-    saved_run,
-    scoring,
-    summary,
-    world,
-)
+import vigil
 from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
@@ -263,11 +248,8 @@ def _key(header: RunHeader, data: bytes) -> str:
 @cache
 def _scoring_sha256() -> str:
     """Returns a hash of the code that makes verdicts: rows of another version are recomputed."""
-    modules = (
-        *(actions, episode, goals, jsonl, pose, prompt, record, record_file, replies, row_check, saved_run, scoring),
-        *(summary, world),
-    )
-    return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
+    modules = sorted(Path(vigil.__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(module.read_bytes() for module in modules)).hexdigest()
 
 
 def _load(file: Path, key: str) -> tuple[pd.DataFrame, dict] | None:

@@ -38,12 +38,13 @@ from vigil.analysis.tables.table import (
     rate_cells,
     texts,
 )
+from vigil.goals import STATE_LABELS
 from vigil.rates import RATES, rate_of
 from vigil.record import Resumption, RunHeader
 
 MODEL = Column("model", "Run", "text")
 WILSON_NOTE = "Intervals: Wilson."
-_STATE_LABELS = ("on", "off", "open", "closed")
+_STATE_LABELS = tuple(label for pair in STATE_LABELS.values() for label in pair)
 
 
 def overview(study: Study) -> Table:

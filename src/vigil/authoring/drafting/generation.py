@@ -25,6 +25,7 @@ from vigil.authoring.drafting.sources import Source
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
+from vigil.goals import ReportStatus
 from vigil.house import House
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -226,7 +227,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
     target = context.thing(episode.goal.object_id)
     rooms = context.simulator.scene().rooms
     last = actions[-1]
-    label = last.status if episode.family == "SV" and isinstance(last, Report) else None
+    label = last.status if isinstance(episode.goal, ReportStatus) and isinstance(last, Report) else None
     return DraftFacts(
         category=target.category,
         rooms=len(rooms),

@@ -7,6 +7,7 @@ long, so each is brought about by the simulator's own set-up, and judged by the 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
+from typing import assert_never
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from vigil.authoring.solving.moves import click
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
 from vigil.goals import (
+    STATE_LABELS,
     AgentNearTarget,
     ObjectAtReceptacle,
     ObjectHeld,
@@ -40,7 +42,10 @@ SHORT_M = (0.03, 0.4)
 NEAR_OTHER_M = 1.2
 LOOK_M = (0.8, 2.5)
 TRIED_POSES, TRIED_NEIGHBOURS = 6, 4
-OTHER_LABEL: dict[Status, Status] = {"on": "off", "off": "on", "open": "closed", "closed": "open"}
+OTHER_LABEL: dict[Status, Status] = {
+    **dict(STATE_LABELS.values()),
+    **{negative: positive for positive, negative in STATE_LABELS.values()},
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +104,8 @@ class _WrongWays:
                 yield from self._placed(goal)
             case ReportStatus():
                 yield from self._reported(goal)
+            case _:
+                assert_never(goal)
         if goal.constraint is not None and goal.constraint.kind != "object_released":
             yield "the constraint is not resolved", self._from_reset(self._unresolved())
 
@@ -263,9 +270,9 @@ class _WrongWays:
                 self._with(target, at) for other in others[:1] for at in islice(_proper(other, target, goal), 1)
             ]),
             ("the look-alike instead", [
-                self._with(alike, at)
-                for at in (islice(_proper(receptacle, alike, goal), 1) if alike is not None else ())
-                if alike is not None
+                self._with(other, at)
+                for other in ([alike] if alike is not None else [])
+                for at in islice(_proper(receptacle, other, goal), 1)
             ]),
         ]  # fmt: skip
         if goal.inside:
