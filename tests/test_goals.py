@@ -416,6 +416,13 @@ class TestConstraint:
         story.do(obstacle={"position": Vec3(0.0, 1.0, 3.0 + moved_m)})
         assert verdict(goal, story.end()) == (holds, holds)
 
+    @pytest.mark.parametrize(("moved_m", "holds"), [(0.5 - TOLERANCE, True), (0.5 - 1.001 * TOLERANCE, False)])
+    def test_moved_by_exactly_the_distance_less_the_tolerance_is_moved(self, moved_m, holds):
+        goal = self.goal(kind="object_moved", latched=False, distance_m=0.5)
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing(position=Vec3(0.0, 1.0, 0.0)))
+        story.do(obstacle={"position": Vec3(0.0, 1.0, moved_m)})
+        assert verdict(goal, story.end()) == (holds, holds)
+
     def test_progress_of_moving_follows_the_distance(self):
         goal = self.goal(kind="object_moved", latched=True, distance_m=0.5)
         story = RecordBuilder(target=thing(box_distance_m=1.0), obstacle=thing())
