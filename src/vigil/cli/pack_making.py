@@ -123,11 +123,11 @@ def _freeze(
     files: list[DraftsFile],
     given: list[Review],
     pack_request: PackRequest,
-    means: VerificationSettings,
+    verification: VerificationSettings,
     *,
     kept: DraftsFile | None = None,
 ) -> None:
-    pack, bad = assemble(out, files, given, pack_request, checker(files, means), kept=kept)
+    pack, bad = assemble(out, files, given, pack_request, checker(files, verification), kept=kept)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
@@ -165,25 +165,23 @@ def make(
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
     sources = filed(houses, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
     out.parent.mkdir(parents=True, exist_ok=True)
-    file, means = (
-        DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")),
-        VerificationSettings("mujoco", AssetDatabase.of(assets), workers),
-    )
+    file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))
+    verification = VerificationSettings("mujoco", AssetDatabase.of(assets), workers)
     if seed is not None and seed < SECRET_FROM:
         say([SHORT_SEED])
     chosen = families or tuple(FAMILIES)
     is_secret = seed is not None
     pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=chosen, is_seed_secret=is_secret)
-    settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=means.assets)
+    settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=verification.assets)
     with _house_progress() as show:
         generate_drafts(file, sources, settings, workers=workers, on_progress=show)
     _summary(file)
     given = [review for path in reviews or [] for review in _reviews(path)]
-    _freeze(out, [file], given, pack_request, means)
+    _freeze(out, [file], given, pack_request, verification)
 
 
 def checker(
-    files: Sequence[DraftsFile], means: VerificationSettings
+    files: Sequence[DraftsFile], verification: VerificationSettings
 ) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
     """Returns the function that replays candidates, and gives back what does not hold."""
 
@@ -194,7 +192,7 @@ def checker(
     def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
         solved = {candidate.episode.id: candidate.draft.actions for candidate in chosen}
         work = bundles([candidate.episode for candidate in chosen], solved, house_of)
-        results = [result for found in verified(work, means) for result in found]
+        results = [result for found in verified(work, verification) for result in found]
         return {result.episode_id: result.faults for result in results if result.findings}
 
     return check

@@ -51,7 +51,7 @@ Faults = Iterator[str]
 
 @dataclass(frozen=True)
 class EpisodeStart:
-    """An episode at its start: the simulator stands reset behind the stage."""
+    """An episode at its start: the simulator has just been reset to it."""
 
     episode: Episode
     house: House

@@ -81,7 +81,7 @@ class _WrongWays:
         self.episode: Episode = scenes.episode
         scenes.set_up(self.episode.setup)
         self.target = oracle.scene.things[self.episode.goal.object_id]
-        self.alike = self._alike()
+        self.alike = self._look_alike()
 
     def all(self) -> Made:
         goal = self.episode.goal
@@ -119,7 +119,7 @@ class _WrongWays:
         rows = self.scenes.row(setup, pose or self.record.worlds[-1].agent)
         return None if rows is None else record_of(self.record, rows, "success", after_solution=True)
 
-    def _alike(self) -> Thing | None:
+    def _look_alike(self) -> Thing | None:
         """Returns the nearest other thing of the target's category, else of a name that may be taken for its own."""
         name = CATALOG[self.target.category].spoken
         groups = [group for group in LOOK_ALIKES if name in group]
