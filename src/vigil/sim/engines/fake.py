@@ -24,7 +24,7 @@ from vigil.sim.core.sight import HEIGHT, WIDTH, directions
 from vigil.world import OPEN_ABOVE
 
 CHUNK_RAYS = 400
-DRAW_STRIDE = 8
+DRAW_STRIDE = 16
 WELD_M = 1e-4
 MAX_PIECES = 40
 THIN_M = 0.002
