@@ -104,6 +104,21 @@ def test_what_a_model_is_sent_is_the_contract_and_no_more(pack: Path, tmp_path: 
         assert json.loads(asked.texts[-1]) == (now if index == 0 else {**now, "feedback": calm})
 
 
+def test_a_prompt_file_is_sent_kept_and_held_to(pack: Path, tmp_path: Path) -> None:
+    template = "Only this: <TASK_INSTRUCTION>"
+    one = {"episode_ids": ("tiny-AI-003",), "prompt_template": template}
+    with serving(lambda _: Answer(REPORT)) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", **one)
+        run_pack(wanted)
+        with pytest.raises(RecordError, match=r"profile\.prompt_variant: 'file-\w+' there, 'file-\w+' here"):
+            run_pack(replace(wanted, prompt_template=f"{template}!"))
+        assert run_pack(wanted).resumed == 1
+    instruction = Pack.load(pack).episode("tiny-AI-003").instruction
+    assert [asked.texts[0] for asked in server.asked] == [f"Only this: {instruction}"]
+    assert read_header(tmp_path / "run").spec.profile.prompt_template == template
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
+
+
 def test_trouble_all_around_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     count = 0
 

@@ -37,6 +37,7 @@ from vigil.errors import InputError, ModelAPIError, VigilError
 from vigil.pack import Pack
 from vigil.profile import BASELINE, ImageFormat, Profile, PromptVariant
 from vigil.prompt import frame_stub
+from vigil.prompt_file import read_prompt_file
 from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
@@ -221,6 +222,7 @@ def vigil(
     family: Family | None = None,
     profile: str = BASELINE,
     prompt_variant: PromptVariant = "default",
+    prompt_file: str | None = None,
     coordinates: Coordinates | None = None,
     reply_policy: ReplyPolicy = "strict",
     image_format: ImageFormat = "png",
@@ -242,6 +244,7 @@ def vigil(
             families=(family,) if family else (),
             profile=profile,
             prompt_variant=prompt_variant,
+            prompt_template=None if prompt_file is None else read_prompt_file(prompt_file),
             coordinates=coordinates,
             reply_policy=reply_policy,
             image_format=image_format,
