@@ -49,7 +49,7 @@ from vigil.runner.models.serving import only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
-from vigil.runner.workers.pool import SimulatorPool, usable_cpus
+from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring import settle
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
@@ -295,7 +295,7 @@ class _InspectSession:
         await self._check(self.model(), profile)
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
-            self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
+            self._pools[profile] = SimulatorPool(plan, worker_count(settings.workers))
         record = await play_live(self._pools[profile].live(assignment), profile, ask, "inspect")
         if record.error is not None:
             raise RuntimeError(f"{record.error.boundary}: {record.error.message}")

@@ -42,7 +42,7 @@ from vigil.runner.shared_settings import (
     LogDir,
     PackName,
     RenderQuality,
-    SimulatorWorkers,
+    Workers,
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.process import PATIENCE_S
@@ -86,7 +86,7 @@ class RunSettings:
     )
     families: Families = ()
     episode_ids: EpisodeIds = ()
-    workers: SimulatorWorkers = None
+    workers: Workers = None
     max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1, metavar="N")] = 16
     profile: AskedProfile = "baseline"
     prompt_variant: AskedVariant = "default"

@@ -36,7 +36,10 @@ Backend = Annotated[str, Setting("Simulator: mujoco, or fake (no engine).", meta
 RenderQuality = Annotated[
     Quality, Setting("Quality of the picture; fast draws twice as many frames a second.", name="render-quality")
 ]
-SimulatorWorkers = Annotated[int | None, Setting("Simulator processes.", least=1, metavar="N", unset="one a CPU")]
+Workers = Annotated[
+    int | None,
+    Setting("Worker processes; the result is the same with any number.", least=1, metavar="N", unset="one a CPU"),
+]
 AssetFile = Annotated[
     Path | None,
     Setting(
