@@ -256,6 +256,25 @@ def test_a_context_too_small_for_the_first_request_is_an_error_with_the_size_tha
         assert "with a context of 16,384 tokens or more" in record.error.message
 
 
+@pytest.mark.parametrize(("counted", "is_said"), [((2000, 3974, 2051, 2100), True), ((2000, 2100, 2100, 2200), False)])
+def test_a_server_that_counts_fewer_tokens_for_a_longer_dialogue_is_told_of_once(
+    pack: Path, tmp_path: Path, counted: tuple[int, ...], is_said: bool
+) -> None:
+    """As Ollama does when a dialogue does not fit into its context."""
+
+    def brain(asked: Asked) -> Answer:
+        return Answer(REPORT if asked.turn == len(counted) else LOOK, input_tokens=counted[asked.turn - 1])
+
+    said: list[str | None] = []
+    with serving(brain) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", families=("DA", "SV"))
+        run_pack(wanted, on_progress=lambda progress: said.append(progress.warning))
+    warnings = [each for each in said if each is not None]
+    assert len(warnings) == is_said
+    assert all("counted 3,974 input tokens, and 2,051 for the request after" in each for each in warnings)
+    assert all("Ollama: OLLAMA_CONTEXT_LENGTH" in each for each in warnings)
+
+
 FLAGGED = failure(400, "flagged by our safety system", code="content_policy_violation")
 
 
