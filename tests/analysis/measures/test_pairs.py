@@ -15,6 +15,7 @@ from vigil.analysis.tables.registry import tables
 from vigil.episode import FAMILIES, Family
 from vigil.errors import RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
+from vigil.prompt_file import variant_of
 from vigil.record import EpisodeRecord
 
 FEEDBACK, NEUTRAL = Profile(name=ACTION_FEEDBACK), Profile(prompt_variant="neutral_report")
@@ -39,6 +40,29 @@ def test_interventions_are_recognised_from_headers(write: Write):
     assert (prompt.base.name, prompt.other.name) == ("model", "model [neutral_report]")
     assert found.refusals == ()
     assert found.repeats == ()
+
+
+def own_prompt(template: str, **more: Any) -> Profile:
+    return Profile(prompt_variant=variant_of(template), prompt_template=template, **more)
+
+
+def test_a_prompt_file_is_no_variant_of_the_papers_prompt(write: Write):
+    """It is paired with its own runs alone, stands in no table of the default contract, and its name says it."""
+    mine, changed = own_prompt("Do <TASK_INSTRUCTION>"), own_prompt("Please do <TASK_INSTRUCTION>")
+    fed = own_prompt("Do <TASK_INSTRUCTION>", name=ACTION_FEEDBACK)
+    runs = runs_of(write, {}, {"profile": NEUTRAL}, {"profile": mine}, {"profile": changed}, {"profile": fed})
+    found = recognise(runs)
+    (prompt,), (feedback,) = found.prompt, found.feedback
+    assert (prompt.base.name, prompt.other.name) == ("model", "model [neutral_report]")
+    assert feedback.base.name == f"model [{mine.prompt_variant}]"
+    assert feedback.other.name == f"model [+FB, {mine.prompt_variant}]"
+    assert (found.repeats, found.refusals) == ((), ())
+    assert [entry.name for entry in study(runs).base()] == ["model"]
+
+
+def test_a_prompt_file_is_named_also_where_no_other_run_is_near(write: Write):
+    mine = own_prompt("Do <TASK_INSTRUCTION>")
+    assert [run.name for run in runs_of(write, {"profile": mine})] == [f"model [{mine.prompt_variant}]"]
 
 
 def test_another_revision_of_the_prompt_is_no_variant(write: Write):

@@ -30,7 +30,7 @@ COLUMNS: dict[str, str] = {
     "pack": "name of the pack",
     "pack_sha256": "SHA-256 of its manifest",
     "profile": "published condition of evaluation",
-    "prompt_variant": "`default` or `neutral_report`",
+    "prompt_variant": "`default`, `neutral_report`, or `file-` and the hash of a prompt file",
     "prompt_policy_sha256": "SHA-256 of the prompt's template",
     "reply_policy": "`strict` or `lenient`",
     "coordinates": "`pixel` or `normalized_1000`",

@@ -250,9 +250,14 @@ def _kind(first: Run, second: Run) -> PairKind | None:
         return None
     if varied == {"profile.name"}:
         return "feedback"
-    if varied == {"profile.prompt_variant"}:
+    if varied == {"profile.prompt_variant"} and not _has_own_prompt(first, second):
         return "prompt"
     return None if varied else "repeat"
+
+
+def _has_own_prompt(*runs: Run) -> bool:
+    """Whether one of the runs is under a prompt file: it is no variant of the paper's prompt."""
+    return any(run.header.spec.profile.has_own_prompt for run in runs)
 
 
 def _agent(run: Run) -> tuple[str, str]:

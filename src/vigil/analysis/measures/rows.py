@@ -285,10 +285,13 @@ def _size(folder: Path) -> int:
 
 def _named(runs: Iterable[Run]) -> list[Run]:
     """Returns the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
-    model."""
+    model. A prompt of one's own is always named."""
     found = list(runs)
     models = Counter(run.model.name for run in found)
-    names = [_marked(run) if models[run.model.name] > 1 else run.model.name for run in found]
+    names = [
+        _marked(run) if models[run.model.name] > 1 or run.header.spec.profile.has_own_prompt else run.model.name
+        for run in found
+    ]
     above = Path(os.path.commonpath([run.folder for run in found] or [""]))
     for more in ([run.header.run_id for run in found], [str(run.folder.relative_to(above)) for run in found]):
         told = Counter(name for name, _ in set(zip(names, more, strict=True)))

@@ -116,7 +116,7 @@ def generate_drafts(
 def _worked(
     units: Sequence[Unit], settings: GenerationSettings, workers: int, proposer: tuple[str, Proposer] | None
 ) -> Iterator[Found]:
-    if proposer is not None or workers == 1:
+    if proposer is not None or workers == 1 or len(units) < 2:
         generator = DraftGenerator(settings, proposer[1] if proposer else grammar_proposer(settings))
         for unit in units:
             yield generator.work(*unit)
