@@ -134,8 +134,9 @@ def test_two_baselines_make_one_row_each_for_the_runs_beside_them(write: Write):
 def test_labels_that_change_are_counted_and_tested(write: Write):
     base, other = runs_of(write, {"records": missed()}, {"profile": FEEDBACK})
     (pair_of,) = recognise([base, other]).feedback
-    assert label_matrix(pair_of)["NR"]["B"] == label_matrix(pair_of)["B"]["B"] == 8
-    (change,) = transitions(pair_of)
+    matrix = label_matrix(*pair_of.tables())
+    assert matrix["NR"]["B"] == matrix["B"]["B"] == 8
+    (change,) = transitions(*pair_of.tables())
     assert (change.source, change.target, change.there, change.back) == ("B", "NR", 0, 8)
     assert change.net == pytest.approx(-0.5)
     assert np.isclose(change.p, 2 * 0.5**8)
@@ -153,7 +154,7 @@ def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
         with (folder / "episodes.jsonl").open("ab") as file:
             file.write(extra.replace(b'"run_id":"extra"', b'"run_id":"%b"' % folder.name.encode()))
     (found,) = recognise(read_runs(folders)).feedback
-    (change,) = transitions(found)
+    (change,) = transitions(*found.tables())
     assert (change.there, change.back) == (0, 16)
     assert change.net == pytest.approx(-0.5)
     assert np.isclose(change.p, 2 * 0.5**16)
@@ -176,6 +177,33 @@ def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
     (row,) = made.rows
     assert row.cells["runs"] == 2
     assert row.cells["B"] == pytest.approx((75.0, 25.0))
+
+
+def test_repeats_show_how_many_labels_change_by_themselves(write: Write):
+    settings = [{}, {"records": missed()}, {}, {"profile": FEEDBACK, "records": missed()}]
+    made = tables(study(runs_of(write, *settings), with_paper=False))
+    groups: dict[str, dict[str, Any]] = {}
+    for row in made["transitions"].rows:
+        groups.setdefault(row.group.rpartition(" (")[0].split(": ")[-1], {})[row.cells["model"]] = row.cells
+    assert list(groups) == ["model · run0 → model [+FB]", "repeat 1 → repeat 2", "repeat 1 → repeat 3"]
+    assert [sum(cells["n"] for cells in matrix.values()) for matrix in groups.values()] == [16, 16, 16]
+    assert [matrix["B"]["NR"] for matrix in groups.values()] == [8, 8, 0]
+    tested = [(row.group.rpartition(" (")[0].split(": ")[-1], row.cells) for row in made["transition_tests"].rows]
+    assert [(name, cells["model"]) for name, cells in tested] == [
+        (name, labels) for name in list(groups)[:2] for labels in ("all labels", "B → NR")
+    ]
+    assert tested[0][1]["test"] == "Stuart-Maxwell: χ² = 8.0, df = 1"
+
+
+def test_the_epochs_of_one_run_are_repeats_too(write: Write):
+    run = write("epochs", small_records(), epochs=2)
+    again = {name: record.model_copy(update={"epoch": 2}) for name, record in missed().items()}
+    extra = write("extra", again, epochs=2)
+    with (run / "episodes.jsonl").open("ab") as file:
+        file.write((extra / "episodes.jsonl").read_bytes().replace(b'"run_id":"extra"', b'"run_id":"epochs"'))
+    ((found, number, before, after),) = recognise(read_runs([run])).against_the_first()
+    assert (found.name, number, len(before)) == ("model", 2, 16)
+    assert label_matrix(before, after)["B"] == {"B": 8, "FR": 0, "Other": 0, "NR": 8, "IL": 0}
 
 
 def test_a_scripted_agents_seed_is_a_setting(write: Write):

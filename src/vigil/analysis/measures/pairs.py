@@ -76,6 +76,14 @@ class Pairing:
     """Which run a run is paired with, where several would do."""
 
 
+    def against_the_first(self) -> Iterator[tuple[Run, int, pd.DataFrame, pd.DataFrame]]:
+        """Yields of each further repeat its set's first run, its number in the set, and the rows of both repeats."""
+        for run, (first, *further) in zip(self.repeated, self.repeats, strict=True):
+            for number, table in enumerate(further, start=2):
+                before, after = shared(first.assign(epoch=number), table.assign(epoch=number))
+                yield run, number, before.reset_index(), after.reset_index()
+
+
 @dataclass(frozen=True)
 class RunComparison:
     """Two runs on the episodes that both have scored."""

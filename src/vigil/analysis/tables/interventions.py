@@ -13,7 +13,16 @@ from vigil.analysis.measures.metrics import measure
 from vigil.analysis.measures.pairs import Pair
 from vigil.analysis.measures.paper import NR_NOTE
 from vigil.analysis.measures.study import Study, by_group
-from vigil.analysis.tables.paired import INTERVAL_NOTE, P_NOTE, SHIFTED, TESTED, p_values, prompt_shifts, shifts
+from vigil.analysis.tables.paired import (
+    DISAGREEMENT_NOTE,
+    INTERVAL_NOTE,
+    P_NOTE,
+    SHIFTED,
+    TESTED,
+    p_values,
+    prompt_shifts,
+    shifts,
+)
 from vigil.analysis.tables.results import (
     ALL,
     FAMILY_COLUMNS,
@@ -71,6 +80,7 @@ def proprio_minimal(study: Study) -> Table:
     notes = (
         f"Means per episode over the episodes that both runs have scored; their intervals stand in `feedback_events`. "
         f"Differences: +FB minus base. {INTERVAL_NOTE} {P_NOTE}",
+        DISAGREEMENT_NOTE,
         "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
         *study.pairing.choices["feedback"],
     )
