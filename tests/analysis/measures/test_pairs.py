@@ -1,13 +1,14 @@
 """Pairs: what is recognised from headers alone, and what is refused by name."""
 
 from datetime import timedelta
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from published import SMALL, EpisodeCourse, Write, played, small_records
+from published import SMALL, EpisodeCourse, Write, played, records_of, small_records, thousand, write_pack, write_run
 
-from vigil.analysis.measures.pairs import compare, pair, recognise, shared
+from vigil.analysis.measures.pairs import compare, family_differences, pair, recognise, shared
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.measures.transitions import label_matrix, transitions
@@ -247,6 +248,21 @@ def test_intervention_table_counts_events_and_differences(write: Write):
     assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
     assert np.isclose(row.cells["p_NR"], 2 * 0.5**8)
     assert row.cells["p_W"] == row.cells["p_FR"] == 1.0
+
+
+def test_the_largest_shift_of_a_family_has_its_interval(tmp_path: Path):
+    write_pack(tmp_path / "pack", thousand(10))
+    plots = {family: [EpisodeCourse(family, True, "on" if family == "SV" else "success")] * 10 for family in FAMILIES}
+    base = write_run(tmp_path / "base", tmp_path / "pack", "vllm/model", records_of(plots))
+    plots["CR"] = [EpisodeCourse("CR", True, "NR")] * 4 + plots["CR"][4:]
+    other = write_run(tmp_path / "neutral", tmp_path / "pack", "vllm/model", records_of(plots), profile=NEUTRAL)
+    found = study(read_runs([base, other]), with_paper=False)
+    ((size, interval),) = [family_differences(one, "B")["CR B"] for one in found.pairing.prompt]
+    assert size == pytest.approx(-0.4)
+    assert interval is not None
+    (row,) = tables(found)["prompt_shifts"].rows
+    shown = row.cells["largest"].replace("−", "-")
+    assert shown == f"CR B -40.0 [{100 * interval[0]:.1f}, {100 * interval[1]:.1f}]"
 
 
 def test_shifts_of_the_prompt_are_tested(write: Write):

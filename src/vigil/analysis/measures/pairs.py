@@ -15,7 +15,8 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.intervals import McNemar, mcnemar, paired_difference
-from vigil.analysis.measures.rows import Run
+from vigil.analysis.measures.rows import Run, where
+from vigil.episode import FAMILIES
 from vigil.errors import RecordError
 from vigil.rates import Interval
 
@@ -74,7 +75,6 @@ class Pairing:
     refusals: tuple[str, ...]
     choices: Mapping[PairKind, tuple[str, ...]]
     """Which run a run is paired with, where several would do."""
-
 
     def against_the_first(self) -> Iterator[tuple[Run, int, pd.DataFrame, pd.DataFrame]]:
         """Yields of each further repeat its set's first run, its number in the set, and the rows of both repeats."""
@@ -188,8 +188,23 @@ def shared(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
     """Returns the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
     base, other = shared(pair_of.base.rows, pair_of.other.rows)
-    if not len(base):
-        return None
+    return difference(base, other, name) if len(base) else None
+
+
+def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[float, Interval | None]]:
+    """Returns the same family by family, under names such as `AI W`."""
+    base, other = pair_of.tables()
+    masks = {family: base["family"].to_numpy() == family for family in FAMILIES}
+    return {
+        f"{family} {name}": difference(where(base, mask), where(other, mask), name)
+        for family, mask in masks.items()
+        if mask.any()
+        for name in names
+    }
+
+
+def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[float, Interval | None]:
+    """Returns the difference of W, B or a label between rows of the same plays, and its interval by houses."""
     return paired_difference(_has(base, name), _has(other, name), _houses(base))
 
 

@@ -79,8 +79,8 @@ def comparable_pairs(study: Study) -> Table:
         rows += _pairs_close_in_w(anchors, is_published=True)
     notes = (
         f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B, the first run's minus the second's. "
-        "Intervals of own pairs: paired bootstrap over houses; whether they differ is for the paired tests to say. Those "
-        "of W stand in `overview`.",
+        "Intervals of own pairs: paired bootstrap over houses; whether they differ is for the paired tests to say. "
+        "Those of W stand in `overview`.",
     )
     return Table("comparable_pairs", "Alike in W, apart in B", columns, tuple(rows), notes)
 

@@ -10,9 +10,9 @@ from typing import Any
 import pandas as pd
 
 from vigil.analysis.measures.intervals import holm
-from vigil.analysis.measures.metrics import LABELS, by_family, mean_of, measure
+from vigil.analysis.measures.metrics import LABELS, mean_of, measure
 from vigil.analysis.measures.models import checkpoint_of
-from vigil.analysis.measures.pairs import Pair, mean_difference
+from vigil.analysis.measures.pairs import Pair, family_differences, mean_difference
 from vigil.analysis.measures.paper import Paper
 from vigil.analysis.measures.study import Study, by_group
 from vigil.analysis.measures.transitions import homogeneity, label_matrix, transitions
@@ -65,7 +65,7 @@ def prompt_shifts(study: Study) -> Table:
         rows += list(_published_prompt_shifts(study.published))
     notes = (
         f"Neutral minus default, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} The largest "
-        "shift is the widest of sixteen: a pointer, not a finding.",
+        "shift is the widest of sixteen, of which its interval knows nothing: a pointer, not a finding.",
         "Published shifts are differences of printed rows; FR and NR only where the paper's text prints both.",
         DISAGREEMENT_NOTE,
         *study.pairing.choices["prompt"],
@@ -217,20 +217,18 @@ def _change(before: RateCell, after: RateCell) -> float | None:
 
 
 def _largest_shift(pair: Pair) -> str | None:
-    base, other = (by_family(rows) for rows in pair.tables())
-    moved = {
-        f"{family} {name}": 100 * ((other[family].share(name) or 0.0) - (base[family].share(name) or 0.0))
-        for family in base
-        for name in ("W", "B")
-    }
-    return _largest(moved)
+    return _largest({place: points(*moved) for place, moved in family_differences(pair, "WB").items()})
 
 
-def _largest(moved: dict[str, float]) -> str | None:
-    if not moved:
+def _largest(moved: dict[str, RateCell]) -> str | None:
+    """Returns where something moved farthest, and by how much, with the interval where it has one."""
+    known = {place: cell for place, cell in moved.items() if cell is not None}
+    if not known:
         return None
-    place, size = max(moved.items(), key=lambda item: abs(item[1]))
-    return f"{place} {printed(size, 'signed1')}" if size else "none"
+    place = max(known, key=lambda place: abs(known[place][0]))
+    size, low, high = known[place]
+    ends = "" if low is None or high is None else f" [{printed(low, 'signed1')}, {printed(high, 'signed1')}]"
+    return f"{place} {printed(size, 'signed1')}{ends}" if size else "none"
 
 
 def _published_prompt_shifts(paper: Paper) -> Iterator[Row]:
@@ -242,8 +240,8 @@ def _published_prompt_shifts(paper: Paper) -> Iterator[Row]:
             said = paper.text.get(model.name, {})
             if name in said and f"{name}_neutral" in said:
                 cells[f"d{name}"] = round(said[f"{name}_neutral"] - said[name], 1)
-        moved = {
-            f"{family} {name}": round(after[i] - families[model.name][family][i], 1)
+        moved: dict[str, RateCell] = {
+            f"{family} {name}": (round(after[i] - families[model.name][family][i], 1), None, None)
             for family, after in row["families"].items()
             for i, name in enumerate("WB")
             if model.name in families
