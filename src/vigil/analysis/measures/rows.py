@@ -1,7 +1,7 @@
 """Rows: saved runs -> one flat table of verdicts each, one row a scored episode, kept beside the run.
 
 Every row is what `vigil.scoring.settle` says about one record; nothing is decided here. The table is written to
-`rows.parquet` in the run's folder and taken from there as long as records, header, pack and scoring are the same.
+`settled.parquet` in the run's folder and taken from there as long as records, header, pack and scoring are the same.
 """
 
 import hashlib
@@ -47,7 +47,7 @@ from vigil.saved_run import RecordTable, open_run
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
-ROWS_FILE = "rows.parquet"
+KEPT_FILE = "settled.parquet"
 ROWS_VERSION = 4
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
@@ -133,7 +133,7 @@ def read_runs(folders: Sequence[Path], pack: str | Path | None = None, *, use_ca
 def _kept_run(folder: Path) -> Run | None:
     """Returns the run from the rows beside it; None when there are none, or they are of other records or code."""
     header, data = read_header(folder), read_file(folder / EPISODES_FILE)
-    kept = _load(folder / ROWS_FILE, _key(header, data))
+    kept = _load(folder / KEPT_FILE, _key(header, data))
     return None if kept is None else _run(folder, header, *kept)
 
 
@@ -143,7 +143,7 @@ def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     table, facts = _settle(run.table, data)
     table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
     if keep:
-        facts = _keep(folder / ROWS_FILE, _key(run.header, data), table, facts)
+        facts = _keep(folder / KEPT_FILE, _key(run.header, data), table, facts)
     return _run(folder, run.header, table, facts)
 
 
