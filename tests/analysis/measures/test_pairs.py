@@ -111,7 +111,7 @@ def test_serving_modes_of_a_checkpoint_are_paired(write: Write, instruct: dict[s
     assert (bool(one.base.model.is_thinking), one.other.model.is_thinking) == (False, True)
     assert found.refusals == ()
     (row,) = tables(study(runs, with_paper=False))["serving_modes"].rows
-    assert row.cells["base"] == row.cells["other"] == (100.0, 100.0)
+    assert {row.cells[f"{name}_{side}"][0] for name in "WB" for side in ("base", "other")} == {100.0}
 
 
 def test_serving_modes_under_other_settings_are_refused_by_name(write: Write):
@@ -168,7 +168,7 @@ def test_a_pair_must_differ_in_what_it_is_about(write: Write):
 
 def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
     found = recognise(runs_of(write, {"seed": 1}, {"seed": 2}, {"seed": 3}))
-    assert [len(tables) for tables in found.repeats] == [3]
+    assert [(one.name, len(one.tables)) for one in found.repeats] == [("model", 3)]
     again = {name: record.model_copy(update={"epoch": 2}) for name, record in missed().items()}
     twice = write("epochs", small_records(), epochs=2)
     with (twice / "episodes.jsonl").open("ab") as file:
@@ -185,15 +185,15 @@ def test_repeats_show_how_many_labels_change_by_themselves(write: Write):
     made = tables(study(runs_of(write, *settings), with_paper=False))
     groups: dict[str, dict[str, Any]] = {}
     for row in made["transitions"].rows:
-        groups.setdefault(row.group.rpartition(" (")[0].split(": ")[-1], {})[row.cells["model"]] = row.cells
-    assert list(groups) == ["model · run0 → model [+FB]", "repeat 1 → repeat 2", "repeat 1 → repeat 3"]
+        groups.setdefault(row.group, {})[row.cells["model"]] = row.cells
+    feedback, second, third = groups
+    assert feedback == "model · run0 → model [+FB] (+FB)"
+    assert (second, third) == ("model · run0 → model · run1 (repeat)", "model · run0 → model · run2 (repeat)")
     assert [sum(cells["n"] for cells in matrix.values()) for matrix in groups.values()] == [16, 16, 16]
     assert [matrix["B"]["NR"] for matrix in groups.values()] == [8, 8, 0]
-    tested = [(row.group.rpartition(" (")[0].split(": ")[-1], row.cells) for row in made["transition_tests"].rows]
-    assert [(name, cells["model"]) for name, cells in tested] == [
-        (name, labels) for name in list(groups)[:2] for labels in ("all labels", "B → NR")
-    ]
-    assert tested[0][1]["test"] == "Stuart-Maxwell: χ² = 8.0, df = 1"
+    tested = [(row.group, row.cells["model"], row.cells["test"]) for row in made["transition_tests"].rows]
+    tests = (("all labels", "Stuart-Maxwell: χ² = 8.0, df = 1"), ("B → NR", "McNemar, exact"))
+    assert tested == [(name, *test) for name in (feedback, second) for test in tests]
 
 
 def test_the_epochs_of_one_run_are_repeats_too(write: Write):
@@ -202,8 +202,10 @@ def test_the_epochs_of_one_run_are_repeats_too(write: Write):
     extra = write("extra", again, epochs=2)
     with (run / "episodes.jsonl").open("ab") as file:
         file.write((extra / "episodes.jsonl").read_bytes().replace(b'"run_id":"extra"', b'"run_id":"epochs"'))
-    ((found, number, before, after),) = recognise(read_runs([run])).against_the_first()
-    assert (found.name, number, len(before)) == ("model", 2, 16)
+    (repeats,) = recognise(read_runs([run])).repeats
+    assert repeats.names == ("model, epoch 1", "model, epoch 2")
+    ((name, before, after),) = repeats.against_the_first()
+    assert (name, len(before)) == ("model, epoch 2", 16)
     assert label_matrix(before, after)["B"] == {"B": 8, "FR": 0, "Other": 0, "NR": 8, "IL": 0}
 
 

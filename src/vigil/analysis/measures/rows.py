@@ -76,6 +76,12 @@ class Run:
     """Unique among the runs of a report."""
 
     @property
+    def marked_name(self) -> str:
+        """The model's name with the condition, where that is not the default one: the same for its repeats."""
+        condition = _condition(self.header)
+        return f"{self.model.name} [{condition}]" if condition else self.model.name
+
+    @property
     def n(self) -> int:
         """Scored episodes."""
         return len(self.rows)
@@ -306,18 +312,13 @@ def _named(runs: Iterable[Run]) -> list[Run]:
     model."""
     found = list(runs)
     models = Counter(run.model.name for run in found)
-    names = [_marked(run) if models[run.model.name] > 1 else run.model.name for run in found]
+    names = [run.marked_name if models[run.model.name] > 1 else run.model.name for run in found]
     above = Path(os.path.commonpath([run.folder for run in found] or [""]))
     for more in ([run.header.run_id for run in found], [str(run.folder.relative_to(above)) for run in found]):
         told = Counter(name for name, _ in set(zip(names, more, strict=True)))
         names = [f"{name} · {extra}" if told[name] > 1 else name for name, extra in zip(names, more, strict=True)]
     named = [replace(run, name=name) for run, name in zip(found, names, strict=True)]
     return sorted(named, key=lambda run: run.name)
-
-
-def _marked(run: Run) -> str:
-    condition = _condition(run.header)
-    return f"{run.model.name} [{condition}]" if condition else run.model.name
 
 
 def _condition(header: RunHeader) -> str:

@@ -207,9 +207,10 @@ def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFram
         base, other = pair.tables()
         if len(base):
             yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", base, other
-    for run, number, base, other in pairing.against_the_first():
-        if len(base):
-            yield f"{run.name}: repeat 1 → repeat {number} (nothing changed)", base, other
+    for repeats in pairing.repeats:
+        for name, base, other in repeats.against_the_first():
+            if len(base):
+                yield f"{repeats.names[0]} → {name} (repeat)", base, other
 
 
 def _change(before: RateCell, after: RateCell) -> float | None:
