@@ -158,9 +158,9 @@ def test_all_formats(mixed: Study, tmp_path: Path):
     rows = pd.read_parquet(tmp_path / "out" / "rows.parquet")
     assert len(rows) == 4 * 16 + 1
     for name in TABLES:
-        lines = list(
-            csv.DictReader(io.StringIO((tmp_path / "out" / "tables" / f"{name}.csv").read_text(encoding="utf-8")))
-        )
+        reader = csv.DictReader(io.StringIO((tmp_path / f"out/tables/{name}.csv").read_text(encoding="utf-8")))
+        lines, names = list(reader), list(reader.fieldnames or ())
+        assert len(set(names)) == len(names), name
         assert len(lines) == len(data["tables"][name]["rows"]), name
         text = (tmp_path / "out" / "tables" / f"{name}.tex").read_text(encoding="utf-8")
         assert text.isascii() or name in ("benchmark_comparison", "comparisons"), name

@@ -129,7 +129,9 @@ def feedback_events(study: Study) -> Table:
             before, after = mean_of(base, name), mean_of(other, name)
             cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": _change(before, after)}
         rows.append(run_row(study.entry(pair.base), cells))
-    notes = ("Means per episode; intervals: bootstrap over houses. Change: relative to the base run.",)
+    notes = (
+        "Means per episode; intervals: bootstrap over houses, none where all agree. Change: relative to the base run.",
+    )
     return Table("feedback_events", "Action feedback: events and steps", columns, tuple(rows), notes)
 
 
