@@ -35,7 +35,7 @@ COLUMNS: dict[str, str] = {
     "reply_policy": "`strict` or `lenient`",
     "coordinates": "`pixel` or `normalized_1000`",
     "temperature": "as set; empty when nothing was sent",
-    "thinking": "`on`, `off`, or `default`: not set",
+    "thinking": "as `--thinking` set it: `on`, `off`, or `default` when it was not given",
     "backend": "simulator",
     "episode_id": "id of the episode",
     "epoch": "number of the play of that episode, from 1",
