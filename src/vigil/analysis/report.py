@@ -18,7 +18,7 @@ from vigil.analysis.measures.study import Study
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import saved
 from vigil.analysis.tables.page import Page, Picture, Section, html_page
-from vigil.analysis.tables.registry import PAPER_TABLES, tables
+from vigil.analysis.tables.registry import SECTIONS, tables
 from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, latex, latex_text, markdown
 from vigil.errors import SettingError
@@ -43,26 +43,6 @@ LIMITS = (
     "through it.",
     "One simulator, first-person RGB, no feedback: results need not carry over to other bodies, sensors or contracts.",
     "A difference between rows counts only where a paired test or an interval in this report supports it.",
-)
-_GROUPS = (
-    ("overview", "regimes", "outcome_partition", "clustered", "comparisons", "comparable_pairs", "power"),
-    tuple(PAPER_TABLES)[:9],
-    (
-        *("feedback_events", "prompt_shifts", "serving_modes", "transitions", "transition_tests"),
-        *("repeat_rates", "stability"),
-    ),
-    (
-        *("runs", "models", "family_rates", "strata", "after_goal", "sv_statuses", "composition", "stop_only"),
-        "invalid_replies",
-    ),
-    tuple(PAPER_TABLES)[9:],
-)
-_HEADINGS = (
-    "Findings at a glance",
-    "The paper's tables, with these runs",
-    "Paired runs and repeats",
-    "Further analyses",
-    "Protocol and pack",
 )
 
 
@@ -123,7 +103,7 @@ def markdown_report(report: Report, figures: bool = True) -> str:
     if figures:
         for name in report.figures:
             parts += [f"![{name}](figures/{name}.svg)", "", f"*{report.captions[name]}*", ""]
-    for heading, names in zip(_HEADINGS, _GROUPS, strict=True):
+    for heading, names in SECTIONS.items():
         parts += [f"## {heading}", "", *(markdown(report.tables[name]) for name in names)]
     return "\n".join(parts)
 
@@ -132,7 +112,7 @@ def html_report(report: Report) -> str:
     """Returns the whole report as one page that needs nothing beside it."""
     sections = [
         Section(heading, tuple(report.tables[name] for name in names))
-        for heading, names in zip(_HEADINGS, _GROUPS, strict=True)
+        for heading, names in SECTIONS.items()
     ]
     pictures = [Picture(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
     return html_page(Page(_summary(report.study), LEGEND, report.study.warnings, LIMITS, sections, pictures))

@@ -1,4 +1,4 @@
-"""The registry of tables: the paper's sixteen by their names, and those beside them."""
+"""The registry of tables, in the sections of a report: the paper's sixteen by their names, and those beside them."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from vigil.analysis.tables.table import Table
 
 Builder = Callable[[Study], Table]
 
-PAPER_TABLES: dict[str, Builder] = {
+_PAPERS_RESULTS: dict[str, Builder] = {
     "global_cross_section": results.global_cross_section,
     "full_panel": results.full_panel,
     "extended_panel": results.extended_panel,
@@ -19,6 +19,8 @@ PAPER_TABLES: dict[str, Builder] = {
     "conditional_report": results.conditional_report,
     "prompt_sensitivity": interventions.prompt_sensitivity,
     "open_repeat_robustness": interventions.open_repeat_robustness,
+}
+_PAPERS_PROTOCOL: dict[str, Builder] = {
     "episode_distribution": protocol.episode_distribution,
     "family_specs": protocol.family_specs,
     "action_specs": protocol.action_specs,
@@ -27,34 +29,44 @@ PAPER_TABLES: dict[str, Builder] = {
     "failure_taxonomy": protocol.failure_taxonomy,
     "benchmark_comparison": protocol.benchmark_comparison,
 }
-OWN_TABLES: dict[str, Builder] = {
-    "runs": own.runs,
-    "models": own.models,
-    "overview": own.overview,
-    "family_rates": own.family_rates,
-    "strata": strata,
-    "clustered": comparison.clustered,
-    "outcome_partition": own.outcome_partition,
-    "regimes": own.regime_table,
-    "comparisons": comparison.comparisons,
-    "comparable_pairs": comparison.comparable_pairs,
-    "feedback_events": paired.feedback_events,
-    "prompt_shifts": paired.prompt_shifts,
-    "serving_modes": paired.serving_modes,
-    "transitions": paired.transition_matrix,
-    "transition_tests": paired.transition_tests,
-    "repeat_rates": interventions.repeat_rates,
-    "stability": interventions.stability,
-    "after_goal": own.after_goal,
-    "sv_statuses": own.sv_statuses,
-    "composition": own.composition,
-    "stop_only": own.stop_only,
-    "invalid_replies": own.invalid_replies,
-    "power": comparison.power,
+SECTIONS: dict[str, dict[str, Builder]] = {
+    "Findings at a glance": {
+        "overview": own.overview,
+        "regimes": own.regime_table,
+        "outcome_partition": own.outcome_partition,
+        "clustered": comparison.clustered,
+        "comparisons": comparison.comparisons,
+        "comparable_pairs": comparison.comparable_pairs,
+        "power": comparison.power,
+    },
+    "The paper's tables, with these runs": _PAPERS_RESULTS,
+    "Paired runs and repeats": {
+        "feedback_events": paired.feedback_events,
+        "prompt_shifts": paired.prompt_shifts,
+        "serving_modes": paired.serving_modes,
+        "transitions": paired.transition_matrix,
+        "transition_tests": paired.transition_tests,
+        "repeat_rates": interventions.repeat_rates,
+        "stability": interventions.stability,
+    },
+    "Further analyses": {
+        "runs": own.runs,
+        "models": own.models,
+        "family_rates": own.family_rates,
+        "strata": strata,
+        "after_goal": own.after_goal,
+        "sv_statuses": own.sv_statuses,
+        "composition": own.composition,
+        "stop_only": own.stop_only,
+        "invalid_replies": own.invalid_replies,
+    },
+    "Protocol and pack": _PAPERS_PROTOCOL,
 }
-TABLES: dict[str, Builder] = {**PAPER_TABLES, **OWN_TABLES}
+"""Heading -> name -> builder, in the order of a report."""
+PAPER_TABLES = _PAPERS_RESULTS | _PAPERS_PROTOCOL
+TABLES = {name: build for section in SECTIONS.values() for name, build in section.items()}
 
 
 def tables(study: Study) -> dict[str, Table]:
-    """Returns every table of a report by name, in the registry's order."""
+    """Returns every table of a report by name, in the report's order."""
     return {name: build(study) for name, build in TABLES.items()}
