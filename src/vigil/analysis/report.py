@@ -110,10 +110,7 @@ def markdown_report(report: Report, figures: bool = True) -> str:
 
 def html_report(report: Report) -> str:
     """Returns the whole report as one page that needs nothing beside it."""
-    sections = [
-        Section(heading, tuple(report.tables[name] for name in names))
-        for heading, names in SECTIONS.items()
-    ]
+    sections = [Section(heading, tuple(report.tables[name] for name in names)) for heading, names in SECTIONS.items()]
     pictures = [Picture(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
     return html_page(Page(_summary(report.study), LEGEND, report.study.warnings, LIMITS, sections, pictures))
 

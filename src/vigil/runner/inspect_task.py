@@ -61,15 +61,15 @@ PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
 
 
-def evaluate(endpoint: Endpoint, tickets: Sequence[Assignment], play_one: PlayOne, log_dir: Path) -> None:
-    """Plays all `tickets`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
+def evaluate(endpoint: Endpoint, assignments: Sequence[Assignment], play_one: PlayOne, log_dir: Path) -> None:
+    """Plays all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
     model = endpoint.model()
     ask = with_retries(sender(model, observed=endpoint.observed), endpoint.retry_policy)
     stop: list[VigilError] = []
-    tidy = _ConnectionCloser(model, play_one, len(tickets))
+    tidy = _ConnectionCloser(model, play_one, len(assignments))
     with _rare_collections(), _no_warnings():
         logs = inspect_eval(
-            _task(tickets, _agent(tickets, tidy.play_one, lambda: ask, stop)),
+            _task(assignments, _agent(assignments, tidy.play_one, lambda: ask, stop)),
             model=endpoint.shown(model),
             log_dir=str(log_dir),
             display="none",
@@ -142,14 +142,14 @@ def _check(logs: list[EvalLog]) -> None:
             raise ModelAPIError(f"Inspect's evaluation ended as {log.status!r}: {what}. See {log.location}.")
 
 
-def _task(tickets: Sequence[Assignment], agent: Solver, **more: Any) -> Task:
+def _task(assignments: Sequence[Assignment], agent: Solver, **more: Any) -> Task:
     samples = [
         Sample(
             id=_sample_id(assignment),
             input=assignment.episode.instruction,
             metadata={"family": assignment.episode.family, "episode": assignment.episode.model_dump(mode="json")},
         )
-        for assignment in tickets
+        for assignment in assignments
     ]
     return Task(dataset=MemoryDataset(samples, name="vigil"), solver=agent, scorer=vigil_score(), name="vigil", **more)
 
@@ -159,10 +159,13 @@ def _sample_id(assignment: Assignment) -> str:
 
 
 def _agent(
-    tickets: Sequence[Assignment], play_one: PlayOne, ask_of: Callable[[], Ask], stop: list[VigilError] | None = None
+    assignments: Sequence[Assignment],
+    play_one: PlayOne,
+    ask_of: Callable[[], Ask],
+    stop: list[VigilError] | None = None,
 ) -> Solver:
     """Returns Inspect's solver; what stops the run is put into `stop`, or raised for Inspect to tell without one."""
-    by_id = {_sample_id(assignment): assignment for assignment in tickets}
+    by_id = {_sample_id(assignment): assignment for assignment in assignments}
 
     @solver(name="vigil_agent")
     def vigil_agent() -> Solver:
@@ -257,10 +260,10 @@ def vigil(
         _, episodes, spec = plan_run(settings)
     except InputError as error:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
-    tickets = [Assignment(episode) for episode in episodes]
+    assignments = [Assignment(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
     guest = _InspectSession(settings)
-    return _task(tickets, _agent(tickets, guest.play_one, guest.ask), metadata=metadata)
+    return _task(assignments, _agent(assignments, guest.play_one, guest.ask), metadata=metadata)
 
 
 class _InspectSession:

@@ -26,6 +26,7 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import (
     RunSettings,
     log_dir,
+    places_of,
     plan_run,
     sampling_of,
     secrets_of,
@@ -40,7 +41,6 @@ ATTEMPTS = 3
 """How often an episode is played at most before its `error` row is written."""
 MAX_ERRORS_IN_A_ROW = 25
 """After so many the run stops: the server is gone, or no simulator works."""
-RUNS_FOLDER = Path("runs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,15 +120,15 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
     pack, episodes, spec = plan_run(settings)
     if settings.model is not None:
         serving_of(settings).check()
-    path, places = log_dir(settings, spec), _places(settings, pack)
+    path, places = log_dir(settings, spec), places_of(pack, settings.asset_database)
     folder = RunFolder.create_or_resume(path, spec, episodes, places, anyway=settings.anyway)
     try:
         tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress)
         run = _Run(settings, pack, episodes, spec, folder, tally, secrets)
         resumed = sum(record.end != "error" for record in folder.records())
-        tickets = run.pending()
-        if tickets:
-            _play_all(run, tickets)
+        assignments = run.pending()
+        if assignments:
+            _play_all(run, assignments)
         folder.note_end()
         rows = tuple(folder.records())
         return RunResult(folder.path, folder.header, tuple(episodes), rows, resumed, folder.torn, folder.notes)
@@ -136,33 +136,25 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
         folder.close()
 
 
-def _places(settings: RunSettings, pack: Pack) -> dict[str, str]:
-    """Returns where what the run was played on lies, for `vigil verify` on the same machine."""
-    places = {"pack_folder": str(pack.folder.resolve())}
-    if settings.asset_database is not None:
-        places["asset_database"] = str(settings.asset_database.resolve())
-    return places
-
-
-def _play_all(run: _Run, tickets: list[Assignment]) -> None:
+def _play_all(run: _Run, assignments: list[Assignment]) -> None:
     settings = run.settings
     is_model = settings.model is not None
     frames = run.folder.frames if settings.save_frames else None
     plan = worker_plan(settings, run.pack, run.spec.profile, run_id=run.folder.header.run_id, frames=frames)
     patience_s = settings.patience_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
-    workers = min(worker_count(settings.workers), len(tickets))
+    workers = min(worker_count(settings.workers), len(assignments))
     with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
         run.folder.note_facts(pool.facts())
         if is_model:
-            _play_outside(run, pool, tickets)
+            _play_outside(run, pool, assignments)
         else:
             run.tally.start()
-            asyncio.run(_play_inside(run, pool, tickets))
+            asyncio.run(_play_inside(run, pool, assignments))
 
 
-async def _play_inside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> None:
+async def _play_inside(run: _Run, pool: SimulatorPool, assignments: list[Assignment]) -> None:
     """Plays with the agent inside the workers, as many episodes at once as there are workers."""
-    waiting = iter(tickets)
+    waiting = iter(assignments)
 
     async def work() -> None:
         for assignment in waiting:
@@ -179,7 +171,7 @@ async def _inside(pool: SimulatorPool, assignment: Assignment, run: _Run) -> Epi
         return lost_record(assignment, run.folder.header.run_id, boundary_of(error), str(error), started)
 
 
-def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> None:
+def _play_outside(run: _Run, pool: SimulatorPool, assignments: list[Assignment]) -> None:
     """Plays with a model in this process."""
     # Inspect takes a second or two to import, and nothing but a model's run needs it.
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
@@ -216,7 +208,7 @@ def _play_outside(run: _Run, pool: SimulatorPool, tickets: list[Assignment]) -> 
             if settings.preflight:
                 asyncio.run(preflight(endpoint, run.spec.agent, profile, goes_on=settings.anyway))
             run.tally.start()
-            evaluate(endpoint, tickets, play_one, run.folder.inspect_logs)
+            evaluate(endpoint, assignments, play_one, run.folder.inspect_logs)
         finally:
             run.folder.note_answered(observed.answered())
 

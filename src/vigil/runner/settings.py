@@ -152,8 +152,9 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
     _check(settings)
     pack = Pack.load(settings.pack)
     episodes = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
-    profile = profile_of(settings)
-    spec = RunSpec(
+    spec = run_spec(
+        pack,
+        profile_of(settings),
         agent=settings.player,
         agent_kind=_kind(settings),
         agent_files=file_hashes(settings.agent, Path.cwd()) if settings.agent and is_exec(settings.agent) else {},
@@ -161,13 +162,6 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         sampling=without_secrets(sampling_of(settings)),
         thinking=settings.thinking,
         model_args=without_secrets(settings.model_args),
-        profile=profile,
-        versions=Versions.here(),
-        prompt_policy=policy_version(profile),
-        prompt_policy_sha256=policy_sha256(profile),
-        pack=pack.name,
-        pack_sha256=pack.sha256,
-        pack_versions=pack.manifest.versions,
         episode_ids=tuple(episode.id for episode in episodes),
         epochs=settings.epochs,
         seed=settings.seed,
@@ -176,6 +170,28 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         render_quality=settings.render_quality,
     )
     return pack, episodes, spec
+
+
+def run_spec(pack: Pack, profile: Profile, **facts: Any) -> RunSpec:
+    """Returns the identity of a run on `pack` under `profile`, made here and now; `facts` are its other fields."""
+    return RunSpec(
+        profile=profile,
+        versions=Versions.here(),
+        prompt_policy=policy_version(profile),
+        prompt_policy_sha256=policy_sha256(profile),
+        pack=pack.name,
+        pack_sha256=pack.sha256,
+        pack_versions=pack.manifest.versions,
+        **facts,
+    )
+
+
+def places_of(pack: Pack, asset_database: Path | None) -> dict[str, str]:
+    """Returns where what a run is played on lies, for `vigil verify` on the same machine."""
+    places = {"pack_folder": str(pack.folder.resolve())}
+    if asset_database is not None:
+        places["asset_database"] = str(asset_database.resolve())
+    return places
 
 
 def sampling_of(settings: RunSettings) -> dict[str, Any]:

@@ -24,21 +24,19 @@ from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.jsonl import AppendFile, parse
 from vigil.pack import Pack, Selection
 from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
-from vigil.prompt import policy_sha256, policy_version, system_prompt
+from vigil.prompt import system_prompt
 from vigil.record import EpisodeRecord, RunSpec
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import file_sha256
+from vigil.runner.settings import RUNS_FOLDER, file_sha256, places_of, run_spec
 from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
 from vigil.runner.workers.live import boundary_of, lost_record
 from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 from vigil.scoring import settle
 from vigil.setting import Setting, check_declared
-from vigil.versions import Versions
 from vigil.web.phrases import verdict_words
 
 JOURNAL = "play.jsonl"
-RUNS_FOLDER = Path("runs")
 _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
 
 
@@ -269,10 +267,7 @@ def open_play_session(settings: PlaySettings) -> PlaySession:
     spec = _spec(settings, pack)
     name = f"{pack.name}-{spec.agent.replace(':', '-')}"
     path = settings.log_dir or RUNS_FOLDER / name
-    places = {"pack_folder": str(pack.folder.resolve())}
-    if settings.assets is not None:
-        places["asset_database"] = str(settings.assets.resolve())
-    folder = RunFolder.create_or_resume(path, spec, pack.episodes, places)
+    folder = RunFolder.create_or_resume(path, spec, pack.episodes, places_of(pack, settings.assets))
     plan = WorkerPlan(
         pack=pack.folder,
         run_id=folder.header.run_id,
@@ -295,17 +290,11 @@ def _spec(settings: PlaySettings, pack: Pack) -> RunSpec:
     seed = zlib.crc32(settings.player.encode()) if settings.seed is None else settings.seed
     ids = [episode.id for episode in pack.select(Selection(settings.families))]
     chosen = sorted(random_order(ids, seed)[: settings.limit])
-    profile = Profile(name=ACTION_FEEDBACK if settings.practice else BASELINE)
-    return RunSpec(
+    return run_spec(
+        pack,
+        Profile(name=ACTION_FEEDBACK if settings.practice else BASELINE),
         agent=f"human{'-practice' if settings.practice else ''}:{settings.player}",
         agent_kind="human",
-        profile=profile,
-        versions=Versions.here(),
-        prompt_policy=policy_version(profile),
-        prompt_policy_sha256=policy_sha256(profile),
-        pack=pack.name,
-        pack_sha256=pack.sha256,
-        pack_versions=pack.manifest.versions,
         episode_ids=tuple(chosen),
         seed=seed,
         simulator=settings.backend,
