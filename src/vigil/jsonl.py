@@ -199,8 +199,8 @@ def _is_json(data: bytes) -> bool:
 def _locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
     """Returns the file, locked, and whether its folder was made for it.
 
-    A process that ends without having recorded anything takes its new folder away: a lock that was got on a file that
-    is no longer there is worth nothing, and all is begun again.
+    A process that ends without a record removes the folder it made. Should that happen while this one waits for the
+    lock, the folder and the file are made again.
     """
     while True:
         made_folder = makes_folder and _make_folder(path.parent)

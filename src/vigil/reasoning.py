@@ -19,11 +19,11 @@ _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 def split_reasoning(text: str) -> tuple[str, int]:
     """Returns the answer without the reasoning at its head, and the number of characters in that.
 
-    The reasoning goes from the start up to and including the last closing marker before the object. The object is the
-    first that stands at the start or directly behind a closing marker and is not inside a reasoning itself: a closing
-    marker further on that was never opened tells that the text up to it still belonged to one. So `{...}</think>{...}`
-    is a draft and an answer, but `{...}<think>...</think>{...}` two objects with a reasoning between them. A text that
-    is one JSON value as a whole is never cut; one without any object is cut at its last closing marker.
+    The answer begins at the first JSON object that stands at the start of the text or directly after a closing marker,
+    and is not part of a reasoning. It is part of one when a closing marker after it has no opening marker after it. So
+    in `{...}</think>{...}` the first object is a draft, but in `{...}<think>...</think>{...}` both are answers. Without
+    such an object the text is cut at the last closing marker that a brace follows; if there is none, at the draft at
+    its start or, without a draft, at its last closing marker. A text that is one JSON value is never cut.
     """
     closings = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
     if not closings or is_one_value(text):

@@ -19,7 +19,7 @@ class Setting:
     """How a setting is called, explained and bounded."""
 
     help: str
-    """Of one that is on by default: what turning it off does."""
+    """One line of help. For a switch that is on by default, what turning it off does."""
     name: str = ""
     """Of its option, without the dashes; empty for the name of the field."""
     least: float | None = None
