@@ -24,12 +24,14 @@ B = '{"skill_name": "look", "arguments": {"direction": "down", "magnitude": 2}}'
         (f"{A}</think>", len(A)),
         (f"draft {A} and so on</think>", len(A) + 16),
         (f"<think>a</think>{A} no</think>", len(A) + 4),
+        (f"{A}<think>b</think></think>", len(A) + 1),
         ("<think>{</think>", 1),
         ("<think>no { end</think>", 8),
     ],
 )
 def test_what_stands_before_the_object_up_to_a_closing_marker_is_reasoning(head: str, chars: int) -> None:
-    for answer in (B, f" {B} ", f"{B} text", B.replace("down", "</think>"), B.replace("down", "◁/think▷ {")):
+    quoting = B.replace("down", "◁/think▷ {")
+    for answer in (B, f" {B} ", f"{B} text", B.replace("down", "</think>"), quoting, f"  {quoting}"):
         found, count = split_reasoning(head.rstrip("\n") + answer)
         assert found == answer
         assert count == chars
