@@ -12,7 +12,7 @@ comma := ,
 EXTRAS ?=
 STAMP := $(VENV)/.ready$(if $(EXTRAS),-$(subst $(comma),-,$(EXTRAS)))
 RUNS ?= runs/starter
-MODULE ?= profile scoring actions env goals replies json_text reasoning record summary
+MODULE ?= profile scoring actions env goals goal_check replies json_text reasoning record summary
 EVERY ?= 1
 
 .PHONY: setup run test lint lock mutants clean
@@ -23,7 +23,7 @@ setup: $(STAMP)
 $(STAMP): pyproject.toml constraints.txt scripts/system-libraries
 	@test -n "$(PYTHON)" || { echo "VIGIL needs Python 3.11, 3.12 or 3.13 on PATH (or: make PYTHON=/path/to/python3.11)." >&2; exit 1; }
 	@scripts/system-libraries
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV) || { rm -rf $(VENV); \
 		echo "$(PYTHON) cannot make virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev$(if $(EXTRAS),$(comma)$(EXTRAS))]'
 	@touch $@
