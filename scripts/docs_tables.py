@@ -30,8 +30,10 @@ def providers() -> str:
         address = address_of(one)
         address = f"`{address}`" if address.startswith("http") else address
         switch = f"`{switch_of(one)}`" if one.thinking else ""
-        rows.append((f"`{name}/...`", one.title, keys, f"`{one.extra}`" if one.extra else "", address, switch))
-    return _markdown(("name", "provider", "key in", "extra", "address", "thinking on / off"), rows)
+        extra = f"`{one.extra}`" if one.extra else ""
+        tried = "a stand-in" if one.is_tried else "nothing"
+        rows.append((f"`{name}/...`", one.title, keys, extra, address, switch, tried))
+    return _markdown(("name", "provider", "key in", "extra", "address", "thinking on / off", "tried against"), rows)
 
 
 def coordinates() -> str:

@@ -29,7 +29,7 @@ from vigil.actions import InteractPixel, Reply, Report
 from vigil.env import Env
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.goals import check
+from vigil.goal_check import check
 from vigil.house import House
 from vigil.jsonl import dump_line
 from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile

@@ -21,6 +21,11 @@ REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
 """A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests take made-up ones."""
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than there are cores: many tests wait for a process or a server of theirs."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leaves out what is true of the real houses alone, unless they are there."""
     if REAL_HOUSES is None:

@@ -11,26 +11,22 @@ from stories import GOALS, RecordBuilder, thing
 
 from vigil.actions import InteractPixel
 from vigil.errors import RecordError
+from vigil.goal_check import UNFINISHED_AT_MOST, GoalCheck, GoalRow, check, label_at_reset
 from vigil.goals import (
     NEAR_M,
     OBSERVABLE_M,
     OBSERVABLE_PX,
     TOLERANCE,
-    UNFINISHED_AT_MOST,
     AgentNearTarget,
     Constraint,
     Goal,
-    GoalCheck,
-    GoalRow,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
     ReportStatus,
     TargetGrounded,
-    check,
     is_observable,
     is_state_observable,
-    label_at_reset,
 )
 from vigil.pose import Vec3
 from vigil.world import Effect
@@ -418,6 +414,13 @@ class TestConstraint:
         goal = self.goal(kind="object_moved", latched=False, distance_m=0.5)
         story = RecordBuilder(target=thing(is_held=True), obstacle=thing())
         story.do(obstacle={"position": Vec3(0.0, 1.0, 3.0 + moved_m)})
+        assert verdict(goal, story.end()) == (holds, holds)
+
+    @pytest.mark.parametrize(("moved_m", "holds"), [(0.5 - TOLERANCE, True), (0.5 - 1.001 * TOLERANCE, False)])
+    def test_moved_by_exactly_the_distance_less_the_tolerance_is_moved(self, moved_m, holds):
+        goal = self.goal(kind="object_moved", latched=False, distance_m=0.5)
+        story = RecordBuilder(target=thing(is_held=True), obstacle=thing(position=Vec3(0.0, 1.0, 0.0)))
+        story.do(obstacle={"position": Vec3(0.0, 1.0, moved_m)})
         assert verdict(goal, story.end()) == (holds, holds)
 
     def test_progress_of_moving_follows_the_distance(self):

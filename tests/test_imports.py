@@ -19,12 +19,13 @@ ROOT = Path(vigil.__file__).parent
 BASE = [
     *("errors", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world", "observation"),
     *("json_text",),
-    *("reasoning", "actions", "replies", "kept_reply", "profile"),
+    *("reasoning", "actions", "replies", "kept_reply", "prompt_file", "profile"),
 ]
 """Lowest layer: each may import those before it."""
 PURE = [
-    "record",
     "goals",
+    "record",
+    "goal_check",
     "episode",
     "strata",
     "pack",
@@ -62,6 +63,7 @@ TOPMOST = {"cli", "web", "integrations", "api"}
 HIDDEN = {
     "world",
     "goals",
+    "goal_check",
     "episode",
     "scoring",
     "rates",

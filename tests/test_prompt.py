@@ -34,28 +34,28 @@ RENDERINGS = list(product(get_args(PromptVariant), get_args(Coordinates)))
 @pytest.mark.parametrize(("variant", "coordinates"), RENDERINGS)
 def test_golden_renderings(variant: PromptVariant, coordinates: Coordinates):
     golden = (GOLDEN / f"prompt-{variant}-{coordinates}.txt").read_text(encoding="utf-8")
-    assert policy_text(variant, coordinates) + "\n" == golden
+    assert policy_text(Profile(prompt_variant=variant, coordinates=coordinates)) + "\n" == golden
 
 
 def test_hashes_are_those_of_the_texts_and_tell_renderings_apart():
     profiles = [Profile(prompt_variant=variant, coordinates=coordinates) for variant, coordinates in RENDERINGS]
     assert len({policy_sha256(profile) for profile in profiles}) == len(profiles)
     assert len({policy_version(profile) for profile in profiles}) == len(profiles)
-    text = policy_text("default", "pixel")
+    text = policy_text(Profile())
     assert policy_sha256(Profile()) == hashlib.sha256(text.encode()).hexdigest()
     filled = text.replace(INSTRUCTION_SLOT, "Open the café's fridge.")
     assert rendered_sha256("Open the café's fridge.", Profile()) == hashlib.sha256(filled.encode()).hexdigest()
 
 
 def test_the_neutral_variant_lacks_two_lines_and_nothing_else():
-    default, neutral = policy_text("default", "pixel"), policy_text("neutral_report", "pixel")
+    default, neutral = policy_text(Profile()), policy_text(Profile(prompt_variant="neutral_report"))
     kept = [line for line in default.split("\n") if line not in ANTI_HALLUCINATION_LINES]
     assert neutral.split("\n") == kept
     assert len(default.split("\n")) == len(kept) + 2
 
 
 def test_normalized_coordinates_add_the_first_bullet_of_block_3_and_nothing_else():
-    pixel, normalized = policy_text("default", "pixel"), policy_text("default", "normalized_1000")
+    pixel, normalized = policy_text(Profile()), policy_text(Profile(coordinates="normalized_1000"))
     heading = "## Grounding Rules\n"
     assert normalized == pixel.replace(heading, f"{heading}- {NORMALIZED_RULE}\n")
 
@@ -67,7 +67,7 @@ def test_feedback_leaves_the_prompt_alone():
 
 
 def test_four_blocks_joined_by_one_blank_line():
-    blocks = policy_text("default", "pixel").split("\n\n")
+    blocks = policy_text(Profile()).split("\n\n")
     assert [block.split("\n")[0] for block in blocks[1:]] == [
         "## Allowed actions",
         "## Grounding Rules",

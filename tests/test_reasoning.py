@@ -89,3 +89,9 @@ def test_hostile_texts_take_no_time(piece: str) -> None:
     split_reasoning(piece * 20_000)
     split_reasoning(piece * 20_000 + "</think>" + A)
     assert time.process_time() - started < 3
+
+
+@pytest.mark.parametrize(("later", "is_found"), [(63, True), (64, False)])
+def test_the_last_64_closing_markers_are_looked_at(later: int, is_found: bool) -> None:
+    behind = f"{A}{'<think>b</think>' * later}"
+    assert split_reasoning(f"a</think>{behind}")[0] == (behind if is_found else "")

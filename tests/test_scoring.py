@@ -343,8 +343,8 @@ def _story(steps: int = 0, invalid: int = 0) -> RecordBuilder:
     return story
 
 
-def _report_in_between() -> EpisodeRecord:
-    record, longer = _story(1).report(), _story(4).report()
+def _report_in_between(steps: int = 4) -> EpisodeRecord:
+    record, longer = _story(1).report(), _story(steps).report()
     steps = [*record.steps, *longer.steps[len(record.steps) :]]
     return record.model_copy(update={"steps": tuple(steps)})
 
@@ -353,6 +353,7 @@ def _report_in_between() -> EpisodeRecord:
     ("record", "fault"),
     [
         (_report_in_between(), "goes on after the report of step 2"),
+        (_report_in_between(steps=2), "goes on after the report of step 2"),
         (_story(steps=30).report(), "has 31 steps of at most 30"),
         (_story(steps=31).end(), "has 31 steps of at most 30"),
         (_story(invalid=7).report(), "has 7 invalid replies of at most 6"),

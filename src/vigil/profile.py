@@ -4,13 +4,15 @@ Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproduc
 """
 
 import re
-from typing import Literal
+from typing import Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.actions import Coordinates, ReplyPolicy
+from vigil.prompt_file import check_template, variant_of
 
 PromptVariant = Literal["default", "neutral_report"]
+"""The paper's own; any other prompt is of a file, and named after its text."""
 ImageFormat = Literal["png", "jpeg"]
 
 ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
@@ -35,17 +37,36 @@ class Profile(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: ProfileName = BASELINE
-    prompt_variant: PromptVariant = "default"
+    prompt_variant: str = "default"
+    """One of the paper's, or that of `prompt_template`."""
+    prompt_template: str | None = None
+    """The text of a prompt file; None for the paper's variants."""
     coordinates: Coordinates = "pixel"
     reply_policy: ReplyPolicy = "strict"
     image_format: ImageFormat = "png"
     history_turns: int = Field(default=HISTORY_TURNS, ge=0)
     history_reply_chars: int = Field(default=HISTORY_REPLY_CHARS, ge=1)
 
+    @model_validator(mode="after")
+    def _variant_is_of_the_template(self) -> "Profile":
+        if self.prompt_template is None:
+            if self.prompt_variant not in get_args(PromptVariant):
+                raise ValueError(f"prompt_variant {self.prompt_variant!r} is not one of {get_args(PromptVariant)}")
+            return self
+        check_template(self.prompt_template)
+        if self.prompt_variant != variant_of(self.prompt_template):
+            raise ValueError(f"prompt_variant {self.prompt_variant!r} is not that of prompt_template")
+        return self
+
     @property
     def has_feedback(self) -> bool:
         """Whether the agent is told `too_far` and `path_blocked` after each action."""
         return self.name == ACTION_FEEDBACK
+
+    @property
+    def has_own_prompt(self) -> bool:
+        """Whether the prompt is of a file, not one of the paper's."""
+        return self.prompt_template is not None
 
 
 COORDINATES_BY_MODEL: tuple[tuple[str, Coordinates], ...] = (

@@ -1,7 +1,8 @@
 """The prompt: the system text that every agent gets, and the text around each frame.
 
-Four blocks in fixed order, verbatim from the paper; block 2 is rendered from the tables in `vigil.actions`. Nothing
-hidden is known here. Source: `protocol.md` sections 2.1, 2.4 and 3.
+Four blocks in fixed order, verbatim from the paper; block 2 is rendered from the tables in `vigil.actions`. A prompt of
+one's own may use all but the first (`vigil.prompt_file`). Nothing hidden is known here. Source: `protocol.md` sections
+2.1, 2.4 and 3.
 """
 
 import hashlib
@@ -11,12 +12,12 @@ from typing import Literal, NamedTuple
 
 from vigil.actions import INTENTS, SKILLS, STATUSES, Argument, Coordinates
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
-from vigil.profile import Profile, PromptVariant
+from vigil.profile import Profile
+from vigil.prompt_file import ACTIONS_SLOT, GROUNDING_SLOT, INSTRUCTION_SLOT, OUTPUT_SLOT
 from vigil.reasoning import split_reasoning
 
 POLICY = "native_embodied_public_evidence"
 POLICY_REVISION = 1
-INSTRUCTION_SLOT = "<TASK_INSTRUCTION>"
 
 ANTI_HALLUCINATION_LINES = (
     "Mere visibility, proximity, or an attempted action is not enough; do not report success from visual "
@@ -65,15 +66,24 @@ class Turn(NamedTuple):
     reply: str
 
 
-def policy_text(variant: PromptVariant, coordinates: Coordinates) -> str:
+def policy_text(profile: Profile) -> str:
     """Returns the system prompt with the instruction's slot unfilled."""
-    blocks = (_task(variant), _action_schema(), _grounding_rules(coordinates), "\n".join(OUTPUT_LINES))
-    return "\n\n".join(blocks)
+    blocks = {
+        ACTIONS_SLOT: _action_schema(),
+        GROUNDING_SLOT: _grounding_rules(profile.coordinates),
+        OUTPUT_SLOT: "\n".join(OUTPUT_LINES),
+    }
+    if profile.prompt_template is None:
+        return "\n\n".join((_task(profile.prompt_variant), *blocks.values()))
+    text = profile.prompt_template
+    for slot, block in blocks.items():
+        text = text.replace(slot, block)
+    return text
 
 
 def system_prompt(instruction: str, profile: Profile) -> str:
     """Returns the system prompt of an episode."""
-    return policy_text(profile.prompt_variant, profile.coordinates).replace(INSTRUCTION_SLOT, instruction, 1)
+    return policy_text(profile).replace(INSTRUCTION_SLOT, instruction, 1)
 
 
 def policy_version(profile: Profile) -> str:
@@ -83,7 +93,7 @@ def policy_version(profile: Profile) -> str:
 
 def policy_sha256(profile: Profile) -> str:
     """Returns the SHA-256 of the prompt with the slot unfilled."""
-    return _sha256(policy_text(profile.prompt_variant, profile.coordinates))
+    return _sha256(policy_text(profile))
 
 
 def rendered_sha256(instruction: str, profile: Profile) -> str:
@@ -117,7 +127,7 @@ def recent(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
     return list(turns[max(0, len(turns) - profile.history_turns) :])
 
 
-def _task(variant: PromptVariant) -> str:
+def _task(variant: str) -> str:
     dropped = ANTI_HALLUCINATION_LINES if variant == "neutral_report" else ()
     return "\n".join(line for line in TASK_LINES if line not in dropped)
 

@@ -13,7 +13,8 @@ from typing import Literal
 from vigil.actions import InteractPixel, Report, SkillName, Status
 from vigil.episode import FAMILIES, Episode, Family, Size, Tier
 from vigil.errors import RecordError
-from vigil.goals import TOLERANCE, GoalCheck, ReportStatus, check, label_at_reset
+from vigil.goal_check import GoalCheck, check, label_at_reset
+from vigil.goals import STATE_LABELS, TOLERANCE, ReportStatus
 from vigil.record import End, EpisodeRecord, StepRecord
 from vigil.replies import CUT_REASONS
 
@@ -39,7 +40,6 @@ REPORT_POLICIES: tuple[ReportPolicy, ...] = (
     "random",
     "oracle",
 )
-_PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("on", "off"), "is_open": ("open", "closed")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,7 +242,7 @@ def _subtype(episode: Episode, report: Report, label: Label, holds: bool) -> Sub
     if isinstance(episode.goal, ReportStatus):
         if label == "Other":
             return "sv_unverified_match"
-        return "sv_wrong_label" if report.status in _PAIRS[episode.goal.state] else "off_mode_label"
+        return "sv_wrong_label" if report.status in STATE_LABELS[episode.goal.state] else "off_mode_label"
     if report.status == "success":
         return "false_success"
     if report.status not in NEGATIVE:

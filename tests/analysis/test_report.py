@@ -1,5 +1,6 @@
 """Reports, figures and the two verbs: every table in every format, over whole, partial and empty runs."""
 
+import ast
 import csv
 import io
 import json
@@ -157,13 +158,59 @@ def test_all_formats(mixed: Study, tmp_path: Path):
     rows = pd.read_parquet(tmp_path / "out" / "rows.parquet")
     assert len(rows) == 4 * 16 + 1
     for name in TABLES:
-        lines = list(
-            csv.DictReader(io.StringIO((tmp_path / "out" / "tables" / f"{name}.csv").read_text(encoding="utf-8")))
-        )
+        reader = csv.DictReader(io.StringIO((tmp_path / f"out/tables/{name}.csv").read_text(encoding="utf-8")))
+        lines, names = list(reader), list(reader.fieldnames or ())
+        assert len(set(names)) == len(names), name
         assert len(lines) == len(data["tables"][name]["rows"]), name
         text = (tmp_path / "out" / "tables" / f"{name}.tex").read_text(encoding="utf-8")
         assert text.isascii() or name in ("benchmark_comparison", "comparisons"), name
         assert balanced(text), name
+
+
+SNIPPETS = re.findall(
+    r"```python\n(.*?)```", (Path(__file__).parents[2] / "docs/analysis.md").read_text(encoding="utf-8"), re.DOTALL
+)
+
+
+def test_the_rows_say_what_their_runs_were_made_under(mixed: Study, write: Write, tmp_path: Path):
+    warm = read_runs([write("warm", agent="vllm/warm", sampling={"temperature": 0.5})])
+    write_report(study([*mixed.runs, *warm]), tmp_path, ("csv",))
+    rows, text = pd.read_parquet(tmp_path / "rows.parquet"), pd.read_csv(tmp_path / "rows.csv")
+    assert list(rows) == list(text)
+    made_under = ["pack", "prompt_variant", "reply_policy", "profile", "thinking", "backend"]
+    assert set(map(tuple, rows[made_under].drop_duplicates().to_numpy())) == {
+        ("synthetic", "default", "strict", Profile().name, "default", "mujoco"),
+        ("synthetic", "default", "strict", ACTION_FEEDBACK, "default", "mujoco"),
+        ("synthetic", "neutral_report", "strict", Profile().name, "default", "mujoco"),
+    }
+    assert set(rows["model"][rows["temperature"] == 0.5]) == {"warm"}
+    assert rows["temperature"].isna().sum() == len(rows) - 16
+
+
+def test_the_docs_snippet_for_pandas_runs(
+    mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    (snippet,) = [text for text in SNIPPETS if "pandas" in text]
+    write_report(mixed, tmp_path / "r", ("csv",))
+    monkeypatch.chdir(tmp_path)
+    exec(compile(snippet, "docs/analysis.md", "exec"), {})
+    shown = capsys.readouterr().out.splitlines()
+    models = {"model": 8, "lost-A3B": 8, "solver (privileged)": 1}
+    assert shown[0].split() == ["W", "B"]
+    assert len(shown) == 2 + sum(models.values())
+    assert all(sum(line.startswith(model) for line in shown[2:]) == 1 for model in models)
+
+
+def test_the_docs_snippet_for_datasets_reads_the_same_file():
+    """The library is large and no dependency: the snippet is parsed, and its file is that of the one for pandas."""
+    (snippet,) = [text for text in SNIPPETS if "datasets" in text]
+    (other,) = [text for text in SNIPPETS if "pandas" in text]
+    calls = [node for node in ast.walk(ast.parse(snippet)) if isinstance(node, ast.Call)]
+    (call,) = calls
+    named = {keyword.arg: ast.literal_eval(keyword.value) for keyword in call.keywords}
+    assert ast.literal_eval(call.args[0]) == "parquet"
+    assert set(named) == {"data_files", "split"}
+    assert named["data_files"] in other
 
 
 def balanced(text: str) -> bool:

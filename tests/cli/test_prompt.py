@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 from vigil.cli import app
 from vigil.errors import SettingError
 from vigil.profile import Profile
-from vigil.prompt import policy_sha256, rendered_sha256, system_prompt
+from vigil.prompt import policy_sha256, policy_text, rendered_sha256, system_prompt
+from vigil.prompt_file import variant_of
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
@@ -46,6 +47,26 @@ def test_an_episodes_instruction_is_filled_in(tmp_path: Path) -> None:
     assert picture == "[picture: 640 x 480, image/png]"
     assert rendered_sha256(instruction, profile) in notes
     assert "feedback" in notes
+
+
+def test_a_prompt_file_is_shown_as_a_model_gets_it(tmp_path: Path) -> None:
+    file = tmp_path / "mine.txt"
+    file.write_text("Do this: <TASK_INSTRUCTION>\n\n<ALLOWED_ACTIONS>\n")
+    messages, notes = printed("--prompt-file", str(file))
+    template = file.read_text().rstrip("\n")
+    profile = Profile(prompt_variant=variant_of(template), prompt_template=template)
+    assert messages["system"] == policy_text(profile)
+    assert messages["system"].startswith("Do this: <TASK_INSTRUCTION>\n\n## Allowed actions\n")
+    assert profile.prompt_variant in notes
+    assert policy_sha256(profile) in notes
+
+
+def test_a_prompt_file_beside_a_variant_of_the_papers_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "mine.txt"
+    file.write_text("<TASK_INSTRUCTION>")
+    done = CliRunner().invoke(app, ["prompt", "--prompt-file", str(file), "--prompt-variant", "neutral_report"])
+    assert isinstance(done.exception, SettingError)
+    assert "leave out --prompt-variant or --prompt-file" in str(done.exception)
 
 
 def test_a_profile_that_is_not_there_is_refused() -> None:

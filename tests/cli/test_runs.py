@@ -14,6 +14,7 @@ import pytest
 from tiny_pack import tiny_pack
 
 from vigil.cli import main, text
+from vigil.prompt_file import variant_of
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 
@@ -144,6 +145,14 @@ def test_runs_of_one_agent_are_told_apart_in_a_table(vigil: Vigil, pack: Path, t
     shutil.copytree(tmp_path / "one", tmp_path / "copy")
     assert "they differ in nothing but time" in vigil("score", tmp_path / "one", tmp_path / "copy").err
     assert "stands for" not in vigil("score", tmp_path / "one").err
+
+
+def test_a_prompt_file_stands_behind_the_name_of_its_run(vigil: Vigil, pack: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("Do <TASK_INSTRUCTION>")
+    words = ("run", "--pack", pack, "--backend", "fake", "--workers", "1", "--agent", "noop", "--limit", "1")
+    played = vigil(*words, "--log-dir", tmp_path / "run", "--prompt-file", tmp_path / "mine.txt")
+    assert played.code == 0, played.err
+    assert f"noop [{variant_of('Do <TASK_INSTRUCTION>')}]" in " ".join(played.out.split())
 
 
 def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:

@@ -53,6 +53,20 @@ def test_a_mistyped_option_is_answered_with_the_nearest() -> None:
     assert "--agent" in done.output
 
 
+def test_the_number_of_workers_is_one_option_everywhere() -> None:
+    facts = ("opts", "default", "help", "metavar", "show_default", "envvar", "required")
+    options = {
+        name: {fact: getattr(option, fact) for fact in facts}
+        for name, verb in ALL.items()
+        for option in load(verb).params
+        if "worker" in (option.name or "")
+    }
+    assert {"run", "verify", "pack verify", "pack make", "houses sweep"} <= set(options)
+    first = options["run"]
+    assert (first["opts"], first["default"]) == (["--workers"], None)
+    assert [name for name, option in options.items() if option != first] == []
+
+
 def test_the_other_name_of_verify_is_not_listed() -> None:
     listed = CliRunner().invoke(app, ["pack", "--help"]).output
     assert "verify" in listed

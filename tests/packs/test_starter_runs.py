@@ -1,30 +1,33 @@
 """The starter pack, played whole by agents whose scores are known beforehand (`protocol.md` sections 4 and 5)."""
 
+from contextlib import closing
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
 from vigil.actions import InteractPixel
+from vigil.agents.scripted import scripted_agent
+from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.env import Env
 from vigil.episode import FAMILIES
 from vigil.pack import Pack
+from vigil.profile import Profile
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.runner.workers.play import play
 from vigil.scoring import Outcome, settle
-from vigil.summary import settle_run, summarise
+from vigil.sim import make_simulator
 
+AGENTS = ("noop", "never_report", "premature", "always_success", "malformed", "sweep", "forward")
 OTHERS = [family for family in FAMILIES if family != "SV"]
 
 
-def play(agent: str, folder: Path, limit: int | None = None) -> RunResult:
+def solve(folder: Path, limit: int | None = None) -> RunResult:
     settings = RunSettings(
-        pack="starter",
-        agent=agent,
-        agent_factory=privileged_agent if agent in PRIVILEGED else None,
-        log_dir=folder,
-        workers=1,
-        limit=limit,
+        pack="starter", agent="solver", agent_factory=privileged_agent, log_dir=folder, workers=1, limit=limit
     )
     result = run_pack(settings)
     assert result.is_complete
@@ -36,15 +39,9 @@ def outcomes(result: RunResult) -> list[Outcome]:
     return [settle(by_id[record.episode_id], record) for record in result.records]
 
 
-def families(result: RunResult) -> dict:
-    summary = summarise(settle_run(result.episodes, result.records))
-    assert list(summary["families"]) == list(FAMILIES)
-    return summary["families"]
-
-
 @pytest.fixture(scope="module")
 def solved(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
-    return play("solver", tmp_path_factory.mktemp("solver"))
+    return solve(tmp_path_factory.mktemp("solver"))
 
 
 def test_the_solver_solves_every_episode(solved: RunResult) -> None:
@@ -71,7 +68,7 @@ def test_nobody_draws_a_frame_for_a_privileged_sweep(solved: RunResult) -> None:
 
 def test_the_run_verifies_and_another_one_is_the_same_but_for_times(solved: RunResult, tmp_path: Path) -> None:
     assert verify_run(solved.folder, VerifySettings(workers=1, exact=True)).differences == ()
-    again = play("solver", tmp_path / "again", limit=24)
+    again = solve(tmp_path / "again", limit=24)
     of_again = {record.key for record in again.records}
 
     def facts(result: RunResult) -> list[dict]:
@@ -81,27 +78,53 @@ def test_the_run_verifies_and_another_one_is_the_same_but_for_times(solved: RunR
     assert facts(solved) == facts(again)
 
 
-def test_noop_completes_nothing(tmp_path: Path) -> None:
-    rates = families(play("noop", tmp_path, limit=40))
-    assert all(rates[family]["W"] == 0 for family in OTHERS)
-    assert all(rates[family]["B"] == 0 and rates[family]["NR"] == 1 for family in FAMILIES)
+@pytest.fixture(scope="module")
+def settled() -> dict[str, list[Outcome]]:
+    """Every episode played by every agent that bounds a metric, house by house: a scene is loaded once for all."""
+    pack, database = Pack.load("starter"), AssetDatabase.default()
+    found: dict[str, list[Outcome]] = {name: [] for name in AGENTS}
+    with closing(make_simulator("mujoco", assets=database)) as simulator:
+        env = Env(simulator, pack.house_of, Profile())
+        for episode in sorted(pack.episodes, key=lambda episode: episode.house.name):
+            for name, of_agent in found.items():
+                is_privileged = name in PRIVILEGED
+                agent = privileged_agent(name, episode, simulator) if is_privileged else scripted_agent(name)
+                play(episode, env, agent)
+                of_agent.append(settle(episode, env.record()))
+    return found
 
 
-def test_never_report_completes_and_never_closes(tmp_path: Path) -> None:
-    for rates in families(play("never_report", tmp_path, limit=40)).values():
-        assert rates["W"] > 0
-        assert rates["B"] == 0
-        assert rates["NR"] == 1
+def rates(outcomes: list[Outcome]) -> dict[str, dict[str, Fraction]]:
+    """Returns the exact share of W, B and each label by family."""
+    found = {}
+    for family in FAMILIES:
+        own = [outcome for outcome in outcomes if outcome.family == family]
+        facts = {"W": [one.W for one in own], "B": [one.B for one in own], "NR": [one.label == "NR" for one in own]}
+        found[family] = {name: Fraction(sum(values), len(values)) for name, values in facts.items()}
+    return found
 
 
-def test_premature_claims_what_is_not_so(tmp_path: Path) -> None:
-    found = outcomes(play("premature", tmp_path))
+def test_noop_completes_nothing(settled: dict[str, list[Outcome]]) -> None:
+    found = rates(settled["noop"])
+    assert all(found[family]["W"] == 0 for family in OTHERS)
+    assert all(found[family]["B"] == 0 and found[family]["NR"] == 1 for family in FAMILIES)
+
+
+def test_never_report_completes_and_never_closes(settled: dict[str, list[Outcome]]) -> None:
+    for found in rates(settled["never_report"]).values():
+        assert found["W"] > 0
+        assert found["B"] == 0
+        assert found["NR"] == 1
+
+
+def test_premature_claims_what_is_not_so(settled: dict[str, list[Outcome]]) -> None:
+    found = settled["premature"]
     assert all(outcome.is_reported and outcome.reported == "success" for outcome in found)
     assert sum(outcome.subtype == "false_success" for outcome in found) > len(found) / 2
 
 
-def test_always_success_is_false_success_at_zero_progress(tmp_path: Path) -> None:
-    for outcome in outcomes(play("always_success", tmp_path, limit=24)):
+def test_always_success_is_false_success_at_zero_progress(settled: dict[str, list[Outcome]]) -> None:
+    for outcome in settled["always_success"]:
         assert not outcome.B
         if outcome.family == "SV":
             assert outcome.subtype == "off_mode_label"
@@ -109,16 +132,16 @@ def test_always_success_is_false_success_at_zero_progress(tmp_path: Path) -> Non
             assert (outcome.subtype, outcome.is_at_zero_progress) == ("false_success", True)
 
 
-def test_malformed_ends_at_the_invalid_action_limit(tmp_path: Path) -> None:
-    found = outcomes(play("malformed", tmp_path, limit=24))
+def test_malformed_ends_at_the_invalid_action_limit(settled: dict[str, list[Outcome]]) -> None:
+    found = settled["malformed"]
     assert {outcome.label for outcome in found} == {"IL"}
     assert all(outcome.invalid == FAMILIES[outcome.family].max_invalid + 1 for outcome in found)
 
 
 @pytest.mark.parametrize("agent", ["sweep", "forward"])
-def test_blind_walks_complete_little(agent: str, tmp_path: Path) -> None:
-    rates = families(play(agent, tmp_path))
-    assert all(rates[family]["W"] <= 0.4 for family in OTHERS)
+def test_blind_walks_complete_little(agent: str, settled: dict[str, list[Outcome]]) -> None:
+    found = rates(settled[agent])
+    assert all(found[family]["W"] <= Fraction(2, 5) for family in OTHERS)
 
 
 def test_the_starter_pack_is_composed_as_promised() -> None:

@@ -104,6 +104,21 @@ def test_what_a_model_is_sent_is_the_contract_and_no_more(pack: Path, tmp_path: 
         assert json.loads(asked.texts[-1]) == (now if index == 0 else {**now, "feedback": calm})
 
 
+def test_a_prompt_file_is_sent_kept_and_held_to(pack: Path, tmp_path: Path) -> None:
+    template = "Only this: <TASK_INSTRUCTION>"
+    one = {"episode_ids": ("tiny-AI-003",), "prompt_template": template}
+    with serving(lambda _: Answer(REPORT)) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", **one)
+        run_pack(wanted)
+        with pytest.raises(RecordError, match=r"profile\.prompt_variant: 'file-\w+' there, 'file-\w+' here"):
+            run_pack(replace(wanted, prompt_template=f"{template}!"))
+        assert run_pack(wanted).resumed == 1
+    instruction = Pack.load(pack).episode("tiny-AI-003").instruction
+    assert [asked.texts[0] for asked in server.asked] == [f"Only this: {instruction}"]
+    assert read_header(tmp_path / "run").spec.profile.prompt_template == template
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
+
+
 def test_trouble_all_around_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     count = 0
 
@@ -239,6 +254,25 @@ def test_a_context_too_small_for_the_first_request_is_an_error_with_the_size_tha
         assert (record.end, record.error.boundary, record.steps) == ("error", "model", ())
         assert "takes about 2," in record.error.message
         assert "with a context of 16,384 tokens or more" in record.error.message
+
+
+@pytest.mark.parametrize(("counted", "is_said"), [((2000, 3974, 2051, 2100), True), ((2000, 2100, 2100, 2200), False)])
+def test_a_server_that_counts_fewer_tokens_for_a_longer_dialogue_is_told_of_once(
+    pack: Path, tmp_path: Path, counted: tuple[int, ...], is_said: bool
+) -> None:
+    """As Ollama does when a dialogue does not fit into its context."""
+
+    def brain(asked: Asked) -> Answer:
+        return Answer(REPORT if asked.turn == len(counted) else LOOK, input_tokens=counted[asked.turn - 1])
+
+    said: list[str | None] = []
+    with serving(brain) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", families=("DA", "SV"))
+        run_pack(wanted, on_progress=lambda progress: said.append(progress.warning))
+    warnings = [each for each in said if each is not None]
+    assert len(warnings) == is_said
+    assert all("counted 3,974 input tokens, and 2,051 for the request after" in each for each in warnings)
+    assert all("Ollama: OLLAMA_CONTEXT_LENGTH" in each for each in warnings)
 
 
 FLAGGED = failure(400, "flagged by our safety system", code="content_policy_violation")

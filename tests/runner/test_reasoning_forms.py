@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from inspect_marks import INSPECT
 from quick_runs import quick
-from reasoning_forms import REASONING_FORMS, REPORT, THOUGHT
+from reasoning_forms import REASONING_FORMS, REPORT, THOUGHT, check_judged
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from wire_server import ScriptedModel, WireServer
 
@@ -33,16 +33,7 @@ def steps(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_form_is_judged_as_the_protocol_says(steps: dict[str, StepRecord], name: str) -> None:
-    form, step = REASONING_FORMS[name], steps[name]
-    if form.reason is None:
-        assert step.invalid is None
-        assert step.action.skill_name == "report"
-        assert step.reply.reasoning_chars >= len(THOUGHT)
-        assert step.reply.text == form.said.text
-    else:
-        assert (step.invalid.kind, step.invalid.reason) == ("protocol_failure", form.reason)
-        assert step.invalid.detail.startswith(form.detail)
-        assert step.reply.finish_reason == ("length" if form.said.is_cut else "stop")
+    check_judged(name, steps[name])
 
 
 def test_every_form_is_a_row_of_the_page() -> None:

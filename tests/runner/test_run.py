@@ -100,6 +100,10 @@ def test_the_same_command_plays_nothing_twice(pack: Path, tmp_path: Path) -> Non
         ({"agent": "sweep"}, r"agent: 'noop' there, 'sweep' here"),
         ({"families": ("SV",)}, r"episode_ids: .* there, .* here"),
         ({"prompt_variant": "neutral_report"}, r"profile.prompt_variant: 'default' there, 'neutral_report' here"),
+        (
+            {"prompt_template": "Do <TASK_INSTRUCTION>"},
+            r"profile.prompt_variant: 'default' there, 'file-.{12}' here",
+        ),
         ({"epochs": 2}, r"epochs: 1 there, 2 here"),
         ({"render_quality": "fast"}, r"render_quality"),
         ({"seed": 1}, r"seed: 0 there, 1 here"),
@@ -402,6 +406,8 @@ def test_verification_finds_what_was_altered(pack: Path, tmp_path: Path) -> None
         {"agent": None, "model": "nameless"},
         {"profile": "pure_depth"},
         {"prompt_variant": "shouting"},
+        {"prompt_template": "no instruction"},
+        {"prompt_template": "<TASK_INSTRUCTION>", "prompt_variant": "neutral_report"},
         {"image_format": "gif"},
     ],
 )

@@ -69,6 +69,8 @@ class Answer:
     is_garbage: bool = False
     """Sends something that is no JSON."""
     model: str = "loopback"
+    input_tokens: int = 100
+    """As the server counts them."""
 
 
 def failure(status: int, message: str = "out of order", **error: Any) -> Answer:
@@ -180,7 +182,11 @@ def _completion(answer: Answer) -> dict[str, Any]:
         "created": 1,
         "model": answer.model,
         "choices": [{"index": 0, "message": message, "finish_reason": answer.finish_reason}],
-        "usage": {"prompt_tokens": 100, "completion_tokens": 10, "total_tokens": 110},
+        "usage": {
+            "prompt_tokens": answer.input_tokens,
+            "completion_tokens": 10,
+            "total_tokens": answer.input_tokens + 10,
+        },
     }
 
 

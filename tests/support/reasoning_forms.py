@@ -4,6 +4,8 @@ from typing import Any, NamedTuple
 
 from wire_server import Said
 
+from vigil.record import StepRecord
+
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'
 DRAFT = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
 THOUGHT = f"I could answer {DRAFT}, but the table is near."
@@ -44,3 +46,17 @@ REASONING_FORMS: dict[str, Form] = {
         f"empty all {len(THOUGHT)} characters came as reasoning, and no answer followed",
     ),
 }
+
+
+def check_judged(name: str, step: StepRecord) -> None:
+    """Asserts that a step in which a form was said is judged as the protocol says."""
+    form = REASONING_FORMS[name]
+    if form.reason is None:
+        assert step.invalid is None, name
+        assert step.action.skill_name == "report"
+        assert step.reply.reasoning_chars >= len(THOUGHT)
+        assert step.reply.text == form.said.text
+    else:
+        assert (step.invalid.kind, step.invalid.reason) == ("protocol_failure", form.reason), name
+        assert step.invalid.detail.startswith(form.detail)
+        assert step.reply.finish_reason == ("length" if form.said.is_cut else "stop")

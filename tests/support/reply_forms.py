@@ -11,6 +11,7 @@ from random import Random
 from wire_server import Said
 
 from vigil.actions import ParsedReply, Reply
+from vigil.reasoning import split_reasoning
 from vigil.record import StepRecord
 from vigil.replies import MAX_REPLY_BYTES, parse_reply
 
@@ -157,11 +158,12 @@ def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, Said]:
 
 def mistakes(said: Said, step: StepRecord, finish_reason: str) -> list[str]:
     """Returns what a record of the reply has wrong; nothing if all is well."""
-    text = joined(said.text)
-    chars = step.reply.reasoning_chars
+    text, chars = joined(said.text), reasoning_sent(said)
     sent = Reply.model_validate({"text": text, "finish_reason": finish_reason, "reasoning_chars": chars})
     wanted = parse_reply(sent, "pixel", "strict")
     found = []
+    if step.reply.reasoning_chars != chars:
+        found.append(f"counted {step.reply.reasoning_chars} characters of reasoning, not {chars}")
     if step.reply.cut is not None:
         if not text.encode().startswith(step.reply.raw) or step.reply.cut.text_bytes != len(text.encode()):
             found.append("the part that was kept is not what was sent")
@@ -175,6 +177,11 @@ def mistakes(said: Said, step: StepRecord, finish_reason: str) -> list[str]:
     elif step.invalid != wanted:
         found.append(f"judged {step.action or step.invalid}, not {wanted}")
     return [f"{one}; sent {text[:300]!r}" for one in found]
+
+
+def reasoning_sent(said: Said) -> int:
+    """Returns how many characters of reasoning a server sends: beside the text, and at the text's head."""
+    return len(joined(said.reasoning)) + split_reasoning(joined(said.text))[1]
 
 
 def joined(text: str) -> str:

@@ -62,14 +62,14 @@ def test_two_runs_are_compared_both_ways(view: Site) -> None:
     assert view.get("/compare").status == 303
 
 
-def story(view: Site, path: str) -> dict:
-    found = re.search(r'<script type="application/json" id="story">(.*?)</script>', view.get(path).text, re.DOTALL)
+def timeline(view: Site, path: str) -> dict:
+    found = re.search(r'<script type="application/json" id="timeline">(.*?)</script>', view.get(path).text, re.DOTALL)
     assert found
     return json.loads(found.group(1))
 
 
-def test_a_story_tells_the_steps_and_keeps_hidden_facts_apart(view: Site, pack: Pack) -> None:
-    told = story(view, f"/runs/sweep/episodes/{pack.episodes[0].id}/1")
+def test_a_timeline_tells_the_steps_and_keeps_hidden_facts_apart(view: Site, pack: Pack) -> None:
+    told = timeline(view, f"/runs/sweep/episodes/{pack.episodes[0].id}/1")
     assert [step["index"] for step in told["steps"]] == [1, 2, 3, 4, 5]
     assert told["steps"][0]["action"] == "turn right 90°"
     assert len(told["hidden"]["rows"]) == len(told["hidden"]["worlds"]) == 6

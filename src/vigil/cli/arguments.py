@@ -9,7 +9,6 @@ PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name 
 RunArgument = Annotated[Path, typer.Argument(help="Folder of a run.")]
 RunArguments = Annotated[list[Path], typer.Argument(help="Folders of runs.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Workers = Annotated[int, typer.Option(min=1, help="Worker processes; the result is the same with any number.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")]
 Epoch = Annotated[int, typer.Option(min=1, help="Which play of the episode.")]

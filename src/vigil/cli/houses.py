@@ -13,7 +13,6 @@ from typing import Annotated
 import typer
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.cli.arguments import Workers
 from vigil.cli.progress import progress
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
@@ -22,7 +21,8 @@ from vigil.housegen.checking.check import SHAPELESS
 from vigil.housegen.checking.plan_image import beside, draw_plan
 from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
-from vigil.runner.shared_settings import AssetFile
+from vigil.runner.shared_settings import AssetFile, Workers
+from vigil.runner.workers.pool import worker_count
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.model import CompiledModel, build
@@ -103,9 +103,9 @@ def sweep_houses(
     rooms: Annotated[str, typer.Option(help="Numbers of rooms, e.g. 1,2,3,4,6,10.")] = "1,2,3,4,6,10",
     load: Annotated[bool, typer.Option(help="Also build each scene and compile it in MuJoCo.")] = True,
     least: Annotated[int, typer.Option(min=0, help="Name categories with fewer things than this.")] = 0,
-    workers: Workers = 1,
+    workers: Workers = None,
 ) -> None:
-    """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10 --workers 2"""
+    """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10"""
     first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
     if first >= end:
         raise SettingError(f"--seeds {seeds!r} names no seed; END comes after FIRST, e.g. 0:1000.")
@@ -120,7 +120,7 @@ def sweep_houses(
             for problem in problems:
                 print(problem)
 
-        result = sweep(range(first, end), counts, _own_loaded if load else _unloaded, told, workers)
+        result = sweep(range(first, end), counts, _own_loaded if load else _unloaded, told, worker_count(workers))
     print(*result.lines(), sep="\n")
     rare = [f"{name} {result.found[name]}" for name in result.rare(least)]
     if rare:

@@ -14,7 +14,8 @@ from vigil.errors import SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import Pack
 from vigil.profile import coordinates_for, known_coordinates
-from vigil.prompt import INSTRUCTION_SLOT, policy_sha256, policy_version, rendered_sha256
+from vigil.prompt import policy_sha256, policy_version, rendered_sha256
+from vigil.prompt_file import INSTRUCTION_SLOT
 from vigil.runner.calibrate import calibrate_model
 from vigil.runner.models.calibration import SPOTS, Calibration
 from vigil.runner.models.providers import PROVIDERS, Provider, named
@@ -25,6 +26,7 @@ from vigil.runner.shared_settings import (
     ApiKeyEnv,
     AskedCoordinates,
     AskedProfile,
+    AskedTemplate,
     AskedThinking,
     AskedVariant,
     BaseUrl,
@@ -160,6 +162,7 @@ def prompt(
     episode: OneEpisode = None,
     profile: AskedProfile = "baseline",
     prompt_variant: AskedVariant = "default",
+    prompt_template: AskedTemplate = None,
     coordinates: AskedCoordinates = None,
     model: LikeModel = None,
 ) -> None:
@@ -167,7 +170,13 @@ def prompt(
     vigil prompt
     vigil prompt --episode procthor_fridge_seed116 --model qwen/qwen3-vl-plus
     """
-    asked = RunSettings(profile=profile, prompt_variant=prompt_variant, coordinates=coordinates, model=model)
+    asked = RunSettings(
+        profile=profile,
+        prompt_variant=prompt_variant,
+        prompt_template=prompt_template,
+        coordinates=coordinates,
+        model=model,
+    )
     condition = profile_of(asked)
     instruction = INSTRUCTION_SLOT if episode is None else Pack.load(pack).episode(episode).instruction
     sha256 = policy_sha256(condition) if episode is None else rendered_sha256(instruction, condition)

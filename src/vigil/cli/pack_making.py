@@ -22,7 +22,6 @@ from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, 
 from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
-from vigil.cli.arguments import Workers
 from vigil.cli.progress import progress
 from vigil.cli.text import say
 from vigil.episode import FAMILIES, Episode
@@ -30,7 +29,8 @@ from vigil.errors import SettingError
 from vigil.freezing import check_free
 from vigil.house import House
 from vigil.runner.models.completion import completing
-from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families
+from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
+from vigil.runner.workers.pool import worker_count
 
 HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
 """Houses for each episode of a family, unless said otherwise."""
@@ -55,12 +55,12 @@ def propose(
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each file.")] = None,
-    workers: Workers = 1,
+    workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
 ) -> None:  # fmt: skip
     """Examples:
-    vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --workers 4 --out drafts.jsonl
+    vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --out drafts.jsonl
     vigil pack propose --houses house.json --family SM --model openai/gpt-4o --out drafts.jsonl
     """
     if grammar and model is not None:
@@ -72,7 +72,7 @@ def propose(
     file = DraftsFile(out)
     with _house_progress() as show:
         if model is None:
-            generate_drafts(file, sources, settings, workers=workers, on_progress=show)
+            generate_drafts(file, sources, settings, workers=worker_count(workers), on_progress=show)
         else:
             with completing(model, base_url, api_key_env=api_key_env) as complete:
                 proposer = model, model_proposer(complete, per_house, model)
@@ -95,7 +95,7 @@ def build(
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
     house_uses: HouseUses = HOUSE_USES,
-    workers: Workers = 1,
+    workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
 ) -> None:  # fmt: skip
@@ -115,7 +115,14 @@ def build(
         aliases=tuple(alias or []),
         families=families or tuple(FAMILIES),
     )
-    _freeze(out, files, given, pack_request, VerificationSettings(backend, AssetDatabase.of(assets), workers), kept=old)
+    _freeze(
+        out,
+        files,
+        given,
+        pack_request,
+        VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers)),
+        kept=old,
+    )
 
 
 def _freeze(
@@ -123,11 +130,11 @@ def _freeze(
     files: list[DraftsFile],
     given: list[Review],
     pack_request: PackRequest,
-    means: VerificationSettings,
+    verification: VerificationSettings,
     *,
     kept: DraftsFile | None = None,
 ) -> None:
-    pack, bad = assemble(out, files, given, pack_request, checker(files, means), kept=kept)
+    pack, bad = assemble(out, files, given, pack_request, checker(files, verification), kept=kept)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
@@ -152,11 +159,11 @@ def make(
     families: Families = (),
     house_uses: HouseUses = HOUSE_USES,
     reviews: Reviews = None,
-    workers: Workers = 1,
+    workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:  # fmt: skip
     """Examples:
-    vigil pack make --name held_out --seed 918273645 --per-family 25 --out packs/held_out --workers 4
+    vigil pack make --name held_out --seed 918273645 --per-family 25 --out packs/held_out
     vigil pack make --name real --houses procthor.jsonl.gz --count 200 --per-family 25 --out packs/real
     """
     if (seed is None) == (not houses):
@@ -165,25 +172,23 @@ def make(
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
     sources = filed(houses, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
     out.parent.mkdir(parents=True, exist_ok=True)
-    file, means = (
-        DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")),
-        VerificationSettings("mujoco", AssetDatabase.of(assets), workers),
-    )
+    file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))
+    verification = VerificationSettings("mujoco", AssetDatabase.of(assets), worker_count(workers))
     if seed is not None and seed < SECRET_FROM:
         say([SHORT_SEED])
     chosen = families or tuple(FAMILIES)
     is_secret = seed is not None
     pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=chosen, is_seed_secret=is_secret)
-    settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=means.assets)
+    settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=verification.assets)
     with _house_progress() as show:
-        generate_drafts(file, sources, settings, workers=workers, on_progress=show)
+        generate_drafts(file, sources, settings, workers=worker_count(workers), on_progress=show)
     _summary(file)
     given = [review for path in reviews or [] for review in _reviews(path)]
-    _freeze(out, [file], given, pack_request, means)
+    _freeze(out, [file], given, pack_request, verification)
 
 
 def checker(
-    files: Sequence[DraftsFile], means: VerificationSettings
+    files: Sequence[DraftsFile], verification: VerificationSettings
 ) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
     """Returns the function that replays candidates, and gives back what does not hold."""
 
@@ -194,7 +199,7 @@ def checker(
     def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
         solved = {candidate.episode.id: candidate.draft.actions for candidate in chosen}
         work = bundles([candidate.episode for candidate in chosen], solved, house_of)
-        results = [result for found in verified(work, means) for result in found]
+        results = [result for found in verified(work, verification) for result in found]
         return {result.episode_id: result.faults for result in results if result.findings}
 
     return check

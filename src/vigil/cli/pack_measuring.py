@@ -19,7 +19,7 @@ from vigil.errors import SettingError, SimulatorError
 from vigil.pack import Pack
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
-from vigil.runner.shared_settings import AssetFile, SimulatorWorkers
+from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.sim import make_simulator
 from vigil.summary import settle_run, summarise
 
@@ -30,7 +30,7 @@ def baselines(
     card: Annotated[
         bool, typer.Option("--card", help="Also write the figures beside the pack and into its card.")
     ] = False,
-    workers: SimulatorWorkers = None,
+    workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:
     """Example: vigil pack baselines vigil_mini --log-dir runs/baselines"""

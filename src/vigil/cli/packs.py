@@ -14,13 +14,14 @@ from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
 from vigil.authoring.packing.verify import VerificationSettings, verify_pack
-from vigil.cli.arguments import AsJson, PackArgument, Workers
+from vigil.cli.arguments import AsJson, PackArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import console, say
 from vigil.episode import FAMILIES
 from vigil.pack import Pack, find, manifest_of, manifest_sha256, packaged_names
 from vigil.pack_names import stem_of
-from vigil.runner.shared_settings import AssetFile, Backend
+from vigil.runner.shared_settings import AssetFile, Backend, Workers
+from vigil.runner.workers.pool import worker_count
 from vigil.sim import make_simulator
 
 
@@ -103,15 +104,15 @@ def _print_strata(strata: dict) -> None:
 
 def verify(
     pack: PackArgument,
-    workers: Workers = 1,
+    workers: Workers = None,
     log: Annotated[Path | None, typer.Option(help="Keeps what was verified; the same command continues.")] = None,
     assets: AssetFile = None,
     backend: Backend = "mujoco",
 ) -> None:
-    """Example: vigil pack verify starter --workers 2"""
+    """Example: vigil pack verify starter"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
-    settings = VerificationSettings(backend, AssetDatabase.of(assets), workers)
+    settings = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers))
     with progress("verify") as show:
         findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
     for finding in findings:

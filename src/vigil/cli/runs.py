@@ -86,13 +86,13 @@ def _play(settings: RunSettings) -> None:
     if settings.model is not None:
         print_asked(settings)
     with run_progress(settings.player) as show:
-        result = run_pack(settings, on_progress=_aloud(show))
+        result = run_pack(settings, on_progress=_with_warnings(show))
     _print_result(result)
     if not result.is_complete:
         raise typer.Exit(1)
 
 
-def _aloud(show: OnProgress) -> OnProgress:
+def _with_warnings(show: OnProgress) -> OnProgress:
     """Returns `show`, with warnings beside it on standard error."""
 
     def tell(where: Progress) -> None:

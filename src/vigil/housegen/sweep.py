@@ -108,7 +108,7 @@ def sweep(
 
 
 def _findings(wanted: list[tuple[int, int]], load: Load, workers: int) -> Iterator[HouseReport]:
-    if workers == 1:
+    if workers == 1 or len(wanted) < 2:
         yield from (examine(load, each) for each in wanted)
         return
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as executor:

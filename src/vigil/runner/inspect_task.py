@@ -37,6 +37,7 @@ from vigil.errors import InputError, ModelAPIError, VigilError
 from vigil.pack import Pack
 from vigil.profile import BASELINE, ImageFormat, Profile, PromptVariant
 from vigil.prompt import frame_stub
+from vigil.prompt_file import read_prompt_file
 from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
@@ -48,7 +49,7 @@ from vigil.runner.models.serving import only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
-from vigil.runner.workers.pool import SimulatorPool, usable_cpus
+from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring import settle
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
@@ -221,6 +222,7 @@ def vigil(
     family: Family | None = None,
     profile: str = BASELINE,
     prompt_variant: PromptVariant = "default",
+    prompt_file: str | None = None,
     coordinates: Coordinates | None = None,
     reply_policy: ReplyPolicy = "strict",
     image_format: ImageFormat = "png",
@@ -242,6 +244,7 @@ def vigil(
             families=(family,) if family else (),
             profile=profile,
             prompt_variant=prompt_variant,
+            prompt_template=None if prompt_file is None else read_prompt_file(prompt_file),
             coordinates=coordinates,
             reply_policy=reply_policy,
             image_format=image_format,
@@ -292,7 +295,7 @@ class _InspectSession:
         await self._check(self.model(), profile)
         if profile not in self._pools:
             plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
-            self._pools[profile] = SimulatorPool(plan, settings.workers or usable_cpus())
+            self._pools[profile] = SimulatorPool(plan, worker_count(settings.workers))
         record = await play_live(self._pools[profile].live(assignment), profile, ask, "inspect")
         if record.error is not None:
             raise RuntimeError(f"{record.error.boundary}: {record.error.message}")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from vigil.episode import Episode
 from vigil.record import EpisodeRecord
+from vigil.runner.models.context import CONTEXT_OPTIONS, shrunk
 from vigil.scoring import Outcome, settle
 
 
@@ -33,7 +34,8 @@ class Progress:
     trouble: str | None = None
     """What is tried again since an episode ended last; None when nothing is."""
     warning: str | None = None
-    """What must be said aloud, told once each: the first error, and that most replies are invalid."""
+    """What must be said aloud, told once each: the first error, that most replies are invalid, that the server seems to
+    cut the dialogue."""
 
 
 OnProgress = Callable[[Progress], None]
@@ -57,7 +59,7 @@ class ProgressCounter:
         self.errors_in_a_row = 0
         self._trouble: str | None = None
         self._reasons: Counter[str] = Counter()
-        self._has_warned = False
+        self._has_warned = self._has_told_of_cuts = False
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
@@ -82,7 +84,7 @@ class ProgressCounter:
             self.errors_in_a_row = 0
             outcome = settle(episode, record)
             self._add(outcome)
-        self._tell(outcome, self._first_error(record) or self._warning())
+        self._tell(outcome, self._first_error(record) or self._warning() or self._cut(record))
 
     def note(self, trouble: str) -> None:
         """Tells that something has failed and is tried again."""
@@ -106,6 +108,18 @@ class ProgressCounter:
             f"{invalid} of {self._steps} replies ({100 * invalid / self._steps:.0f} %) are invalid after {self._fresh} "
             f"episodes; most frequent: {reasons}. This run measures that more than anything else: `vigil prompt` shows "
             "what is asked for, docs/models.md what may help."
+        )
+
+    def _cut(self, record: EpisodeRecord) -> str | None:
+        """Returns the sentence on a server that cuts dialogues, once."""
+        found = None if self._has_told_of_cuts else shrunk(record)
+        if found is None:
+            return None
+        self._has_told_of_cuts = True
+        return (
+            f"In episode {record.episode_id!r} the server counted {found[0]:,} input tokens, and {found[1]:,} for the "
+            "request after that, although a dialogue only grows. It seems to cut what does not fit into its context "
+            f"(or leaves out what it had cached). Start it with a larger one: {CONTEXT_OPTIONS}."
         )
 
     def _add(self, outcome: Outcome) -> None:

@@ -34,7 +34,7 @@ from vigil.runner.settings import (
 )
 from vigil.runner.workers.live import boundary_of, lost_record, play_live
 from vigil.runner.workers.messages import Assignment
-from vigil.runner.workers.pool import SimulatorPool, usable_cpus
+from vigil.runner.workers.pool import SimulatorPool, worker_count
 
 ATTEMPTS = 3
 """How often an episode is played at most before its `error` row is written."""
@@ -150,7 +150,7 @@ def _play_all(run: _Run, tickets: list[Assignment]) -> None:
     frames = run.folder.frames if settings.save_frames else None
     plan = worker_plan(settings, run.pack, run.spec.profile, run_id=run.folder.header.run_id, frames=frames)
     patience_s = settings.patience_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
-    workers = min(settings.workers or usable_cpus(), len(tickets))
+    workers = min(worker_count(settings.workers), len(tickets))
     with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
         run.folder.note_facts(pool.facts())
         if is_model:

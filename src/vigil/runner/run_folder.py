@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from vigil.episode import Episode
-from vigil.errors import RecordError
+from vigil.errors import MAX_PART_CHARS, RecordError, cut
 from vigil.jsonl import unwritten
 from vigil.record import (
     EPISODES_FILE,
@@ -308,4 +308,4 @@ def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
 
 
 def _shown(value: Any) -> str:
-    return f"{len(value)} of them" if isinstance(value, list) and len(value) > 3 else repr(value)
+    return f"{len(value)} of them" if isinstance(value, list) and len(value) > 3 else cut(repr(value), MAX_PART_CHARS)

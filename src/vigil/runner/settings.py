@@ -20,6 +20,7 @@ from vigil.profile import (
     coordinates_for,
 )
 from vigil.prompt import policy_sha256, policy_version
+from vigil.prompt_file import check_template, variant_of
 from vigil.record import AgentKind, RunSpec
 from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import Secrets, without_login, without_secrets
@@ -30,6 +31,7 @@ from vigil.runner.shared_settings import (
     ApiKeyEnv,
     AskedCoordinates,
     AskedProfile,
+    AskedTemplate,
     AskedThinking,
     AskedVariant,
     AssetFile,
@@ -40,7 +42,7 @@ from vigil.runner.shared_settings import (
     LogDir,
     PackName,
     RenderQuality,
-    SimulatorWorkers,
+    Workers,
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.process import PATIENCE_S
@@ -84,10 +86,11 @@ class RunSettings:
     )
     families: Families = ()
     episode_ids: EpisodeIds = ()
-    workers: SimulatorWorkers = None
+    workers: Workers = None
     max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1, metavar="N")] = 16
     profile: AskedProfile = "baseline"
     prompt_variant: AskedVariant = "default"
+    prompt_template: AskedTemplate = None
     coordinates: AskedCoordinates = None
     """None takes the published table's entry for the model."""
     reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
@@ -129,6 +132,14 @@ class RunSettings:
     def __post_init__(self) -> None:
         """Holds the values against their declarations."""
         check_declared(self)
+        if self.prompt_template is None:
+            return
+        if self.prompt_variant != "default":
+            raise SettingError("A prompt file is a variant of its own: leave out --prompt-variant or --prompt-file.")
+        try:
+            check_template(self.prompt_template)
+        except ValueError as error:
+            raise SettingError(f"Setting prompt_template: {error}") from None
 
     @property
     def player(self) -> str:
@@ -190,9 +201,11 @@ def profile_of(settings: RunSettings) -> Profile:
         hint = did_you_mean(asked, PROFILE_NAMES)
         raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose {' or '.join(PROFILE_NAMES)}.")
     fitting = coordinates_for(settings.model) if settings.model else "pixel"
+    own = settings.prompt_template
     return Profile(
         name=PROFILE_NAMES[asked],
-        prompt_variant=settings.prompt_variant,
+        prompt_variant=settings.prompt_variant if own is None else variant_of(own),
+        prompt_template=own,
         coordinates=settings.coordinates or fitting,
         reply_policy=settings.reply_policy,
         image_format=settings.image_format,

@@ -6,6 +6,7 @@ from typing import Annotated
 from vigil.actions import Coordinates
 from vigil.episode import Family, families_named
 from vigil.profile import PromptVariant
+from vigil.prompt_file import read_prompt_file
 from vigil.runner.models.providers import Thinking
 from vigil.setting import Setting
 from vigil.sim import Quality
@@ -24,6 +25,10 @@ ApiKeyEnv = Annotated[
 ]
 AskedProfile = Annotated[str, Setting("baseline or action_feedback, or a profile's full name.", metavar="NAME")]
 AskedVariant = Annotated[PromptVariant, Setting("System prompt.", name="prompt-variant")]
+AskedTemplate = Annotated[
+    str | None,
+    Setting("System prompt of your own, with placeholders.", name="prompt-file", metavar="FILE", read=read_prompt_file),
+]
 AskedCoordinates = Annotated[Coordinates | None, Setting("How it points.", unset="by model")]
 AskedThinking = Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")]
 LogDir = Annotated[Path | None, Setting("The run's folder; the same command continues it.")]
@@ -31,7 +36,10 @@ Backend = Annotated[str, Setting("Simulator: mujoco, or fake (no engine).", meta
 RenderQuality = Annotated[
     Quality, Setting("Quality of the picture; fast draws twice as many frames a second.", name="render-quality")
 ]
-SimulatorWorkers = Annotated[int | None, Setting("Simulator processes.", least=1, metavar="N", unset="one a CPU")]
+Workers = Annotated[
+    int | None,
+    Setting("Worker processes; the result is the same with any number.", least=1, metavar="N", unset="one a CPU"),
+]
 AssetFile = Annotated[
     Path | None,
     Setting(

@@ -11,9 +11,9 @@ from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader
 from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
-from vigil.runner.shared_settings import AssetFile, PackPlace, SimulatorWorkers
+from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
 from vigil.runner.workers.messages import Assignment, WorkerPlan
-from vigil.runner.workers.pool import SimulatorPool, usable_cpus
+from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.process import PATIENCE_S
 from vigil.runner.workers.resimulation import FactDifference
 from vigil.saved_run import read_run
@@ -26,7 +26,7 @@ class VerifySettings:
 
     frames: Annotated[bool, Setting("Compare kept frames too; they are only equal on the same renderer.")] = False
     limit: Annotated[int | None, Setting("Only the first N records.", least=1, metavar="N")] = None
-    workers: SimulatorWorkers = None
+    workers: Workers = None
     pack: PackPlace = None
     asset_database: AssetFile = None
     backend: str | None = None
@@ -83,7 +83,7 @@ def verify_run(
         quality=header.spec.render_quality,
         asset_database=_asset_database(header, settings),
     )
-    workers = max(1, min(settings.workers or usable_cpus(), len(records)))
+    workers = max(1, min(worker_count(settings.workers), len(records)))
     with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
         verify = _Verifying(pool, pack, settings.frames, is_exact)
         differences = asyncio.run(verify.all(records, workers, on_progress))

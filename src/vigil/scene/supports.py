@@ -14,6 +14,10 @@ LEVEL_WITHIN = 0.99
 """Least vertical component of a surface's upward axis for things to rest on it."""
 OVER_M = 0.1
 """Tolerance of `object_at_receptacle` (protocol.md section 4): height above a surface, and growth of its rectangle."""
+BESIDE_M = 0.1
+"""How far beside a surface a click on it may lie: its surface ends a little before its edge."""
+TOUCH_M = 0.003
+"""Solids that overlap by less touch only."""
 LEVEL_SLACK_M = 1e-3
 """How far a thing may be sunk into the surface that it lies on, or stand below the rim that it lies on."""
 
@@ -38,6 +42,12 @@ def offset_from(frame: Motion, point: Vec3) -> Vec3:
     """Returns a point in a surface's own frame: y is its height above the surface."""
     x, y, z = frame.inverse()(np.array(point)[None])[0]
     return Vec3(float(x), float(y), float(z))
+
+
+def is_over(surface: Surface, local: Vec3) -> bool:
+    """Whether a point in a surface's own frame lies in the free space over it, or a little beside that."""
+    is_beside = abs(local.x) > surface.size_x / 2 + BESIDE_M or abs(local.z) > surface.size_z / 2 + BESIDE_M
+    return not is_beside and -TOUCH_M <= local.y <= surface.clearance + TOUCH_M
 
 
 def is_shut(thing: Thing) -> bool:

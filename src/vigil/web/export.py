@@ -44,14 +44,14 @@ ALONE = Links()
 def episode_page(run: ShownRun, key: Key, render_service: RenderService, links: Links = ALONE) -> str:
     """Returns one HTML page with everything in it: pictures, style and script."""
     episode, record, pack = episode_of(run, key)
-    story = episode_timeline(run, episode, record)
+    timeline = episode_timeline(run, episode, record)
     frames = frames_of(run, key, render_service)
-    story["frames"] = ["" if frame is None else _jpeg_uri(frame.data) for frame in frames]
-    story["frame_notes"] = [NO_FRAME if frame is None else frame.facts for frame in frames]
+    timeline["frames"] = ["" if frame is None else _jpeg_uri(frame.data) for frame in frames]
+    timeline["frame_notes"] = [NO_FRAME if frame is None else frame.facts for frame in frames]
     return TEMPLATES.get_template("alone.html").render(
         title=f"{episode.id} · {run.name}",
         run=run,
-        story=story,
+        timeline=timeline,
         plan=try_plan(pack, episode),
         links=links,
         is_alone=not (links.before or links.after),

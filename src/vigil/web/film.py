@@ -44,16 +44,16 @@ class FilmFrame:
     click: list[int] | None
 
 
-def film_frames_of(story: dict[str, Any], frames: Sequence[bytes | None]) -> list[FilmFrame]:
-    """Returns what can be shown of a story. Raises SettingError when that is nothing."""
-    count = len(story["steps"])
+def film_frames_of(timeline: dict[str, Any], frames: Sequence[bytes | None]) -> list[FilmFrame]:
+    """Returns what can be shown of a timeline. Raises SettingError when that is nothing."""
+    count = len(timeline["steps"])
     shots = [
-        FilmFrame(frame, story["instruction"], f"{step['index']}/{count}  {step['action']}", step["click"])
-        for frame, step in zip(frames, story["steps"], strict=True)
+        FilmFrame(frame, timeline["instruction"], f"{step['index']}/{count}  {step['action']}", step["click"])
+        for frame, step in zip(frames, timeline["steps"], strict=True)
         if frame is not None
     ]
     if not shots:
-        raise SettingError(f"Episode {story['episode']!r} has no frame that could be shown in a film.")
+        raise SettingError(f"Episode {timeline['episode']!r} has no frame that could be shown in a film.")
     return shots
 
 

@@ -60,7 +60,7 @@ def episode_of(run: ShownRun, key: Key) -> tuple[Episode, EpisodeRecord, ShownPa
 
 
 def episode_timeline(run: ShownRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
-    """Returns the story of a record of a run."""
+    """Returns the timeline of a record of a run."""
     if run.header is None or run.table is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     return timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
@@ -73,7 +73,9 @@ def frame_of(run: ShownRun, key: Key, step: int, render_service: RenderService) 
         raise KeyError(step)
     recorded = record.steps[step - 1].frame_sha256
     saved = _saved(run, recorded)
-    return saved or _held_against(render_service.picture(_scene(run, episode, record, pack, step)), "redrawn", recorded)
+    return saved or _held_against(
+        render_service.picture(_moment_of(run, episode, record, pack, step)), "redrawn", recorded
+    )
 
 
 def frames_of(run: ShownRun, key: Key, render_service: RenderService) -> list[Frame | None]:
@@ -101,7 +103,7 @@ def _held_against(data: bytes, origin: Origin, recorded: str | None) -> Frame:
     return Frame(data, origin, None if recorded is None else frame_sha256(decode(data)) == recorded)
 
 
-def _scene(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPack, step: int) -> EpisodeMoment:
+def _moment_of(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPack, step: int) -> EpisodeMoment:
     if run.header is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     spec = run.header.spec

@@ -74,7 +74,7 @@ def add_house_pages(
 
     @site.post("/houses/{slug}/{name}/walk")
     def walk(slug: str, name: str, request: Annotated[Walk, Body()]) -> dict[str, Any]:
-        walked = render_service.walk(_scene(library, slug, name, request.pose, render_settings), request.action)
+        walked = render_service.walk(_moment_of(library, slug, name, request.pose, render_settings), request.action)
         return {
             "pose": walked.pose.model_dump(mode="json"),
             "blocked": walked.effect.path_blocked,
@@ -86,7 +86,7 @@ def add_house_pages(
     def name_at(slug: str, name: str, request: Annotated[Point, Body()]) -> dict[str, Any]:
         return {
             "id": render_service.name_at(
-                _scene(library, slug, name, request.pose, render_settings), request.x, request.y
+                _moment_of(library, slug, name, request.pose, render_settings), request.x, request.y
             )
         }
 
@@ -104,7 +104,7 @@ def _house(library: Library, slug: str, name: str) -> House:
     return pack.house(name)
 
 
-def _scene(library: Library, slug: str, name: str, pose: Pose, render_settings: RenderSettings) -> EpisodeMoment:
+def _moment_of(library: Library, slug: str, name: str, pose: Pose, render_settings: RenderSettings) -> EpisodeMoment:
     """Returns what is seen in a house, which is made sure of."""
     _house(library, slug, name)
     return EpisodeMoment(render_settings, library.packs[slug].house_path(name), pose, Setup())

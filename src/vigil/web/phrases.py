@@ -1,5 +1,7 @@
 """Words for people: goals, actions, effects and verdicts as sentences."""
 
+from typing import assert_never
+
 from vigil.actions import STEP_M, Action, InteractPixel, InvalidAction, Look, Navigate
 from vigil.goals import (
     AgentNearTarget,
@@ -81,6 +83,8 @@ def _final_words(goal: Goal) -> str:
         case ReportStatus():
             pair = "open or closed" if goal.state == "is_open" else "on or off"
             return f"the report says whether {target} is {pair}, with its state in view and untouched"
+        case _:
+            assert_never(goal)
 
 
 def _constraint_words(constraint: Constraint) -> str:

@@ -96,7 +96,7 @@ class Journal:
             raise
 
     def _read(self, path: Path) -> None:
-        of, advice = f"Journal of a sitting {str(path)!r}", "Choose another --log-dir."
+        of, advice = f"Journal of a play session {str(path)!r}", "Choose another --log-dir."
         entries = [parse(line, _Entry, of, advice) for line in self._file.lines.whole]
         if entries and entries[0].order != self.order:
             raise RecordError(f"{str(path)!r} was begun with another order. Give the same pack, limit and seed.")
@@ -260,7 +260,7 @@ class PlaySession:
 
 
 def open_play_session(settings: PlaySettings) -> PlaySession:
-    """Returns a sitting, new or to be continued. Raises InputError, or SimulatorError when no simulator starts."""
+    """Returns a play session, new or to be continued. Raises InputError, or SimulatorError when no simulator starts."""
     if not _PLAYER.fullmatch(settings.player):
         raise SettingError(
             f"Player {settings.player!r}: a name has letters, digits, '_', '.' and '-', 40 at most, e.g. --player ada."

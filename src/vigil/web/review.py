@@ -1,4 +1,4 @@
-"""`vigil review`: the auditor's pages. A verdict is written to the review file before the page confirms it."""
+"""`vigil review`: the reviewer's pages. A verdict is written to the review file before the page confirms it."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -189,7 +189,7 @@ def _add_pictures(site: FastAPI, session: ReviewSession, render_service: RenderS
         if not 1 <= step <= len(actions):
             raise KeyError(step)
         done = tuple(action for action in actions[: step - 1] if action.skill_name != "report")
-        return _png(render_service.picture(_scene(session, episode, done)))
+        return _png(render_service.picture(_moment_of(session, episode, done)))
 
     @site.get("/episodes/{episode_id}/around/{turn}.png")
     def around(episode_id: str, turn: int) -> Response:
@@ -198,10 +198,10 @@ def _add_pictures(site: FastAPI, session: ReviewSession, render_service: RenderS
             raise KeyError(turn)
         yaw = wrap_deg(episode.start.rotation + turn * 360.0 / AROUND)
         start = episode.start.model_copy(update={"rotation": yaw, "horizon": 15.0})
-        return _png(render_service.picture(_scene(session, episode.model_copy(update={"start": start}))))
+        return _png(render_service.picture(_moment_of(session, episode.model_copy(update={"start": start}))))
 
 
-def _scene(session: ReviewSession, episode: Episode, actions: tuple = ()) -> EpisodeMoment:
+def _moment_of(session: ReviewSession, episode: Episode, actions: tuple = ()) -> EpisodeMoment:
     return EpisodeMoment(
         session.render_settings, session.review_set.house_path(episode), episode.start, episode.setup, actions
     )

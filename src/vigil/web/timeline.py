@@ -9,7 +9,7 @@ from typing import Any
 from vigil.actions import InteractPixel
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
-from vigil.goals import GoalRow, check
+from vigil.goal_check import GoalRow, check
 from vigil.pose import Box
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord, StepRecord

@@ -86,18 +86,18 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
     def episode(slug: str, episode_id: str, epoch: int) -> Response:
         shown = library.run(slug)
         found, record, pack = episode_of(shown, (episode_id, epoch))
-        story = episode_timeline(shown, found, record)
+        timeline = episode_timeline(shown, found, record)
         keys = sorted(shown.table.rows) if shown.table else []
         place = keys.index((episode_id, epoch))
         base = f"/runs/{slug}/episodes"
-        story["frames"] = [f"{base}/{episode_id}/{epoch}/frames/{step.index}.png" for step in record.steps]
-        story["before"] = None if place == 0 else f"{base}/{keys[place - 1][0]}/{keys[place - 1][1]}"
-        story["after"] = None if place == len(keys) - 1 else f"{base}/{keys[place + 1][0]}/{keys[place + 1][1]}"
-        story["frame_notes"] = None
+        timeline["frames"] = [f"{base}/{episode_id}/{epoch}/frames/{step.index}.png" for step in record.steps]
+        timeline["before"] = None if place == 0 else f"{base}/{keys[place - 1][0]}/{keys[place - 1][1]}"
+        timeline["after"] = None if place == len(keys) - 1 else f"{base}/{keys[place + 1][0]}/{keys[place + 1][1]}"
+        timeline["frame_notes"] = None
         plan = try_plan(pack, found)
         title = f"{episode_id} · {shown.name}"
         here = f"{base}/{episode_id}/{epoch}"
-        return page("episode.html", title=title, run=shown, story=story, plan=plan, here=here, is_alone=False)
+        return page("episode.html", title=title, run=shown, timeline=timeline, plan=plan, here=here, is_alone=False)
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.png")
     def frame(slug: str, episode_id: str, epoch: int, step: int) -> Response:

@@ -1,13 +1,14 @@
 """Pairs: what is recognised from headers alone, and what is refused by name."""
 
 from datetime import timedelta
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from published import SMALL, EpisodeCourse, Write, played, small_records
+from published import SMALL, EpisodeCourse, Write, played, records_of, small_records, thousand, write_pack, write_run
 
-from vigil.analysis.measures.pairs import compare, pair, recognise, shared
+from vigil.analysis.measures.pairs import compare, family_differences, pair, recognise, shared
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.measures.transitions import label_matrix, transitions
@@ -15,6 +16,7 @@ from vigil.analysis.tables.registry import tables
 from vigil.episode import FAMILIES, Family
 from vigil.errors import RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
+from vigil.prompt_file import variant_of
 from vigil.record import EpisodeRecord
 
 FEEDBACK, NEUTRAL = Profile(name=ACTION_FEEDBACK), Profile(prompt_variant="neutral_report")
@@ -39,6 +41,29 @@ def test_interventions_are_recognised_from_headers(write: Write):
     assert (prompt.base.name, prompt.other.name) == ("model", "model [neutral_report]")
     assert found.refusals == ()
     assert found.repeats == ()
+
+
+def own_prompt(template: str, **more: Any) -> Profile:
+    return Profile(prompt_variant=variant_of(template), prompt_template=template, **more)
+
+
+def test_a_prompt_file_is_no_variant_of_the_papers_prompt(write: Write):
+    """It is paired with its own runs alone, stands in no table of the default contract, and its name says it."""
+    mine, changed = own_prompt("Do <TASK_INSTRUCTION>"), own_prompt("Please do <TASK_INSTRUCTION>")
+    fed = own_prompt("Do <TASK_INSTRUCTION>", name=ACTION_FEEDBACK)
+    runs = runs_of(write, {}, {"profile": NEUTRAL}, {"profile": mine}, {"profile": changed}, {"profile": fed})
+    found = recognise(runs)
+    (prompt,), (feedback,) = found.prompt, found.feedback
+    assert (prompt.base.name, prompt.other.name) == ("model", "model [neutral_report]")
+    assert feedback.base.name == f"model [{mine.prompt_variant}]"
+    assert feedback.other.name == f"model [+FB, {mine.prompt_variant}]"
+    assert (found.repeats, found.refusals) == ((), ())
+    assert [entry.name for entry in study(runs).base()] == ["model"]
+
+
+def test_a_prompt_file_is_named_also_where_no_other_run_is_near(write: Write):
+    mine = own_prompt("Do <TASK_INSTRUCTION>")
+    assert [run.name for run in runs_of(write, {"profile": mine})] == [f"model [{mine.prompt_variant}]"]
 
 
 def test_another_revision_of_the_prompt_is_no_variant(write: Write):
@@ -110,7 +135,7 @@ def test_serving_modes_of_a_checkpoint_are_paired(write: Write, instruct: dict[s
     assert (bool(one.base.model.is_thinking), one.other.model.is_thinking) == (False, True)
     assert found.refusals == ()
     (row,) = tables(study(runs, with_paper=False))["serving_modes"].rows
-    assert row.cells["base"] == row.cells["other"] == (100.0, 100.0)
+    assert {row.cells[f"{name}_{side}"][0] for name in "WB" for side in ("base", "other")} == {100.0}
 
 
 def test_serving_modes_under_other_settings_are_refused_by_name(write: Write):
@@ -134,8 +159,9 @@ def test_two_baselines_make_one_row_each_for_the_runs_beside_them(write: Write):
 def test_labels_that_change_are_counted_and_tested(write: Write):
     base, other = runs_of(write, {"records": missed()}, {"profile": FEEDBACK})
     (pair_of,) = recognise([base, other]).feedback
-    assert label_matrix(pair_of)["NR"]["B"] == label_matrix(pair_of)["B"]["B"] == 8
-    (change,) = transitions(pair_of)
+    matrix = label_matrix(*pair_of.tables())
+    assert matrix["NR"]["B"] == matrix["B"]["B"] == 8
+    (change,) = transitions(*pair_of.tables())
     assert (change.source, change.target, change.there, change.back) == ("B", "NR", 0, 8)
     assert change.net == pytest.approx(-0.5)
     assert np.isclose(change.p, 2 * 0.5**8)
@@ -153,7 +179,7 @@ def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
         with (folder / "episodes.jsonl").open("ab") as file:
             file.write(extra.replace(b'"run_id":"extra"', b'"run_id":"%b"' % folder.name.encode()))
     (found,) = recognise(read_runs(folders)).feedback
-    (change,) = transitions(found)
+    (change,) = transitions(*found.tables())
     assert (change.there, change.back) == (0, 16)
     assert change.net == pytest.approx(-0.5)
     assert np.isclose(change.p, 2 * 0.5**16)
@@ -166,7 +192,7 @@ def test_a_pair_must_differ_in_what_it_is_about(write: Write):
 
 def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
     found = recognise(runs_of(write, {"seed": 1}, {"seed": 2}, {"seed": 3}))
-    assert [len(tables) for tables in found.repeats] == [3]
+    assert [(one.name, len(one.tables)) for one in found.repeats] == [("model", 3)]
     again = {name: record.model_copy(update={"epoch": 2}) for name, record in missed().items()}
     twice = write("epochs", small_records(), epochs=2)
     with (twice / "episodes.jsonl").open("ab") as file:
@@ -176,6 +202,35 @@ def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
     (row,) = made.rows
     assert row.cells["runs"] == 2
     assert row.cells["B"] == pytest.approx((75.0, 25.0))
+
+
+def test_repeats_show_how_many_labels_change_by_themselves(write: Write):
+    settings = [{}, {"records": missed()}, {}, {"profile": FEEDBACK, "records": missed()}]
+    made = tables(study(runs_of(write, *settings), with_paper=False))
+    groups: dict[str, dict[str, Any]] = {}
+    for row in made["transitions"].rows:
+        groups.setdefault(row.group, {})[row.cells["model"]] = row.cells
+    feedback, second, third = groups
+    assert feedback == "model · run0 → model [+FB] (+FB)"
+    assert (second, third) == ("model · run0 → model · run1 (repeat)", "model · run0 → model · run2 (repeat)")
+    assert [sum(cells["n"] for cells in matrix.values()) for matrix in groups.values()] == [16, 16, 16]
+    assert [matrix["B"]["NR"] for matrix in groups.values()] == [8, 8, 0]
+    tested = [(row.group, row.cells["model"], row.cells["test"]) for row in made["transition_tests"].rows]
+    tests = (("all labels", "Stuart-Maxwell: χ² = 8.0, df = 1"), ("B → NR", "McNemar, exact"))
+    assert tested == [(name, *test) for name in (feedback, second) for test in tests]
+
+
+def test_the_epochs_of_one_run_are_repeats_too(write: Write):
+    run = write("epochs", small_records(), epochs=2)
+    again = {name: record.model_copy(update={"epoch": 2}) for name, record in missed().items()}
+    extra = write("extra", again, epochs=2)
+    with (run / "episodes.jsonl").open("ab") as file:
+        file.write((extra / "episodes.jsonl").read_bytes().replace(b'"run_id":"extra"', b'"run_id":"epochs"'))
+    (repeats,) = recognise(read_runs([run])).repeats
+    assert repeats.names == ("model, epoch 1", "model, epoch 2")
+    ((name, before, after),) = repeats.against_the_first()
+    assert (name, len(before)) == ("model, epoch 2", 16)
+    assert label_matrix(before, after)["B"] == {"B": 8, "FR": 0, "Other": 0, "NR": 8, "IL": 0}
 
 
 def test_a_scripted_agents_seed_is_a_setting(write: Write):
@@ -219,6 +274,21 @@ def test_intervention_table_counts_events_and_differences(write: Write):
     assert np.isclose(row.cells["p_B"], 2 * 0.5**8)
     assert np.isclose(row.cells["p_NR"], 2 * 0.5**8)
     assert row.cells["p_W"] == row.cells["p_FR"] == 1.0
+
+
+def test_the_largest_shift_of_a_family_has_its_interval(tmp_path: Path):
+    write_pack(tmp_path / "pack", thousand(10))
+    plots = {family: [EpisodeCourse(family, True, "on" if family == "SV" else "success")] * 10 for family in FAMILIES}
+    base = write_run(tmp_path / "base", tmp_path / "pack", "vllm/model", records_of(plots))
+    plots["CR"] = [EpisodeCourse("CR", True, "NR")] * 4 + plots["CR"][4:]
+    other = write_run(tmp_path / "neutral", tmp_path / "pack", "vllm/model", records_of(plots), profile=NEUTRAL)
+    found = study(read_runs([base, other]), with_paper=False)
+    ((size, interval),) = [family_differences(one, "B")["CR B"] for one in found.pairing.prompt]
+    assert size == pytest.approx(-0.4)
+    assert interval is not None
+    (row,) = tables(found)["prompt_shifts"].rows
+    shown = row.cells["largest"].replace("−", "-")
+    assert shown == f"CR B -40.0 [{100 * interval[0]:.1f}, {100 * interval[1]:.1f}]"
 
 
 def test_shifts_of_the_prompt_are_tested(write: Write):

@@ -101,7 +101,7 @@ def test_intents_and_statuses_against_the_paper(paper: Any):
 
 def test_prompt_against_the_paper(paper: Any):
     words = paper["prompt"]
-    first, second, third, fourth = prompt.policy_text("default", "pixel").split("\n\n")
+    first, second, third, fourth = prompt.policy_text(profile.Profile()).split("\n\n")
     assert first == words["block_1_task"]
     assert second.startswith(words["block_2_action_schema"] + "\n")
     assert third == words["block_3_grounding_rules"]
@@ -111,7 +111,7 @@ def test_prompt_against_the_paper(paper: Any):
 
 
 def test_the_action_block_holds_every_description_of_the_paper(paper: Any):
-    block = prompt.policy_text("default", "pixel").split("\n\n")[1]
+    block = prompt.policy_text(profile.Profile()).split("\n\n")[1]
     tables = paper["tables"]
     for row in tables["action_specs"]["rows"]:
         assert f"{row['argument']} ({row['type']}, " in block

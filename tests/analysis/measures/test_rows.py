@@ -13,7 +13,7 @@ from stories import RecordBuilder, thing
 
 from vigil.analysis.measures import rows
 from vigil.analysis.measures.columns import COLUMNS
-from vigil.analysis.measures.rows import ROWS_FILE, frame_of, read_runs
+from vigil.analysis.measures.rows import KEPT_FILE, frame_of, read_runs
 from vigil.errors import PackMismatch, RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.scoring import settle
@@ -54,7 +54,7 @@ def test_rows_are_settled_anew_when_records_or_cache_changed(write: Write):
     assert read_runs([run])[0].n == 1
     write("run")
     assert read_runs([run])[0].n == 16
-    (run / ROWS_FILE).write_bytes(b"no table")
+    (run / KEPT_FILE).write_bytes(b"no table")
     assert read_runs([run])[0].n == 16
 
 
@@ -69,7 +69,7 @@ def test_rows_are_settled_anew_by_other_scoring(write: Write, monkeypatch: pytes
 
 def test_a_folder_that_takes_no_cache_is_remarked(write: Write):
     run = write("run")
-    (run / ROWS_FILE).mkdir()
+    (run / KEPT_FILE).mkdir()
     (found,) = read_runs([run])
     assert found.n == 16
     assert "could not be kept" in found.faults[0]

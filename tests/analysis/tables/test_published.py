@@ -12,6 +12,7 @@ from vigil.analysis.measures.study import Study, study
 from vigil.analysis.tables.registry import tables
 from vigil.analysis.tables.table import Row, Table
 from vigil.episode import FAMILIES
+from vigil.rates import wilson
 
 ANCHORS = tuple(row["model"] for row in paper().tables["global_cross_section"])
 TIE = 0.05 + 1e-9
@@ -116,7 +117,7 @@ WITHOUT_RATES = {"power", "stability", "repeat_rates", "feedback_events"}
 def test_every_rate_has_its_interval(made: dict[str, Table]):
     for name, table in made.items():
         plain = [column.key for column in table.columns if column.kind in ("number1", "number2", "pair", "spread")]
-        assert not plain or name in PLAIN | WITHOUT_RATES | {"serving_modes"}, (name, plain)
+        assert not plain or name in PLAIN | WITHOUT_RATES, (name, plain)
         for column in table.columns:
             if column.kind == "rate":
                 cells = [row.cells.get(column.key) for row in table.rows if not row.is_published]
@@ -138,8 +139,12 @@ def test_the_serving_modes_of_one_checkpoint_are_the_papers(made: dict[str, Tabl
     rows = made["serving_modes"].rows
     (row,) = [row for row in rows if not row.is_published]
     assert row.cells["model"] == "Qwen3-VL-32B (T)"
-    assert row.cells["base"] == pytest.approx((39.2, 18.9))
-    assert row.cells["other"] == pytest.approx((30.7, 26.4))
+    shown = {"W_base": 39.2, "B_base": 18.9, "W_other": 30.7, "B_other": 26.4}
+    for key, rate in shown.items():
+        low, high = wilson(round(10 * rate), 1000)
+        assert row.cells[key] == pytest.approx((rate, 100 * low, 100 * high))
+    (printed,) = [row for row in rows if row.is_published and row.cells["model"] == "Qwen3-VL-32B (T)"]
+    assert {key: printed.cells[key] for key in shown} == shown
     assert row.cells["dDelta"][0] == pytest.approx(4.3 - 20.3)
     published_pairs = {row.cells["model"]: row.cells["dB"] for row in rows if row.is_published}
     assert published_pairs == {

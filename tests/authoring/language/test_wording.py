@@ -7,7 +7,8 @@ import pytest
 
 from vigil.authoring.language import wording
 from vigil.authoring.language.wording import Act, Asked, opened, order, question, say
-from vigil.authoring.review.rules import LABEL_WORDS, STANDARD_IN_WORDS
+from vigil.authoring.review.rules import STANDARD_IN_WORDS
+from vigil.goals import STATE_LABELS
 
 RNG = np.random.default_rng(0)
 TABLES: dict[str, tuple[str, ...]] = {
@@ -71,5 +72,5 @@ def test_questions_name_both_answers_or_none(asked: Asked, category: str) -> Non
         return
     for _ in range(40):
         words = question(asked, category, "the thing", RNG).lower()
-        said = {label for label in LABEL_WORDS[asked] if label in words.translate(str.maketrans(".?,", "   ")).split()}
+        said = {label for label in STATE_LABELS[asked] if label in words.translate(str.maketrans(".?,", "   ")).split()}
         assert len(said) in (0, 2)

@@ -15,7 +15,8 @@ from vigil.authoring.review.blind_trials import TURNING, WALKING, blind_trials
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import OTHER_RULES, Finding, Validator, reason_of, validate_pack
 from vigil.episode import Episode
-from vigil.goals import ObjectHeld, check
+from vigil.goal_check import check
+from vigil.goals import ObjectHeld
 from vigil.house import House
 from vigil.pack import Pack
 from vigil.pose import Vec3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from chat_server import read_number
 
-from vigil.actions import Reply
+from vigil.actions import Reply, Usage
 from vigil.agents.model import Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
@@ -102,6 +102,10 @@ def test_one_bad_answer_of_two_passes() -> None:
         (Reply(text=f"<think>hm {REPORT}"), ["unclosed_reasoning", "--reasoning-parser qwen3", "--thinking off"]),
         (Reply(text="", reasoning_chars=70), ["empty all 70 characters came as reasoning", "--reasoning-parser"]),
         (Reply(text="so much", finish_reason="length"), ["truncated no_object", "--max-tokens", "--max-model-len"]),
+        (
+            Reply(text="so", finish_reason="length", usage=Usage(input_tokens=2250, output_tokens=3)),
+            ["cut it after 3 tokens, 2,250 of input before it", "larger context", "OLLAMA_CONTEXT_LENGTH"],
+        ),
         (Reply(text="<|channel|>analysis<|message|>hm"), ["no part of the protocol", "--reasoning-parser"]),
         (Reply(text='{"skill_name": "jump", "arguments": {}}'), ["unknown_skill", "`vigil prompt` shows"]),
     ],

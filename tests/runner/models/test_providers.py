@@ -2,28 +2,29 @@
 
 import asyncio
 import json
+from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 from inspect_marks import INSPECT
 from quick_runs import quick
+from reasoning_forms import REASONING_FORMS, check_judged
 from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import Raw, Request, Said, WireServer
+from wire_server import Raw, Request, Said, ScriptedModel, WireServer, body_of
 
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.pack import Pack
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord
+from vigil.runner import run
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.providers import PROVIDERS, named
 from vigil.runner.models.serving import Serving, only_its_key, serving
 from vigil.runner.models.thinking import with_thinking
 from vigil.runner.settings import worker_plan
-from vigil.runner.workers.live import play_live
-from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool
 
 pytestmark = INSPECT
@@ -41,6 +42,11 @@ KEY = "the-key-that-was-chosen"
 @pytest.fixture(autouse=True)
 def _key(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MY_KEY", KEY)
+
+
+def in_table(model: str) -> str:
+    """Returns the name in the table of providers that a model's name begins with."""
+    return max((name for name in PROVIDERS if model.startswith(f"{name}/")), key=len)
 
 
 def endpoint(model: str, url: str, **sampling: Any) -> Endpoint:
@@ -86,13 +92,18 @@ def test_a_switch_of_thinking_arrives(provider: str, thinking: Any) -> None:
     assert {name: body.get(name) for name in wanted} == wanted
 
 
+OTHERS = {
+    "anthropic/some-model": ("", "authorization", "/v1/messages"),
+    "google/gemini-3.1-pro-preview": ("", "x-goog-api-key", "models/gemini-3.1-pro-preview:generateContent"),
+    "openai/azure/gpt-5.4": ("", "api-key", "/openai/responses"),
+    "perplexity/sonar": ("/v1", "authorization", "/v1/responses"),
+}
+
+
 @pytest.mark.parametrize(
     ("model", "path", "header", "asked_for"),
     [
-        ("anthropic/some-model", "", "authorization", "/v1/messages"),
-        ("google/gemini-3.1-pro-preview", "", "x-goog-api-key", "models/gemini-3.1-pro-preview:generateContent"),
-        ("openai/azure/gpt-5.4", "", "api-key", "/openai/responses"),
-        ("perplexity/sonar", "/v1", "authorization", "/v1/responses"),
+        *((model, *told) for model, told in OTHERS.items()),
         ("openai-api/mine/m", "/v1", "authorization", "/v1/chat/completions"),
     ],
 )
@@ -102,49 +113,97 @@ def test_other_formats_are_asked_in_their_own_way(model: str, path: str, header:
     assert request.path.partition("?")[0].endswith(asked_for)
 
 
-def test_bedrock_is_asked_in_amazons_format_and_recorded_as_the_librarys(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
-        monkeypatch.setenv(name, KEY)
-    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
-    answer = {
-        "output": {"message": {"role": "assistant", "content": [{"text": REPORT}]}},
-        "stopReason": "end_turn",
-        "usage": {"inputTokens": 100, "outputTokens": 10, "totalTokens": 110},
-        "metrics": {"latencyMs": 1},
+@dataclass(frozen=True)
+class Cloud:
+    """A provider that is asked with an account's credentials."""
+
+    model: str
+    asked_at: str
+    header: str
+    """Which one holds the credential, and how that begins."""
+    answer: str = "anthropic"
+    """The format of the answer."""
+    arguments: tuple[tuple[str, Any], ...] = ()
+    source: str = "server"
+
+
+AWS = "AWS4-HMAC-SHA256 Credential=an-account"
+CLOUDS = (
+    Cloud("openai/bedrock/openai.gpt-5.4", "/responses", f"authorization: Bearer {KEY}", "responses"),
+    Cloud("anthropic/azure/claude-sonnet-4", "/v1/messages", f"api-key: {KEY}"),
+    Cloud("anthropic/bedrock/some.claude", "/model/some.claude/invoke", f"authorization: {AWS}"),
+    Cloud(
+        "anthropic/vertex/claude-sonnet-4",
+        "/projects/mine/locations/us-east5/publishers/anthropic/models/claude-sonnet-4:rawPredict",
+        f"authorization: Bearer {KEY}",
+        arguments=(("access_token", KEY),),
+    ),
+    Cloud("google/vertex/gemini-3.1-pro-preview", ":generateContent", f"x-goog-api-key: {KEY}", "google"),
+    Cloud("cloudflare/org/m", "/chat/completions", f"authorization: Bearer {KEY}", "chat"),
+    Cloud("bedrock/some.model", "/model/some.model/converse", f"authorization: {AWS}", "converse", source="library"),
+    Cloud("sagemaker/m", "/endpoints/m/invocations", f"authorization: {AWS}", "chat", source="library"),
+)
+CONVERSED = {
+    "output": {"message": {"role": "assistant", "content": [{"text": REPORT}]}},
+    "stopReason": "end_turn",
+    "usage": {"inputTokens": 100, "outputTokens": 10, "totalTokens": 110},
+    "metrics": {"latencyMs": 1},
+}
+
+
+@pytest.mark.parametrize("cloud", CLOUDS, ids=lambda cloud: cloud.model)
+def test_a_cloud_is_asked_with_its_credentials_in_its_own_format(cloud: Cloud, monkeypatch: pytest.MonkeyPatch) -> None:
+    account = {
+        "AWS_ACCESS_KEY_ID": "an-account",
+        "AWS_SECRET_ACCESS_KEY": KEY,
+        "AWS_DEFAULT_REGION": "us-east-1",
+        "ANTHROPIC_VERTEX_PROJECT_ID": "mine",
+        "ANTHROPIC_VERTEX_REGION": "us-east5",
+        "VERTEX_API_KEY": KEY,
+        "CLOUDFLARE_ACCOUNT_ID": "mine",
     }
-    with WireServer(lambda wire, data: Raw(json.dumps(answer).encode())) as server:
-        reply = ask(Endpoint(Serving("bedrock/some.model", server.url), retry_policy=RetryPolicy(retries=0)))
-    assert (reply.text, reply.reply_source) == (REPORT, "library")
-    assert server.requests[0].path == "/model/some.model/converse"
-    assert server.requests[0].headers["authorization"].startswith("AWS4-HMAC-SHA256 ")
+    for name, value in account.items():
+        monkeypatch.setenv(name, value)
+
+    def brain(wire: str, data: bytes) -> Raw:
+        if cloud.answer == "converse":
+            return Raw(json.dumps(CONVERSED).encode())
+        return body_of(cloud.answer, Said((REPORT,)), is_streamed=False)
+
+    with WireServer(brain) as server:
+        found = Serving(cloud.model, server.url, None if "vertex" in cloud.model else KEY, cloud.arguments)
+        if cloud.model.startswith("sagemaker/"):  # it takes its address as an argument alone
+            found = Serving(cloud.model, arguments=(("endpoint_url", server.url),))
+        reply = ask(Endpoint(found, {"max_tokens": 100}, retry_policy=RetryPolicy(retries=0)))
+    assert (reply.text, reply.reply_source) == (REPORT, cloud.source)
+    name, _, value = cloud.header.partition(": ")
+    assert server.requests[0].path.partition("?")[0].endswith(cloud.asked_at)
+    assert server.requests[0].headers[name].startswith(value)
 
 
-def test_every_openai_style_name_plays_a_smoke_pack(tmp_path: Path) -> None:
-    count = 2
-    loose_pack(tmp_path / "pack", [tiny_episode(number, "DA", max_steps=3) for number in range(count)], [tiny_house()])
+def test_the_table_says_which_providers_are_played_against_a_stand_in() -> None:
+    tried = {*CHAT, *(in_table(one) for one in (*OTHERS, *(cloud.model for cloud in CLOUDS)))}
+    assert {name for name, one in PROVIDERS.items() if one.is_tried} - {"mockllm"} == tried
+
+
+def test_every_openai_style_name_plays_every_form_of_reasoning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run for each name, on simulators that they share to save their start."""
+    forms = list(REASONING_FORMS)
+    episodes = [tiny_episode(number, "DA", max_steps=1) for number in range(len(forms))]
+    loose_pack(tmp_path / "pack", episodes, [tiny_house()])
     pack = Pack.load(tmp_path / "pack")
-    settings = quick(pack.folder, None, model="openai/m")
-    look = json.dumps({"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}})
-
-    def brain(wire: str, data: bytes) -> Said:
-        return Said((f"I see.</think>\n{REPORT if data.count(b'past') else look}",))
-
-    async def play(url: str, pool: SimulatorPool) -> dict[str, list[EpisodeRecord]]:
-        records: dict[str, list[EpisodeRecord]] = {}
+    model = ScriptedModel(lambda episode, _: REASONING_FORMS[forms[episode]].said)
+    plan = worker_plan(quick(pack.folder, None, model="openai/m"), pack, Profile())
+    with WireServer(model) as server, SimulatorPool(plan, 1) as pool:
+        monkeypatch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
+        wanted = {"base_url": f"{server.url}/v1", "api_key_env": "MY_KEY", "preflight": False}
         for provider in CHAT:
-            model = endpoint(f"{provider}/{NAME}", url).model()
-            one = with_retries(sender(model), RetryPolicy(retries=0))
-            games = [play_live(pool.live(Assignment(episode)), Profile(), one, "r") for episode in pack.episodes]
-            records[provider] = [await game for game in games]
-            await model.api.aclose()
-        return records
+            settings = quick(pack.folder, tmp_path / provider, model=f"{provider}/{NAME}", **wanted)
+            for record in run.run_pack(settings).records:
+                assert record.error is None, (provider, record.error)
+                check_judged(forms[int(record.episode_id[-3:])], record.steps[0])
+    assert len(server.requests) == len(CHAT) * len(forms)
 
-    with (
-        WireServer(brain) as server,
-        SimulatorPool(worker_plan(settings, pack, Profile(), run_id="r"), 1) as pool,
-    ):
-        records = asyncio.run(play(f"{server.url}/v1", pool))
-    for provider in CHAT:
-        ends = [(record.end, len(record.steps), record.error) for record in records[provider]]
-        assert ends == [("report", 2, None)] * count, provider
-    assert len(server.requests) == len(CHAT) * count * 2
+
+def test_every_name_asked_in_openais_style_is_played() -> None:
+    assert {name for name, one in PROVIDERS.items() if one.is_openai_style} <= set(CHAT)

@@ -1,9 +1,9 @@
 """Intervals and tests: what an estimate, or a difference between two runs, is worth.
 
 Beside Wilson's for single rates (`vigil.rates`): a bootstrap clustered by house where episodes share houses; McNemar
-(exact) and a paired, clustered bootstrap for two runs on the same episodes; the smallest difference that so many
-episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows give the same interval, in
-whatever order they come.
+(exact), Stuart-Maxwell and a paired, clustered bootstrap for two runs on the same episodes; the smallest difference
+that so many episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows give the same
+interval, in whatever order they come.
 """
 
 import math
@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtr, ndtri, stdtrit
+from scipy.special import chdtrc, ndtr, ndtri, stdtrit
 from scipy.stats import binom
 
 from vigil.rates import Interval
@@ -23,6 +23,8 @@ LEVEL = 0.95
 POWER = 0.80
 MIN_CLUSTERS = 5
 """With fewer houses a clustered bootstrap says nothing."""
+_NO_VARIANCE = 1e-9
+"""A smaller share of the largest variance is rounding: labels that add up, or that never change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +36,16 @@ class McNemar:
     only_second: int
     difference: float | None
     """The second's rate minus the first's, over all plays."""
+    p: float
+
+
+@dataclass(frozen=True, slots=True)
+class Homogeneity:
+    """A test whether each label is as frequent in one of two paired columns as in the other."""
+
+    statistic: float
+    """Distributed as chi-square with `df` degrees of freedom when it is."""
+    df: int
     p: float
 
 
@@ -103,6 +115,26 @@ def _sign_flip_p(gains: np.ndarray) -> float:
     reach = len(likely) // 2
     is_as_far = np.abs(np.arange(-reach, reach + 1)) >= abs(int(gains.sum()))
     return min(1.0, float(likely[is_as_far].sum()))
+
+
+def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> Homogeneity | None:
+    """Returns the Stuart-Maxwell test of two columns of labels over the same plays; None when no label changed.
+
+    Of an episode that was played repeatedly the plays' changes are added up, as in `mcnemar`. The p is approximate: it
+    needs some ten changes or more. Source: Maxwell, "Comparing the classification of subjects by two independent
+    judges", 1970.
+    """
+    labels = np.unique(np.concatenate([first, second]))
+    changes = (second[:, None] == labels).astype(float) - (first[:, None] == labels)
+    _, index = np.unique(episodes, return_inverse=True)
+    gains = np.stack([np.bincount(index, weights=column) for column in changes.T], axis=1)
+    if not gains.any():
+        return None
+    variances, axes = np.linalg.eigh(gains.T @ gains)
+    is_free = variances > _NO_VARIANCE * variances[-1]
+    statistic = float(np.sum((gains.sum(axis=0) @ axes[:, is_free]) ** 2 / variances[is_free]))
+    df = int(is_free.sum())
+    return Homogeneity(statistic, df, float(chdtrc(df, statistic)))
 
 
 def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> tuple[float, Interval | None]:

@@ -15,7 +15,8 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.intervals import McNemar, mcnemar, paired_difference
-from vigil.analysis.measures.rows import Run
+from vigil.analysis.measures.rows import Run, where
+from vigil.episode import FAMILIES
 from vigil.errors import RecordError
 from vigil.rates import Interval
 
@@ -61,16 +62,31 @@ class Pair:
 
 
 @dataclass(frozen=True)
+class Repeats:
+    """Two or more plays of the same episodes under the same settings: runs, or epochs of one run."""
+
+    run: Run
+    """That of the first."""
+    name: str
+    """What is repeated."""
+    names: tuple[str, ...]
+    tables: tuple[pd.DataFrame, ...]
+
+    def against_the_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
+        """Yields the name of each further one, with the rows of the first and of it, of the same episodes."""
+        for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
+            first, other = shared(self.tables[0].assign(epoch=1), table.assign(epoch=1))
+            yield name, first.reset_index(), other.reset_index()
+
+
+@dataclass(frozen=True)
 class Pairing:
     """All that was recognised among some runs."""
 
     feedback: tuple[Pair, ...]
     prompt: tuple[Pair, ...]
     serving: tuple[Pair, ...]
-    repeats: tuple[tuple[pd.DataFrame, ...], ...]
-    """Sets of at least two tables of the same episodes under the same settings: runs, or epochs of one run."""
-    repeated: tuple[Run, ...]
-    """The first run of each set of repeats."""
+    repeats: tuple[Repeats, ...]
     refusals: tuple[str, ...]
     choices: Mapping[PairKind, tuple[str, ...]]
     """Which run a run is paired with, where several would do."""
@@ -123,7 +139,6 @@ def recognise(runs: Sequence[Run]) -> Pairing:
             pairs[kind].append(pair(first, second, kind))
         except RecordError as error:
             refusals.append(str(error))
-    repeats, repeated = _repeats(runs, pairs["repeat"])
     feedback, of_feedback = _one_base_each(pairs["feedback"])
     prompt, of_prompt = _one_base_each(pairs["prompt"])
     serving, of_serving = _one_base_each(pairs["serving"])
@@ -132,7 +147,7 @@ def recognise(runs: Sequence[Run]) -> Pairing:
         "prompt": of_prompt,
         "serving": of_serving,
     }
-    return Pairing(feedback, prompt, serving, repeats, repeated, tuple(refusals), choices)
+    return Pairing(feedback, prompt, serving, _repeats(runs, pairs["repeat"]), tuple(refusals), choices)
 
 
 def differences(first: Run, second: Run) -> dict[str, str]:
@@ -180,8 +195,23 @@ def shared(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
     """Returns the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
     base, other = shared(pair_of.base.rows, pair_of.other.rows)
-    if not len(base):
-        return None
+    return difference(base, other, name) if len(base) else None
+
+
+def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[float, Interval | None]]:
+    """Returns the same family by family, under names such as `AI W`."""
+    base, other = pair_of.tables()
+    masks = {family: base["family"].to_numpy() == family for family in FAMILIES}
+    return {
+        f"{family} {name}": difference(where(base, mask), where(other, mask), name)
+        for family, mask in masks.items()
+        if mask.any()
+        for name in names
+    }
+
+
+def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[float, Interval | None]:
+    """Returns the difference of W, B or a label between rows of the same plays, and its interval by houses."""
     return paired_difference(_has(base, name), _has(other, name), _houses(base))
 
 
@@ -220,9 +250,7 @@ def _houses(rows: pd.DataFrame) -> np.ndarray:
     return rows["house"].to_numpy(dtype=str)
 
 
-def _repeats(
-    runs: Iterable[Run], pairs: Iterable[Pair]
-) -> tuple[tuple[tuple[pd.DataFrame, ...], ...], tuple[Run, ...]]:
+def _repeats(runs: Iterable[Run], pairs: Iterable[Pair]) -> tuple[Repeats, ...]:
     sets: list[list[Run]] = []
     for one in pairs:
         home = next((group for group in sets if one.base in group or one.other in group), None)
@@ -230,15 +258,19 @@ def _repeats(
             sets.append([one.base, one.other])
         else:
             home.extend(run for run in (one.base, one.other) if all(run is not other for other in home))
-    tables = [(group[0], tuple(rows for run in group for rows in _epochs(run))) for group in sets]
-    alone = [run for run in runs if all(run is not other for group in sets for other in group)]
-    tables += [(run, tuple(_epochs(run))) for run in alone if run.header.spec.epochs > 1]
-    tables = sorted(((run, rows) for run, rows in tables if len(rows) > 1), key=lambda pair: pair[0].name)
-    return tuple(rows for _, rows in tables), tuple(run for run, _ in tables)
+    sets += [
+        [run] for run in runs if run.header.spec.epochs > 1 and all(run is not one for group in sets for one in group)
+    ]
+    found = [_repeats_of(group) for group in sets]
+    return tuple(sorted((one for one in found if len(one.tables) > 1), key=lambda one: one.run.name))
 
 
-def _epochs(run: Run) -> list[pd.DataFrame]:
-    return [rows for _, rows in run.rows.groupby("epoch")]
+def _repeats_of(runs: Sequence[Run]) -> Repeats:
+    epochs = [(run, epoch, rows) for run in runs for epoch, rows in run.rows.groupby("epoch")]
+    is_numbered = any(run.header.spec.epochs > 1 for run in runs)
+    names = tuple(f"{run.name}, epoch {epoch}" if is_numbered else run.name for run, epoch, _ in epochs)
+    name = runs[0].name if len(runs) == 1 else runs[0].marked_name
+    return Repeats(runs[0], name, names, tuple(rows for *_, rows in epochs))
 
 
 def _kind(first: Run, second: Run) -> PairKind | None:
@@ -250,9 +282,14 @@ def _kind(first: Run, second: Run) -> PairKind | None:
         return None
     if varied == {"profile.name"}:
         return "feedback"
-    if varied == {"profile.prompt_variant"}:
+    if varied == {"profile.prompt_variant"} and not _has_own_prompt(first, second):
         return "prompt"
     return None if varied else "repeat"
+
+
+def _has_own_prompt(*runs: Run) -> bool:
+    """Whether one of the runs is under a prompt file: it is no variant of the paper's prompt."""
+    return any(run.header.spec.profile.has_own_prompt for run in runs)
 
 
 def _agent(run: Run) -> tuple[str, str]:

@@ -1,7 +1,7 @@
 """Rows: saved runs -> one flat table of verdicts each, one row a scored episode, kept beside the run.
 
 Every row is what `vigil.scoring.settle` says about one record; nothing is decided here. The table is written to
-`rows.parquet` in the run's folder and taken from there as long as records, header, pack and scoring are the same.
+`settled.parquet` in the run's folder and taken from there as long as records, header, pack and scoring are the same.
 """
 
 import hashlib
@@ -21,22 +21,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil import (
-    actions,
-    episode,
-    goals,
-    jsonl,
-    pose,
-    prompt,
-    record,
-    record_file,
-    replies,
-    row_check,
-    saved_run,
-    scoring,
-    summary,
-    world,
-)
+import vigil
 from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
@@ -47,7 +32,7 @@ from vigil.saved_run import RecordTable, open_run
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
-ROWS_FILE = "rows.parquet"
+KEPT_FILE = "settled.parquet"
 ROWS_VERSION = 4
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
@@ -74,6 +59,12 @@ class Run:
     """What a reader must know before any number: torn or doubled rows, a cache that could not be written."""
     name: str
     """Unique among the runs of a report."""
+
+    @property
+    def marked_name(self) -> str:
+        """The model's name with the condition, where that is not the default one: the same for its repeats."""
+        condition = _condition(self.header)
+        return f"{self.model.name} [{condition}]" if condition else self.model.name
 
     @property
     def n(self) -> int:
@@ -133,7 +124,7 @@ def read_runs(folders: Sequence[Path], pack: str | Path | None = None, *, use_ca
 def _kept_run(folder: Path) -> Run | None:
     """Returns the run from the rows beside it; None when there are none, or they are of other records or code."""
     header, data = read_header(folder), read_file(folder / EPISODES_FILE)
-    kept = _load(folder / ROWS_FILE, _key(header, data))
+    kept = _load(folder / KEPT_FILE, _key(header, data))
     return None if kept is None else _run(folder, header, *kept)
 
 
@@ -143,7 +134,7 @@ def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     table, facts = _settle(run.table, data)
     table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
     if keep:
-        facts = _keep(folder / ROWS_FILE, _key(run.header, data), table, facts)
+        facts = _keep(folder / KEPT_FILE, _key(run.header, data), table, facts)
     return _run(folder, run.header, table, facts)
 
 
@@ -263,11 +254,8 @@ def _key(header: RunHeader, data: bytes) -> str:
 @cache
 def _scoring_sha256() -> str:
     """Returns a hash of the code that makes verdicts: rows of another version are recomputed."""
-    modules = (
-        *(actions, episode, goals, jsonl, pose, prompt, record, record_file, replies, row_check, saved_run, scoring),
-        *(summary, world),
-    )
-    return hashlib.sha256(b"".join(Path(str(module.__file__)).read_bytes() for module in modules)).hexdigest()
+    modules = sorted(Path(vigil.__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(module.read_bytes() for module in modules)).hexdigest()
 
 
 def _load(file: Path, key: str) -> tuple[pd.DataFrame, dict] | None:
@@ -303,21 +291,19 @@ def _size(folder: Path) -> int:
 
 def _named(runs: Iterable[Run]) -> list[Run]:
     """Returns the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
-    model."""
+    model. A prompt of one's own is always named."""
     found = list(runs)
     models = Counter(run.model.name for run in found)
-    names = [_marked(run) if models[run.model.name] > 1 else run.model.name for run in found]
+    names = [
+        run.marked_name if models[run.model.name] > 1 or run.header.spec.profile.has_own_prompt else run.model.name
+        for run in found
+    ]
     above = Path(os.path.commonpath([run.folder for run in found] or [""]))
     for more in ([run.header.run_id for run in found], [str(run.folder.relative_to(above)) for run in found]):
         told = Counter(name for name, _ in set(zip(names, more, strict=True)))
         names = [f"{name} · {extra}" if told[name] > 1 else name for name, extra in zip(names, more, strict=True)]
     named = [replace(run, name=name) for run, name in zip(found, names, strict=True)]
     return sorted(named, key=lambda run: run.name)
-
-
-def _marked(run: Run) -> str:
-    condition = _condition(run.header)
-    return f"{run.model.name} [{condition}]" if condition else run.model.name
 
 
 def _condition(header: RunHeader) -> str:

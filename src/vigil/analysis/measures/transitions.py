@@ -1,13 +1,16 @@
-"""Transitions: how the labels of the same episodes change from one run of a pair to the other."""
+"""Transitions: how the labels of the same episodes change from one run to another.
+
+Every function takes the rows of both runs, of the same plays in the same order.
+"""
 
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import pandas as pd
 
-from vigil.analysis.measures.intervals import houses_of, mcnemar, paired_difference
+from vigil.analysis.measures.intervals import Homogeneity, houses_of, mcnemar, paired_difference, stuart_maxwell
 from vigil.analysis.measures.metrics import LABELS
-from vigil.analysis.measures.pairs import Pair
 from vigil.analysis.measures.rows import values
 from vigil.rates import Interval
 
@@ -27,15 +30,14 @@ class Transition:
     """Exact McNemar test of `there` against `back`; the epochs of an episode change sign together."""
 
 
-def label_matrix(pair: Pair) -> dict[str, dict[str, int]]:
+def label_matrix(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, dict[str, int]]:
     """Returns how many episodes have each label of the base and each of the other run."""
-    base, other = (values(table, "label", str) for table in pair.tables())
-    return {one: {two: int(np.sum((base == one) & (other == two))) for two in LABELS} for one in LABELS}
+    before, after = (values(table, "label", str) for table in (base, other))
+    return {one: {two: int(np.sum((before == one) & (after == two))) for two in LABELS} for one in LABELS}
 
 
-def transitions(pair: Pair) -> list[Transition]:
+def transitions(base: pd.DataFrame, other: pd.DataFrame) -> list[Transition]:
     """Returns what became of labels, for every two labels between which any episode changed."""
-    base, other = pair.tables()
     before, after = (values(table, "label", str) for table in (base, other))
     houses, episodes = houses_of(base), values(base, "episode_id", str)
     found = []
@@ -46,3 +48,9 @@ def transitions(pair: Pair) -> list[Transition]:
             p = mcnemar(back, there, episodes).p
             found.append(Transition(source, target, int(there.sum()), int(back.sum()), net, interval, p))
     return found
+
+
+def homogeneity(base: pd.DataFrame, other: pd.DataFrame) -> Homogeneity | None:
+    """Returns the test whether every label is as frequent in both; None when no label changed."""
+    before, after = (values(table, "label", str) for table in (base, other))
+    return stuart_maxwell(before, after, values(base, "episode_id", str))

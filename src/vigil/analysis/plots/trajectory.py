@@ -19,7 +19,7 @@ from vigil.analysis.measures.rows import Run
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_on, styled
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
-from vigil.goals import check
+from vigil.goal_check import check
 from vigil.record import EpisodeRecord, StepRecord
 from vigil.saved_run import RecordTable
 from vigil.scoring import Label, Outcome, settle

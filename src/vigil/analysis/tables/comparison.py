@@ -12,6 +12,7 @@ from vigil.analysis.measures.metrics import COMPARABLE_W_PP, clustered_intervals
 from vigil.analysis.measures.pairs import RunComparison
 from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.tables.own import MODEL, row_of, shown_name
+from vigil.analysis.tables.paired import DISAGREEMENT_NOTE
 from vigil.analysis.tables.table import Column, Row, Table, counts, intervals, numbers, percent, points, texts
 
 
@@ -54,7 +55,8 @@ def comparisons(study: Study) -> Table:
     notes = (
         "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode "
         "change sign together); intervals: paired bootstrap over houses. Called different only where p stays below "
-        "0.05 after Holm's correction for all tests of W and of B in this table.",
+        "0.05 after Holm's correction for all tests of W and of B in this table; intervals are not corrected.",
+        DISAGREEMENT_NOTE,
     )
     return Table("comparisons", "Runs against each other on the same episodes", columns, tuple(rows), notes)
 
@@ -77,7 +79,8 @@ def comparable_pairs(study: Study) -> Table:
         rows += _pairs_close_in_w(anchors, is_published=True)
     notes = (
         f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B, the first run's minus the second's. "
-        "Intervals of own pairs: paired bootstrap over houses; whether they differ is for the paired tests to say.",
+        "Intervals of own pairs: paired bootstrap over houses; whether they differ is for the paired tests to say. "
+        "Those of W stand in `overview`.",
     )
     return Table("comparable_pairs", "Alike in W, apart in B", columns, tuple(rows), notes)
 

@@ -13,7 +13,16 @@ from vigil.analysis.measures.metrics import measure
 from vigil.analysis.measures.pairs import Pair
 from vigil.analysis.measures.paper import NR_NOTE
 from vigil.analysis.measures.study import Study, by_group
-from vigil.analysis.tables.paired import INTERVAL_NOTE, P_NOTE, SHIFTED, TESTED, p_values, prompt_shifts, shifts
+from vigil.analysis.tables.paired import (
+    DISAGREEMENT_NOTE,
+    INTERVAL_NOTE,
+    P_NOTE,
+    SHIFTED,
+    TESTED,
+    p_values,
+    prompt_shifts,
+    shifts,
+)
 from vigil.analysis.tables.results import (
     ALL,
     FAMILY_COLUMNS,
@@ -71,6 +80,7 @@ def proprio_minimal(study: Study) -> Table:
     notes = (
         f"Means per episode over the episodes that both runs have scored; their intervals stand in `feedback_events`. "
         f"Differences: +FB minus base. {INTERVAL_NOTE} {P_NOTE}",
+        DISAGREEMENT_NOTE,
         "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
         *study.pairing.choices["feedback"],
     )
@@ -102,10 +112,11 @@ def open_repeat_robustness(study: Study) -> Table:
     columns = (MODEL, *counts(runs="Runs"), *(Column(name, _heading(name), "spread") for name in REPEATED))
     rows = [
         run_row(
-            study.entry(run),
-            {"runs": len(tables), **{name: spread(_percents(tables, name)) for name in REPEATED}},
+            study.entry(one.run),
+            {"model": one.name, "runs": len(one.tables)}
+            | {name: spread(_percents(one.tables, name)) for name in REPEATED},
         )
-        for run, tables in zip(study.pairing.repeated, study.pairing.repeats, strict=True)
+        for one in study.pairing.repeats
     ]
     rows += published_rows(study, "open_repeat_robustness", lambda row: {**row, "Delta": row["delta"], "runs": 2})
     notes = (
@@ -125,15 +136,15 @@ def repeat_rates(study: Study) -> Table:
         *numbers(low="Lowest run", high="Highest run", half_range="Half-range"),
     )
     rows = []
-    for run, tables in zip(study.pairing.repeated, study.pairing.repeats, strict=True):
-        whole = measure(pd.concat(tables, ignore_index=True))
+    for one in study.pairing.repeats:
+        whole = measure(pd.concat(one.tables, ignore_index=True))
         for name in REPEATED:
-            known = [value for value in _percents(tables, name) if value is not None]
-            cells: dict[str, Any] = {"rate": _heading(name), "runs": len(tables), "n": whole.n}
+            known = [value for value in _percents(one.tables, name) if value is not None]
+            cells: dict[str, Any] = {"model": one.name, "rate": _heading(name), "runs": len(one.tables), "n": whole.n}
             cells["pooled"] = rate_cell(whole.rate(name))
             if known:
                 cells |= {"low": min(known), "high": max(known), "half_range": (max(known) - min(known)) / 2}
-            rows.append(run_row(study.entry(run), cells))
+            rows.append(run_row(study.entry(one.run), cells))
     notes = ("Wilson intervals; the plays of one episode count for what they are worth together.",)
     return Table("repeat_rates", "Repeated runs: rates over all repeats", columns, tuple(rows), notes)
 

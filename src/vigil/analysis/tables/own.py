@@ -38,12 +38,14 @@ from vigil.analysis.tables.table import (
     rate_cells,
     texts,
 )
+from vigil.goals import STATE_LABELS
 from vigil.rates import RATES, rate_of
 from vigil.record import Resumption, RunHeader
 
 MODEL = Column("model", "Run", "text")
 WILSON_NOTE = "Intervals: Wilson."
-_STATE_LABELS = ("on", "off", "open", "closed")
+HOUSES_NOTE = "Intervals: bootstrap over houses; none below five houses, or where all agree."
+_STATE_LABELS = tuple(label for pair in STATE_LABELS.values() for label in pair)
 
 
 def overview(study: Study) -> Table:
@@ -72,7 +74,7 @@ def overview(study: Study) -> Table:
         )
     notes = (
         "Rates: Wilson intervals. Δ = W - B and steps: bootstrap over houses (2,000 resamples; none below five "
-        "houses). Means of families: the families' Wilson intervals combined (MOVER).",
+        "houses, or where all agree). Means of families: the families' Wilson intervals combined (MOVER).",
     )
     return Table("overview", "All rates, all episodes", columns, tuple(rows), notes)
 
@@ -117,7 +119,7 @@ def after_goal(study: Study) -> Table:
         }
         rows.append(row_of(entry, n=entry.overall.counts["W"], **cells))
     title = "Shares of actions after the goal first held (W=1 episodes)"
-    return Table("after_goal", title, columns, tuple(rows), ("Intervals: bootstrap over houses.",))
+    return Table("after_goal", title, columns, tuple(rows), (HOUSES_NOTE,))
 
 
 def sv_statuses(study: Study) -> Table:
@@ -250,7 +252,7 @@ def invalid_replies(study: Study) -> Table:
         for entry in by_b(study.entries)
     )
     title = "Replies that are no actions, events and cost: means per episode"
-    return Table("invalid_replies", title, columns, rows, ("Intervals: bootstrap over houses.",))
+    return Table("invalid_replies", title, columns, rows, (HOUSES_NOTE,))
 
 
 def runs(study: Study) -> Table:
@@ -298,17 +300,17 @@ def runs(study: Study) -> Table:
 def models(study: Study) -> Table:
     """Returns what was evaluated: group, serving mode and the name that its interface goes by."""
     columns = texts(
-        model="Model", group="Group", thinking="Thinking", activated="Activated", panel="Panel", api="API identifier"
+        model="Model", kind="Group", thinking="Thinking", activated="Activated", panel="Panel", api="API identifier"
     )
     thinking = {True: "yes", False: "no", None: "not said"}
     rows = []
     for entry in study.entries:
         info = entry.run.model
         panel = "aside" if not entry.is_base else "excluded" if entry.is_excluded else "main"
-        cells = {"group": info.group, "thinking": thinking[info.is_thinking], "activated": info.activated}
+        cells = {"kind": info.group, "thinking": thinking[info.is_thinking], "activated": info.activated}
         rows.append(row_of(entry, **cells, panel=panel, api=entry.run.header.spec.agent))
     for model in study.published.models if study.published else ():
-        cells = {"group": model.group, "thinking": thinking[model.thinking], "panel": model.panel.replace("_", " ")}
+        cells = {"kind": model.group, "thinking": thinking[model.thinking], "panel": model.panel.replace("_", " ")}
         rows.append(published_row(model, {**cells, "api": model.api_identifier}))
     notes = (
         "Own runs: the name that was asked for, with its provider. Published: the identifiers that the paper prints, "
@@ -370,5 +372,5 @@ def family_rates(study: Study) -> Table:
         for family, (m, part) in {"all": (entry.overall, table), **parts}.items():
             cells = {**rate_cells(m, RATES), "mean_steps": mean_of(part, "steps")}
             rows.append(row_of(entry, family=family, n=m.n, **cells))
-    notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, none below five houses.",)
+    notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, none below five or where all agree.",)
     return Table("family_rates", "All rates per family", columns, tuple(rows), notes)

@@ -7,14 +7,16 @@ serving modes.
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import pandas as pd
+
 from vigil.analysis.measures.intervals import holm
-from vigil.analysis.measures.metrics import LABELS, by_family, mean_of, measure
+from vigil.analysis.measures.metrics import LABELS, mean_of, measure
 from vigil.analysis.measures.models import checkpoint_of
-from vigil.analysis.measures.pairs import Pair, mean_difference
+from vigil.analysis.measures.pairs import Pair, family_differences, mean_difference
 from vigil.analysis.measures.paper import Paper
 from vigil.analysis.measures.study import Study, by_group
-from vigil.analysis.measures.transitions import label_matrix, transitions
-from vigil.analysis.tables.results import INTERVALS_ELSEWHERE, MODEL, published_group, published_row, run_row, w_and_b
+from vigil.analysis.measures.transitions import homogeneity, label_matrix, transitions
+from vigil.analysis.tables.results import MODEL, published_group, published_row, run_row
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
@@ -24,13 +26,19 @@ from vigil.analysis.tables.table import (
     intervals,
     points,
     printed,
+    rate_cells,
     texts,
 )
 
 TESTED = ("W", "B", "FR", "NR")
 SHIFTED = {"W": "ΔW (pp)", "B": "ΔB (pp)", "Delta": "Change of Δ (pp)", "FR": "ΔFR (pp)", "NR": "ΔNR (pp)"}
-INTERVAL_NOTE = "Intervals: paired bootstrap over houses."
+INTERVAL_NOTE = "Intervals of differences: paired bootstrap over houses."
+RATE_NOTE = "Those of rates: Wilson."
 P_NOTE = "p: McNemar, exact, not corrected for the number of tests."
+DISAGREEMENT_NOTE = (
+    "An interval and a p may seem to disagree: the test takes episodes as independent and looks only at those that "
+    "changed; the interval resamples houses, for the episodes of one house are alike, and there is none below five."
+)
 _SHIFTS = intervals(**{f"d{name}": heading for name, heading in SHIFTED.items()})
 _TESTS = tuple(Column(f"p_{name}", f"p ({name})", "p") for name in TESTED)
 _KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
@@ -57,8 +65,9 @@ def prompt_shifts(study: Study) -> Table:
         rows += list(_published_prompt_shifts(study.published))
     notes = (
         f"Neutral minus default, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} The largest "
-        "shift is the widest of sixteen: a pointer, not a finding.",
+        "shift is the widest of sixteen, of which its interval knows nothing: a pointer, not a finding.",
         "Published shifts are differences of printed rows; FR and NR only where the paper's text prints both.",
+        DISAGREEMENT_NOTE,
         *study.pairing.choices["prompt"],
     )
     return Table("prompt_shifts", "Prompt sensitivity: shifts from the default prompt", columns, tuple(rows), notes)
@@ -70,7 +79,7 @@ def serving_modes(study: Study) -> Table:
     columns = (
         MODEL,
         *counts(n="n"),
-        *(Column(side, f"W/B {shown}", "pair") for side, shown in sides.items()),
+        *intervals(**{f"{name}_{side}": f"{name} {shown} %" for side, shown in sides.items() for name in "WB"}),
         *_SHIFTS,
         *_TESTS,
         *intervals(steps_base="Steps instruct", steps_other="Steps thinking"),
@@ -79,7 +88,9 @@ def serving_modes(study: Study) -> Table:
     for pair in _grouped(study, study.pairing.serving):
         cells: dict[str, Any] = {"n": len(pair.tables()[0]), **shifts(pair), **p_values(pair)}
         for side, table in zip(sides, pair.tables(), strict=True):
-            cells |= {side: w_and_b(measure(table)), f"steps_{side}": mean_of(table, "steps")}
+            rates = rate_cells(measure(table), "WB")
+            cells |= {f"{name}_{side}": rate for name, rate in rates.items()}
+            cells[f"steps_{side}"] = mean_of(table, "steps")
         entry = study.entry(pair.other)
         rows.append(run_row(entry, cells, group=entry.group))
     if study.published:
@@ -87,7 +98,8 @@ def serving_modes(study: Study) -> Table:
     notes = (
         "Runs of one checkpoint under the same settings but for the serving mode; thinking minus instruct, over the "
         f"episodes that both have scored. A mode that nobody stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
-        f"Published differences are those of printed rows. {INTERVALS_ELSEWHERE}",
+        f"{RATE_NOTE} Published differences are those of printed rows.",
+        DISAGREEMENT_NOTE,
         *study.pairing.choices["serving"],
     )
     return Table("serving_modes", "Serving modes: thinking against instruct", columns, tuple(rows), notes)
@@ -117,12 +129,14 @@ def feedback_events(study: Study) -> Table:
             before, after = mean_of(base, name), mean_of(other, name)
             cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": _change(before, after)}
         rows.append(run_row(study.entry(pair.base), cells))
-    notes = ("Means per episode; intervals: bootstrap over houses. Change: relative to the base run.",)
+    notes = (
+        "Means per episode; intervals: bootstrap over houses, none where all agree. Change: relative to the base run.",
+    )
     return Table("feedback_events", "Action feedback: events and steps", columns, tuple(rows), notes)
 
 
 def transition_matrix(study: Study) -> Table:
-    """Returns what became of the episodes of each label, for every pair of runs."""
+    """Returns what became of the episodes of each label, for every pair of runs and every repeat."""
     columns = (
         *texts(model="Label before"),
         *counts(n="n"),
@@ -130,36 +144,43 @@ def transition_matrix(study: Study) -> Table:
     )
     rows = [
         Row({"model": label, "n": sum(after.values()), **after}, group=name)
-        for name, pair in _named_pairs(study)
-        for label, after in label_matrix(pair).items()
+        for name, base, other in _named_tables(study)
+        for label, after in label_matrix(base, other).items()
     ]
     notes = (
         "Each row: the episodes with that label in the base run, by their label in the other. On the diagonal nothing "
-        "changed.",
+        "changed. Runs of one condition are not added up: each intervened run stands against one base, and each repeat "
+        "against the first, which shows how many labels change when nothing else does.",
         *(note for notes in study.pairing.choices.values() for note in notes),
     )
     return Table("transitions", "Labels before and after", columns, tuple(rows), notes)
 
 
 def transition_tests(study: Study) -> Table:
-    """Returns for every two labels whether more episodes went from one to the other than back."""
+    """Returns whether labels became more or less frequent, and for every two whether more went one way than back."""
     columns = (
-        *texts(model="Labels"),
+        *texts(model="Labels", test="Test"),
         *counts(there="→", back="←"),
         *intervals(net="Net (pp)"),
         Column("p", "p", "p"),
         Column("p_holm", "p, Holm", "p"),
     )
     rows: list[Row] = []
-    for name, pair in _named_pairs(study):
-        found = transitions(pair)
+    for name, base, other in _named_tables(study):
+        if whole := homogeneity(base, other):
+            shown = f"Stuart-Maxwell: χ² = {whole.statistic:.1f}, df = {whole.df}"
+            rows.append(Row({"model": "all labels", "test": shown, "p": whole.p}, group=name))
+        found = transitions(base, other)
         for one, adjusted in zip(found, holm([one.p for one in found]), strict=True):
             cells = {"there": one.there, "back": one.back, "net": points(one.net, one.interval), "p": one.p}
-            rows.append(Row({"model": f"{one.source} → {one.target}", **cells, "p_holm": adjusted}, group=name))
+            cells |= {"test": "McNemar, exact", "p_holm": adjusted}
+            rows.append(Row({"model": f"{one.source} → {one.target}", **cells}, group=name))
     notes = (
-        "→: episodes that went from the first label to the second; ←: those that went back. p: McNemar, exact; "
-        "corrected by Holm for the transitions of the same two runs. Net: → less ←, as a share of the shared "
-        f"episodes. {INTERVAL_NOTE}",
+        "All labels: whether each is as frequent after as before; approximate, so that with fewer than some ten "
+        "changes only the exact tests count. →: episodes that went from the first label to the second; ←: those that "
+        "went back; their p is corrected by Holm for the transitions of the same two runs. Net: → less ←, as a share "
+        f"of the shared episodes. {INTERVAL_NOTE}",
+        DISAGREEMENT_NOTE,
     )
     return Table("transition_tests", "Transitions between labels, tested", columns, tuple(rows), notes)
 
@@ -181,11 +202,17 @@ def _grouped(study: Study, pairs: Sequence[Pair]) -> list[Pair]:
     return sorted(pairs, key=lambda pair: order.index(pair.other.name))
 
 
-def _named_pairs(study: Study) -> Iterator[tuple[str, Pair]]:
+def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
+    """Yields the rows of every two runs whose labels are compared, with what stands above them."""
     pairing = study.pairing
     for pair in (*pairing.feedback, *pairing.prompt, *pairing.serving):
-        if len(pair.tables()[0]):
-            yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", pair
+        base, other = pair.tables()
+        if len(base):
+            yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", base, other
+    for repeats in pairing.repeats:
+        for name, base, other in repeats.against_the_first():
+            if len(base):
+                yield f"{repeats.names[0]} → {name} (repeat)", base, other
 
 
 def _change(before: RateCell, after: RateCell) -> float | None:
@@ -193,20 +220,18 @@ def _change(before: RateCell, after: RateCell) -> float | None:
 
 
 def _largest_shift(pair: Pair) -> str | None:
-    base, other = (by_family(rows) for rows in pair.tables())
-    moved = {
-        f"{family} {name}": 100 * ((other[family].share(name) or 0.0) - (base[family].share(name) or 0.0))
-        for family in base
-        for name in ("W", "B")
-    }
-    return _largest(moved)
+    return _largest({place: points(*moved) for place, moved in family_differences(pair, "WB").items()})
 
 
-def _largest(moved: dict[str, float]) -> str | None:
-    if not moved:
+def _largest(moved: dict[str, RateCell]) -> str | None:
+    """Returns where something moved farthest, and by how much, with the interval where it has one."""
+    known = {place: cell for place, cell in moved.items() if cell is not None}
+    if not known:
         return None
-    place, size = max(moved.items(), key=lambda item: abs(item[1]))
-    return f"{place} {printed(size, 'signed1')}" if size else "none"
+    place = max(known, key=lambda place: abs(known[place][0]))
+    size, low, high = known[place]
+    ends = "" if low is None or high is None else f" [{printed(low, 'signed1')}, {printed(high, 'signed1')}]"
+    return f"{place} {printed(size, 'signed1')}{ends}" if size else "none"
 
 
 def _published_prompt_shifts(paper: Paper) -> Iterator[Row]:
@@ -218,8 +243,8 @@ def _published_prompt_shifts(paper: Paper) -> Iterator[Row]:
             said = paper.text.get(model.name, {})
             if name in said and f"{name}_neutral" in said:
                 cells[f"d{name}"] = round(said[f"{name}_neutral"] - said[name], 1)
-        moved = {
-            f"{family} {name}": round(after[i] - families[model.name][family][i], 1)
+        moved: dict[str, RateCell] = {
+            f"{family} {name}": (round(after[i] - families[model.name][family][i], 1), None, None)
             for family, after in row["families"].items()
             for i, name in enumerate("WB")
             if model.name in families
@@ -233,7 +258,9 @@ def _published_serving_modes(paper: Paper) -> Iterator[Row]:
     for name, (model, values) in rows.items():
         if model.thinking and checkpoint_of(name) in instruct:
             base = instruct[checkpoint_of(name)]
-            cells = {"base": base, "other": values, **_printed_shifts(base, values)}
+            cells: dict[str, Any] = {f"{rate}_base": value for rate, value in zip("WB", base, strict=True)}
+            cells |= {f"{rate}_other": value for rate, value in zip("WB", values, strict=True)}
+            cells |= _printed_shifts(base, values)
             yield published_row(model, cells, group=published_group(model))
 
 

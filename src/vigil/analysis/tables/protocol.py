@@ -37,14 +37,19 @@ def episode_distribution(study: Study) -> Table:
         packs[name] = {family: max(known.get(family, 0), ours.get(family, 0)) for family in FAMILIES}
     rows = []
     for family, spec in FAMILIES.items():
-        cells = {"family": family, "name": spec.name, "max_steps": spec.max_steps, "published": PUBLISHED_PER_FAMILY}
+        cells = {
+            "family": family,
+            "name": spec.name,
+            "max_steps": spec.max_steps,
+            "published_pack": PUBLISHED_PER_FAMILY,
+        }
         rows.append(Row({**cells, **{name: known[family] for name, known in packs.items()}}, group=_TIERS[spec.tier]))
     totals = {name: sum(known.values()) for name, known in packs.items()}
-    rows.append(Row({"family": "All", "published": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}, group="All"))
+    rows.append(Row({"family": "All", "published_pack": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}, group="All"))
     columns = (
         *texts(family="Family", name="Name"),
         *(Column(name, f"Episodes of {name}", "count") for name in sorted(packs)),
-        *counts(published="Published pack", max_steps="Max. steps"),
+        *counts(published_pack="Published pack", max_steps="Max. steps"),
     )
     return Table("episode_distribution", "Episode distribution", columns, tuple(rows))
 

@@ -25,6 +25,7 @@ from vigil.authoring.drafting.sources import Source
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
+from vigil.goals import ReportStatus
 from vigil.house import House
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -115,7 +116,7 @@ def generate_drafts(
 def _worked(
     units: Sequence[Unit], settings: GenerationSettings, workers: int, proposer: tuple[str, Proposer] | None
 ) -> Iterator[Found]:
-    if proposer is not None or workers == 1:
+    if proposer is not None or workers == 1 or len(units) < 2:
         generator = DraftGenerator(settings, proposer[1] if proposer else grammar_proposer(settings))
         for unit in units:
             yield generator.work(*unit)
@@ -226,7 +227,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
     target = context.thing(episode.goal.object_id)
     rooms = context.simulator.scene().rooms
     last = actions[-1]
-    label = last.status if episode.family == "SV" and isinstance(last, Report) else None
+    label = last.status if isinstance(episode.goal, ReportStatus) and isinstance(last, Report) else None
     return DraftFacts(
         category=target.category,
         rooms=len(rooms),

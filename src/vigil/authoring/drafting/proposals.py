@@ -15,6 +15,7 @@ from vigil.goals import (
     NEAR_M,
     AgentNearTarget,
     Goal,
+    Label,
     ObjectHeld,
     ObjectInState,
     ReportStatus,
@@ -54,7 +55,6 @@ SV_TOGGLES = frozenset(
 ACT_AWAY_M = (1.8, 5.0)
 """How far from its target, out of reach, an AI episode starts."""
 
-Label = Literal["on", "off", "open", "closed"]
 LABELS: dict[Label, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
     "on": ("is_toggled", ObjectSetup(is_toggled=True)),
     "off": ("is_toggled", ObjectSetup(is_toggled=False)),

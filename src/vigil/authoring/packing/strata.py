@@ -9,6 +9,7 @@ from typing import Any
 
 from vigil.authoring.drafting.drafts import DraftFacts
 from vigil.episode import FAMILIES, Episode
+from vigil.goals import ReportStatus
 from vigil.strata import distance_band
 
 AREA_BANDS_M2 = (20.0, 40.0)
@@ -22,7 +23,7 @@ def stratum_of(episode: Episode, facts: DraftFacts) -> str:
         return episode.difficulty or "medium"
     if episode.family == "DA":
         return distance_band(facts.distance_m)
-    if episode.family == "SV":
+    if isinstance(episode.goal, ReportStatus):
         return facts.label or episode.provenance.template
     if episode.family == "VS":
         return "turn" if facts.is_seen_by_turning else "walk"
@@ -69,8 +70,8 @@ def text_guess(members: Sequence[Member]) -> float | None:
     """
     asked: dict[tuple[str, str], Counter[str | None]] = {}
     for episode, facts in members:
-        if episode.family == "SV":
-            key = facts.category, getattr(episode.goal, "state", "")
+        if isinstance(episode.goal, ReportStatus):
+            key = facts.category, episode.goal.state
             asked.setdefault(key, Counter())[facts.label] += 1
     total = sum(labels.total() for labels in asked.values())
     return round(sum(max(labels.values()) for labels in asked.values()) / total, 4) if total else None

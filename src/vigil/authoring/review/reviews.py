@@ -1,4 +1,4 @@
-"""Review: what auditors say about episodes, in an append-only file, and what follows from it.
+"""Review: what reviewers say about episodes, in an append-only file, and what follows from it.
 
 One line a verdict; nothing is ever changed or taken away, a later line by the same reviewer overrules an earlier one.
 Each line names the very episode by hash: verdicts on another version of it do not count.

@@ -19,14 +19,14 @@ from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.solvers import is_doable
 from vigil.episode import FAMILIES, Episode, Family
+from vigil.goal_check import GoalRow, check
 from vigil.goals import (
+    STATE_LABELS,
     AgentNearTarget,
-    GoalRow,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
     ReportStatus,
-    check,
     is_observable,
 )
 from vigil.house import House
@@ -45,14 +45,13 @@ NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
 """Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
 SM_TEMPLATES = ("reveal_pick", "put_into", "rearrange", "open_pick_place")
 CR_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
-LABEL_WORDS = {"is_toggled": ("on", "off"), "is_open": ("open", "closed")}
 
 Faults = Iterator[str]
 
 
 @dataclass(frozen=True)
 class EpisodeStart:
-    """An episode at its start: the simulator stands reset behind the stage."""
+    """An episode at its start: the simulator has just been reset to it."""
 
     episode: Episode
     house: House
@@ -231,7 +230,7 @@ def _secret(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     assert isinstance(goal, ReportStatus)
     words = case.episode.instruction.lower().replace(".", " ").replace(",", " ").replace("?", " ").split()
-    said = [label for label in LABEL_WORDS[goal.state] if label in words]
+    said = [label for label in STATE_LABELS[goal.state] if label in words]
     if len(said) == 1:
         yield f"the instruction says {said[0]!r} but not the other label: it gives the state away"
 
@@ -278,16 +277,19 @@ def _stands(case: EpisodeStart) -> Faults:
 
 
 _ALL: tuple[Family, ...] = tuple(FAMILIES)
-_SEEN: tuple[Family, ...] = ("PG", "DA", "AI", "SM", "CR")
+_ASKED = tuple(family for family, spec in FAMILIES.items() if "report_status" in spec.goal_kinds)
+_DONE = tuple(family for family in FAMILIES if family not in _ASKED)
+_SEEN = tuple(family for family in _DONE if FAMILIES[family].visible_at_start)
+_SEARCHED = tuple(family for family in _DONE if not FAMILIES[family].visible_at_start)
 
 RULES: dict[str, Rule] = {
     "protocol": Rule(_ALL, "budgets and start horizon are the family's", _protocol),
     "objects_exist": Rule(_ALL, "what is bound is in the scene", _objects),
     "start_free": Rule(_ALL, "the body fits where it starts", _start),
-    "goal_unmet": Rule(tuple(f for f in _ALL if f != "SV"), "what is asked for is still to be done", _unmet),
+    "goal_unmet": Rule(_DONE, "what is asked for is still to be done", _unmet),
     "visible_at_start": Rule(_SEEN, "the object to act on is in view", _visible),
-    "hidden_at_start": Rule(("VS", "SI"), "what is to be searched for is out of view", _hidden),
-    "state_visible_at_start": Rule(("SV",), "what is asked about can be told from the first frame", _state_visible),
+    "hidden_at_start": Rule(_SEARCHED, "what is to be searched for is out of view", _hidden),
+    "state_visible_at_start": Rule(_ASKED, "what is asked about can be told from the first frame", _state_visible),
     "graded": Rule(("PG",), "pointing tasks are graded by the size of the target", _graded),
     "in_reach_at_start": Rule(("PG",), "pointing needs no walking", _in_reach),
     "out_of_reach_at_start": Rule(("DA", "AI"), "there is a way to go", _out_of_reach),
@@ -296,7 +298,7 @@ RULES: dict[str, Rule] = {
     "standard_in_words": Rule(("DA",), "the agent is told how near is near", _in_words),
     "target_named": Rule(_ALL, "every bound object is said so that it alone is meant", _named),
     "unambiguous": Rule(_ALL, "every thing mentioned is one thing", _unambiguous),
-    "state_not_given_away": Rule(("SV",), "the instruction does not answer itself", _secret),
+    "state_not_given_away": Rule(_ASKED, "the instruction does not answer itself", _secret),
     "chain_of_objects": Rule(("SM",), "a sequence has a template and several objects", _chained),
     "inside_in_words": Rule(("SM",), "into is said where inside is meant, and only there", _said_inside),
     "constraint_visible": Rule(("CR",), "what is in the way is seen at the start", _seen_constraint),

@@ -7,6 +7,7 @@ long, so each is brought about by the simulator's own set-up, and judged by the 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
+from typing import assert_never
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from vigil.authoring.solving.moves import click
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
 from vigil.goals import (
+    STATE_LABELS,
     AgentNearTarget,
     ObjectAtReceptacle,
     ObjectHeld,
@@ -40,7 +42,10 @@ SHORT_M = (0.03, 0.4)
 NEAR_OTHER_M = 1.2
 LOOK_M = (0.8, 2.5)
 TRIED_POSES, TRIED_NEIGHBOURS = 6, 4
-OTHER_LABEL: dict[Status, Status] = {"on": "off", "off": "on", "open": "closed", "closed": "open"}
+OTHER_LABEL: dict[Status, Status] = {
+    **dict(STATE_LABELS.values()),
+    **{negative: positive for positive, negative in STATE_LABELS.values()},
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +81,7 @@ class _WrongWays:
         self.episode: Episode = scenes.episode
         scenes.set_up(self.episode.setup)
         self.target = oracle.scene.things[self.episode.goal.object_id]
-        self.alike = self._alike()
+        self.alike = self._look_alike()
 
     def all(self) -> Made:
         goal = self.episode.goal
@@ -99,6 +104,8 @@ class _WrongWays:
                 yield from self._placed(goal)
             case ReportStatus():
                 yield from self._reported(goal)
+            case _:
+                assert_never(goal)
         if goal.constraint is not None and goal.constraint.kind != "object_released":
             yield "the constraint is not resolved", self._from_reset(self._unresolved())
 
@@ -112,7 +119,7 @@ class _WrongWays:
         rows = self.scenes.row(setup, pose or self.record.worlds[-1].agent)
         return None if rows is None else record_of(self.record, rows, "success", after_solution=True)
 
-    def _alike(self) -> Thing | None:
+    def _look_alike(self) -> Thing | None:
         """Returns the nearest other thing of the target's category, else of a name that may be taken for its own."""
         name = CATALOG[self.target.category].spoken
         groups = [group for group in LOOK_ALIKES if name in group]
@@ -263,9 +270,9 @@ class _WrongWays:
                 self._with(target, at) for other in others[:1] for at in islice(_proper(other, target, goal), 1)
             ]),
             ("the look-alike instead", [
-                self._with(alike, at)
-                for at in (islice(_proper(receptacle, alike, goal), 1) if alike is not None else ())
-                if alike is not None
+                self._with(other, at)
+                for other in ([alike] if alike is not None else [])
+                for at in islice(_proper(receptacle, other, goal), 1)
             ]),
         ]  # fmt: skip
         if goal.inside:

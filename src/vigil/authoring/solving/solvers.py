@@ -19,6 +19,8 @@ from vigil.authoring.solving.viewpoints import Places, ViewpointQuery, viewpoint
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import SettingError
 from vigil.goals import (
+    STRICTLY_CLOSED,
+    STRICTLY_OPEN,
     AgentNearTarget,
     Constraint,
     Goal,
@@ -27,6 +29,7 @@ from vigil.goals import (
     ObjectInState,
     ReportStatus,
     is_observable,
+    state_label,
 )
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.scene.geometry import box_of
@@ -55,9 +58,7 @@ def _closing_status(episode: Episode, oracle: Oracle) -> Status:
     if not isinstance(episode.goal, ReportStatus):
         return "success"
     thing = oracle.scene.things[episode.goal.object_id]
-    if episode.goal.state == "is_toggled":
-        return "on" if thing.is_toggled else "off"
-    return "open" if thing.openness > 0.5 else "closed"
+    return state_label(episode.goal.state, is_toggled=thing.is_toggled, openness=thing.openness)
 
 
 def _ground(episode: Episode, macro_actions: MacroActions) -> Steps:
@@ -174,7 +175,7 @@ def _holds(goal: Goal, oracle: Oracle) -> bool:
     if isinstance(goal, ObjectHeld):
         return oracle.held == goal.object_id
     if isinstance(goal, ObjectInState) and goal.state == "is_open":
-        return thing.openness >= 0.99 if goal.value else thing.openness <= 0.01
+        return thing.openness >= STRICTLY_OPEN if goal.value else thing.openness <= STRICTLY_CLOSED
     return isinstance(goal, ObjectInState) and goal.state == "is_toggled" and thing.is_toggled == goal.value
 
 

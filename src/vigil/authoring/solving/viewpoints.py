@@ -48,7 +48,7 @@ class ViewpointQuery:
 
 
 def viewpoints(oracle: Oracle, walks: ShortestPaths, query: ViewpointQuery) -> Iterator[Viewpoint]:
-    """Yields views of a thing that fulfil the wish, the shortest walk first, the present place before all others."""
+    """Yields views of a thing that meet the query, the shortest walk first, the present place before all others."""
     here = oracle.agent
     spot = np.array([[here.position.x, here.position.z]])
     if np.isfinite(query.places(spot)).all():

@@ -143,12 +143,12 @@ class Furnisher:
 
     def _living(self) -> None:
         roomy = self.floor.area > 15
-        wishes = [
+        choices = [
             (True, roomy and chance(self.rng, 0.6), chance(self.rng, 0.7)),
             (True, False, False),
             (False, False, False),
         ]
-        for with_table, with_chair, with_rug in wishes:
+        for with_table, with_chair, with_rug in choices:
             group = groups.sofa_group(self.rng, with_table, with_chair, with_rug)
             if self._put(group, _along_walls(-0.2, 0.8)):
                 break

@@ -2,15 +2,18 @@
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 
 from vigil.agents.model import Message
 from vigil.profile import HISTORY_TURNS
+from vigil.record import EpisodeRecord
 
 CHARS_PER_TOKEN = 4.0
 PICTURE_TOKENS = (300, 1300)
 """Of a frame of 640 x 480, at least and at most."""
 REPLY_TOKENS = (40, 400)
 """One JSON object with a thought; reasoning models may take many times more."""
+CONTEXT_OPTIONS = "vLLM: --max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH"
 ABOUT_CONTEXT = re.compile(
     r"context.?(length|window|size)|max_model_len|tokens?\b.{0,40}(exceed|maximum|limit)|exceed.{0,60}tokens?\b|"
     r"longer than|too (long|many tokens)",
@@ -36,7 +39,16 @@ def size_hint(messages: Sequence[Message]) -> str:
     """Returns a sentence on the context that the server of a model needs."""
     return (
         f"The server's context is too small: the first request of this episode takes about {tokens_of(messages):,} "
-        f"tokens. Start the server with a context of {needed_context(messages):,} tokens or more (vLLM: "
-        "--max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH), and more for a "
-        "model that thinks."
+        f"tokens. Start the server with a context of {needed_context(messages):,} tokens or more ({CONTEXT_OPTIONS}), "
+        "and more for a model that thinks."
     )
+
+
+def shrunk(record: EpisodeRecord) -> tuple[int, int] | None:
+    """Returns the input tokens of two requests in a row of which the later took fewer; None without such two.
+
+    While the history is not full a dialogue only grows: then a server has cut it without a word.
+    """
+    usages = [step.reply.usage for step in record.steps[: HISTORY_TURNS + 1]]
+    inputs = [usage.input_tokens for usage in usages if usage is not None]
+    return next(((before, after) for before, after in pairwise(inputs) if after < before), None)

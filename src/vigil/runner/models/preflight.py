@@ -18,7 +18,7 @@ from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.profile import ImageFormat, Profile
 from vigil.replies import parse_reply
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.models.context import ABOUT_CONTEXT, size_hint
+from vigil.runner.models.context import ABOUT_CONTEXT, CONTEXT_OPTIONS, size_hint
 from vigil.runner.models.serving import KEY_HINT
 
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
@@ -136,8 +136,8 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
     """Returns what may help against an invalid reply."""
     if invalid.reason == "truncated":
         return (
-            "The token limit cut it: give a larger --max-tokens, a larger context to the server (vLLM: "
-            f"--max-model-len), {_THINK_LESS}."
+            f"The token limit cut it{_after(reply)}: give a larger --max-tokens, a larger context to the server "
+            f"({CONTEXT_OPTIONS}), {_THINK_LESS}."
         )
     if invalid.reason == "unclosed_reasoning" or (invalid.reason == "empty" and reply.reasoning_chars):
         return f"{_PARSER}, {_THINK_LESS}."
@@ -154,6 +154,11 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
         "Check that the server's chat template passes on the system prompt (`vigil prompt` shows what was sent), and "
         "that the model follows instructions."
     )
+
+
+def _after(reply: Reply) -> str:
+    usage = reply.usage
+    return "" if usage is None else f" after {usage.output_tokens:,} tokens, {usage.input_tokens:,} of input before it"
 
 
 def _shown(text: str) -> str:

@@ -94,7 +94,7 @@ def wire_of(path: str) -> Wire | None:
         return "chat"
     if path.endswith("/responses") or path.rpartition("/")[0].endswith("/responses"):
         return "responses"
-    if path.endswith("/messages"):
+    if path.endswith(("/messages", "/invoke", ":rawPredict", ":streamRawPredict")):
         return "anthropic"
     return "google" if path.endswith((":generateContent", ":streamGenerateContent")) else None
 

@@ -44,6 +44,11 @@ def usable_cpus() -> int:
     return os.cpu_count() or 1
 
 
+def worker_count(asked: int | None) -> int:
+    """Returns how many workers there are to be: as many as were asked for, else one for each CPU."""
+    return asked or usable_cpus()
+
+
 class SimulatorPool:
     """The workers of a run."""
 

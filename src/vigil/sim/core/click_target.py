@@ -11,18 +11,15 @@ import shapely
 from vigil.assets.kernel.asset import Surface
 from vigil.pose import Vec3, rotate_floor
 from vigil.scene.geometry import Motion, box_of, prisms_of
-from vigil.scene.supports import headroom, is_shut, level_surfaces, offset_from
+from vigil.scene.supports import TOUCH_M, headroom, is_over, is_shut, level_surfaces, offset_from
 from vigil.scene.things import Thing
 
 Kind = Literal["inside", "on", "shut"]
 
-BESIDE_M = 0.1
-"""How far beside a top a click on it may lie: its surface ends a little before its edge."""
 LEAF_M = 0.015
 """How far from a leaf's solid a click on the leaf may lie."""
 SIDE_M = 0.01
 """How deep under the side of a body's box its outer side may lie."""
-SLACK_M = 0.003
 
 
 def kind_meant(receptacle: Thing, point: Vec3) -> Kind:
@@ -39,7 +36,7 @@ def kind_meant(receptacle: Thing, point: Vec3) -> Kind:
     nearest = surfaces[min(range(len(gaps)), key=gaps.__getitem__)][0]
     if nearest.is_inside and min(gaps) == 0.0:
         return _kind(receptacle, nearest)
-    if any(_is_over_top(surface, frame, point) for surface, frame in surfaces):
+    if any(not surface.is_inside and is_over(surface, offset_from(frame, point)) for surface, frame in surfaces):
         return "on"
     behind = next((surface for surface, _ in surfaces if surface.needs_opening), None)
     if behind is not None and _is_on_leaf(receptacle, point):
@@ -59,14 +56,8 @@ def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> flo
     """Returns the distance from a point to the room over a surface: up to the rim or ceiling of a hollow."""
     local = offset_from(frame, point)
     above = headroom(receptacle.asset, surface) if surface.is_inside else surface.clearance
-    rise = max(-SLACK_M - local.y, local.y - above, 0.0)
+    rise = max(-TOUCH_M - local.y, local.y - above, 0.0)
     return math.hypot(max(abs(local.x) - surface.size_x / 2, 0.0), rise, max(abs(local.z) - surface.size_z / 2, 0.0))
-
-
-def _is_over_top(surface: Surface, frame: Motion, point: Vec3) -> bool:
-    local = offset_from(frame, point)
-    is_beside = abs(local.x) > surface.size_x / 2 + BESIDE_M or abs(local.z) > surface.size_z / 2 + BESIDE_M
-    return not surface.is_inside and not is_beside and -SLACK_M <= local.y <= surface.clearance + SLACK_M
 
 
 def _is_on_outer_side(receptacle: Thing, point: Vec3) -> bool:

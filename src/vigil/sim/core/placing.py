@@ -16,7 +16,7 @@ from vigil.assets.kernel.asset import Surface
 from vigil.pose import Vec3, heading, wrap_deg
 from vigil.scene.geometry import Motion, Prism, place_of, prisms_of
 from vigil.scene.outlines import polygon_of
-from vigil.scene.supports import contents, is_shut, level_surfaces, offset_from
+from vigil.scene.supports import TOUCH_M, contents, is_over, is_shut, level_surfaces, offset_from
 from vigil.scene.things import Thing
 from vigil.sim.core.click_target import kind_meant
 from vigil.sim.core.state import SceneState
@@ -26,12 +26,10 @@ SPOT_STEP_M = 0.025
 EDGE_INSIDE_M = 0.01
 EDGE_M = 0.03
 """How far a thing may stand out over the edge of a surface."""
-SLACK_M = 0.003
 WALL_GAP_M = 0.0001
 """What is put down keeps this from walls, windows and shut doors: it stays in its room."""
 OWN_SLACK_M = 0.01
 """How far a thing may reach into a back, side or post of what it is put on."""
-BESIDE_M = 0.1
 DROP_AHEAD_M = (0.4, 0.3, 0.5)
 DROP_FROM_M = 1.0
 
@@ -48,7 +46,7 @@ class HeldBox:
         """Of the whole stack (m)."""
         return float(self.high[1] - self.low[1])
 
-    def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = SLACK_M) -> np.ndarray:
+    def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = TOUCH_M) -> np.ndarray:
         """Returns the (n, 4, 2) corners at n places with n yaws, a little drawn in."""
         low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
         middle = (low + high) / 2
@@ -135,7 +133,7 @@ def _spots(
     bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[tuple[tuple[float, ...], Spot]]:
     """Returns the spots on a surface near the click that its edges and clearance allow, with sort keys."""
-    if bulk.height > surface.clearance + SLACK_M:
+    if bulk.height > surface.clearance + TOUCH_M:
         return []
     local = offset_from(frame, clicked)
     half = np.array([surface.size_x, surface.size_z]) / 2
@@ -143,7 +141,7 @@ def _spots(
     reach = math.floor(SPOT_WITHIN_M / SPOT_STEP_M)
     steps = np.arange(-reach, reach + 1) * SPOT_STEP_M
     places = nearest + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
-    rise = 0.0 if _is_over(surface, local) else local.y
+    rise = 0.0 if is_over(surface, local) else local.y
     gaps = np.sqrt(((places - [local.x, local.z]) ** 2).sum(axis=1) + rise**2)
     keep = (np.abs(places) <= half + 1e-9).all(axis=1) & (gaps <= SPOT_WITHIN_M + 1e-9)
     places, gaps = places[keep], np.round(gaps[keep], 6)
@@ -160,15 +158,6 @@ def _spots(
     return found
 
 
-def _is_over(surface: Surface, point: Vec3) -> bool:
-    """Whether a clicked point lies in the free space over a surface, or on what bounds it (a bin's rim, a sofa's back).
-
-    What is put there sinks to the surface, so only the floor-plane distance counts.
-    """
-    is_beside = abs(point.x) > surface.size_x / 2 + BESIDE_M or abs(point.z) > surface.size_z / 2 + BESIDE_M
-    return not is_beside and -SLACK_M <= point.y <= surface.clearance + SLACK_M
-
-
 def _first_free(state: SceneState, bulk: HeldBox, spots: list[Spot], receptacle: Thing, clicked: Vec3) -> Spot | None:
     if not spots:
         return None
@@ -182,10 +171,10 @@ def _first_free(state: SceneState, bulk: HeldBox, spots: list[Spot], receptacle:
         left, front, right, back = prism.bounds
         if left > bounds[2] or right < bounds[0] or front > bounds[3] or back < bounds[1]:
             continue
-        level = (prism.bottom < bottoms + bulk.height - SLACK_M) & (prism.top > bottoms + SLACK_M)
+        level = (prism.bottom < bottoms + bulk.height - TOUCH_M) & (prism.top > bottoms + TOUCH_M)
         shape = polygon_of(prism)
         if owner == receptacle.id:  # solids of hollow things are not hollow: what goes in lies inside them
-            level &= ~(shapely.intersects(shape, middles) & (prism.bottom < bottoms - SLACK_M))
+            level &= ~(shapely.intersects(shape, middles) & (prism.bottom < bottoms - TOUCH_M))
             shape = shape.buffer(-OWN_SLACK_M)
         is_hit |= level & shapely.intersects(footprints, shape)
     return next((spot for spot, hit in zip(spots, is_hit, strict=True) if not hit), None)
@@ -243,7 +232,7 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
 
 def _lets_through(prism: Prism, rest: float, is_support: bool) -> bool:
     """Whether a solid in the column leaves the fall to height `rest` free; a support may have a rim around it."""
-    return prism.top <= rest + SLACK_M or (is_support and prism.bottom < rest - SLACK_M)
+    return prism.top <= rest + TOUCH_M or (is_support and prism.bottom < rest - TOUCH_M)
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[Spot]:
@@ -257,7 +246,7 @@ def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) ->
         height = float(frame.shift[1])
         corners = bulk.footprint(np.array([local.x]), np.array([local.z]), np.array([yaw - _yaw_of(frame)]))
         edge = np.array([surface.size_x, surface.size_z]) / 2 + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
-        if height < DROP_FROM_M and (np.abs(corners) <= edge).all() and bulk.height <= surface.clearance + SLACK_M:
+        if height < DROP_FROM_M and (np.abs(corners) <= edge).all() and bulk.height <= surface.clearance + TOUCH_M:
             position = Vec3(x, height - float(bulk.low[1]), z)
             found.append(Spot(position, yaw, thing.id, surface.name, surface.joint))
     return found

@@ -26,7 +26,7 @@ from vigil.sim.staging import NOTHING, Layer, Picture, View
 from vigil.world import OPEN_ABOVE
 
 CHUNK_RAYS = 400
-DRAW_STRIDE = 8
+DRAW_STRIDE = 16
 WELD_M = 1e-4
 MAX_PIECES = 40
 THIN_M = 0.002

@@ -1,5 +1,5 @@
 "use strict";
-// The auditor's page.
+// The reviewer's page.
 (() => {
   const at = (id) => document.getElementById(id);
   const data = JSON.parse(at("data").textContent);

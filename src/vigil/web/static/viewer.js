@@ -2,9 +2,9 @@
 // The trajectory viewer. Everything that a model wrote is put in as text, never as HTML.
 (() => {
   const SVG = "http://www.w3.org/2000/svg";
-  const story = JSON.parse(document.getElementById("story").textContent);
+  const timeline = JSON.parse(document.getElementById("timeline").textContent);
   const at = (id) => document.getElementById(id);
-  const count = story.steps.length;
+  const count = timeline.steps.length;
   const kept = new Map();
   const notes = new Map();
   let now = 1;
@@ -25,7 +25,7 @@
   function picture(step) {
     if (!kept.has(step)) {
       const image = new Image();
-      image.src = story.frames[step - 1];
+      image.src = timeline.frames[step - 1];
       kept.set(step, image);
     }
     return kept.get(step);
@@ -33,8 +33,8 @@
 
   // Where a frame comes from, and whether it is the recorded one; asked for when the picture has come.
   async function noteOf(step) {
-    if (story.frame_notes) return story.frame_notes[step - 1];
-    const answer = await fetch(story.frames[step - 1].replace(/png$/, "json"), { headers: { Accept: "application/json" } });
+    if (timeline.frame_notes) return timeline.frame_notes[step - 1];
+    const answer = await fetch(timeline.frames[step - 1].replace(/png$/, "json"), { headers: { Accept: "application/json" } });
     const found = await answer.json();
     return answer.ok ? found : { is_recorded: null, note: found.error };
   }
@@ -97,7 +97,7 @@
   }
 
   // --- hidden state -------------------------------------------------------------------------------------------------
-  const hidden = story.hidden;
+  const hidden = timeline.hidden;
   const fact = (list, name, value) => {
     const term = document.createElement("dt");
     term.textContent = name;
@@ -209,7 +209,7 @@
       if (here) at("strip").scrollTop = button.offsetTop - 40;
     }
     history.replaceState(null, "", `#step=${now}${at("reveal").checked ? "&hidden" : ""}`);
-    const told = story.steps[now - 1];
+    const told = timeline.steps[now - 1];
     if (told) {
       showFrame(told);
       showStep(told);
@@ -271,7 +271,7 @@
   at("scrub").max = Math.max(count, 1);
   at("scrub").oninput = (event) => go(Number(event.target.value));
   at("reveal").onchange = (event) => reveal(event.target.checked);
-  story.steps.forEach((step) => {
+  timeline.steps.forEach((step) => {
     const item = document.createElement("li");
     const button = document.createElement("button");
     button.type = "button";

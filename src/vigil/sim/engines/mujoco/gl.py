@@ -40,14 +40,14 @@ def prepare() -> Backend:
     """Sets MUJOCO_GL to a backend whose libraries are here, and returns it; keeps a user's own setting."""
     if not sys.platform.startswith("linux"):
         return Backend("native")
-    wish = os.environ.get("MUJOCO_GL", "").strip().lower()
-    if wish:
-        backend = _judge(wish)
+    requested = os.environ.get("MUJOCO_GL", "").strip().lower()
+    if requested:
+        backend = _judge(requested)
     else:
         backend = next((Backend(name) for name in _LIBRARIES if not _fault_of(name)), None) or Backend(
             "none", f"no OpenGL library was found ({_fault_of('egl')}; {_fault_of('osmesa')}): {ADVICE}"
         )
-    os.environ["MUJOCO_GL"] = "disable" if backend.fault else (wish or backend.name)
+    os.environ["MUJOCO_GL"] = "disable" if backend.fault else (requested or backend.name)
     return backend
 
 
@@ -57,15 +57,15 @@ def demand(backend: Backend) -> None:
         raise SimulatorError(f"The MuJoCo simulator cannot draw a frame: {backend.fault}.")
 
 
-def _judge(wish: str) -> Backend:
-    if wish in _OFF:
-        return Backend("none", f"MUJOCO_GL is set to {wish!r}: unset it", is_chosen_by_user=True)
-    fault = _fault_of(wish) if wish in _LIBRARIES else None
+def _judge(requested: str) -> Backend:
+    if requested in _OFF:
+        return Backend("none", f"MUJOCO_GL is set to {requested!r}: unset it", is_chosen_by_user=True)
+    fault = _fault_of(requested) if requested in _LIBRARIES else None
     if fault:
         return Backend(
-            "none", f"MUJOCO_GL is set to {wish!r}, but {fault}: {ADVICE}, or unset it", is_chosen_by_user=True
+            "none", f"MUJOCO_GL is set to {requested!r}, but {fault}: {ADVICE}, or unset it", is_chosen_by_user=True
         )
-    return Backend(wish, is_chosen_by_user=True)
+    return Backend(requested, is_chosen_by_user=True)
 
 
 def _fault_of(name: str) -> str | None:
