@@ -26,7 +26,7 @@ from vigil.sim.staging import NOTHING, Layer, Picture, View
 from vigil.world import OPEN_ABOVE
 
 CHUNK_RAYS = 400
-DRAW_STRIDE = 16
+DRAW_STRIDE, LOOK_STRIDE = 16, 8
 WELD_M = 1e-4
 MAX_PIECES = 40
 THIN_M = 0.002
@@ -189,7 +189,7 @@ class FakeEngine:
     def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
         """Returns a coarse picture, one ray to a block of pixels; what is held is not in it."""
         del held
-        coarse = replace(view, width=-(-view.width // DRAW_STRIDE), height=-(-view.height // DRAW_STRIDE))
+        coarse = replace(view, width=-(-view.width // LOOK_STRIDE), height=-(-view.height // LOOK_STRIDE))
         rays, along = rays_of(coarse)
         row, distance = self._meet(view.eye, rays, True, None)
         boxes, _, _ = self._joined()
@@ -198,7 +198,7 @@ class FakeEngine:
         def layer(values: np.ndarray, wanted: Layer) -> np.ndarray | None:
             if wanted not in layers:
                 return None
-            whole = values.reshape(coarse.height, coarse.width, -1).repeat(DRAW_STRIDE, 0).repeat(DRAW_STRIDE, 1)
+            whole = values.reshape(coarse.height, coarse.width, -1).repeat(LOOK_STRIDE, 0).repeat(LOOK_STRIDE, 1)
             return np.ascontiguousarray(whole[: view.height, : view.width].squeeze())
 
         return Picture(
