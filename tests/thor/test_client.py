@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from thor_exchange import golden, played
 
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.thor.launch import thor_engine
@@ -82,3 +83,8 @@ def test_a_reset_changes_the_size(controller):
     controller.step("AddThirdPartyCamera", position={"x": 3, "y": 2, "z": 2}, rotation={"x": 60, "y": 0, "z": 0})
     assert [frame.shape for frame in controller.last_event.third_party_camera_frames] == [(48, 64, 3)]
     assert len(controller.last_event.third_party_depth_frames) == 1
+
+
+def test_the_exchange_is_the_one_that_is_kept(monkeypatch, tmp_path):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert played(trial_house().data, thor_engine(backend="fake")) == golden()
