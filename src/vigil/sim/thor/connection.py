@@ -144,7 +144,7 @@ class _Watch:
 
 def _controller_class() -> Any:
     try:
-        from ai2thor.controller import Controller  # noqa: PLC0415 - a heavy optional library
+        from ai2thor.controller import Controller  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise SettingError("AI2-THOR's client is not installed. Give: pip install vigil-bench[thor]") from None
     return Controller

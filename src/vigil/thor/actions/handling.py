@@ -128,13 +128,13 @@ def _put(
     if receptacle.category in MUST_BE_OPEN and is_shut(receptacle):
         raise ActionFailed(REFUSALS["receptacle_closed"])
     points = [point] if objectId is None else _points_on(world, receptacle)
-    refusals = []
+    refusals: list[RefusalCode] = []
     for place in points:
         refusal = world.stage.handle("place", receptacle.id, place).refusal
         if refusal is None:
             return
         refusals.append(refusal)
-    worst = next((refusal for refusal in refusals if refusal != "no_room"), "no_room")
+    worst: RefusalCode = next((refusal for refusal in refusals if refusal != "no_room"), "no_room")
     raise ActionFailed(_said(world, worst, receptacle))
 
 

@@ -1,10 +1,12 @@
 """What the engine says of the world after an action, in the fields of AI2-THOR's metadata."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Asset
 from vigil.pose import Vec3, distance
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.supports import children
@@ -149,15 +151,16 @@ def _object(scene: Scene, thing: Thing, seen: Seen, body: Vec3, held: str | None
         "isPickedUp": held == thing.id,
         "moveable": kind.is_moveable and not thing.is_pickupable,
         "mass": 1.0 if is_loose else 0.0,
-        "axisAlignedBoundingBox": box_of_corners(corners_of(thing)),
+        "axisAlignedBoundingBox": _box(thing.asset, thing.position, thing.rotation, thing.openness),
     }
 
 
-def corners_of(thing: Thing) -> np.ndarray:
-    """Returns the corners (n, 3) of the boxes of a thing's parts, leaves where they are now."""
-    return np.concatenate(
-        [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(thing.asset)]
-    )
+@lru_cache(maxsize=8192)
+def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
+    """Returns the box around a thing's parts, leaves at that openness; not to be changed."""
+    thing = Thing("", asset.category, asset, position, rotation, openness=openness)
+    corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(asset)]
+    return box_of_corners(np.concatenate(corners))
 
 
 def box_of_corners(points: np.ndarray) -> dict[str, Any]:
