@@ -12,7 +12,9 @@ from email.policy import HTTP
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
+from typer.testing import CliRunner
 
+from vigil.cli import app
 from vigil.errors import SettingError
 from vigil.thor.base.answer import Answer
 from vigil.thor.base.images import Image
@@ -100,6 +102,14 @@ def test_without_a_client_the_engine_says_how_it_is_started(monkeypatch, capsys)
     monkeypatch.delenv("AI2THOR_SERVER_TYPE", raising=False)
     assert main(["-screen-width", "300"]) == 2
     assert "vigil.thor_engine()" in capsys.readouterr().err
+
+
+def test_the_verb_takes_what_the_client_adds(monkeypatch):
+    monkeypatch.delenv("AI2THOR_SERVER_TYPE", raising=False)
+    words = ["-screen-fullscreen", "0", "-screen-quality", "7", "-screen-width", "300", "-screen-height", "300"]
+    done = CliRunner().invoke(app, ["thor-engine", "--backend", "fake", *words])
+    assert done.exit_code == 2
+    assert "The engine is started by AI2-THOR's client" in done.output
 
 
 def test_the_command_is_one_that_the_client_can_split(monkeypatch, tmp_path):

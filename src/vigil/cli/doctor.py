@@ -92,9 +92,9 @@ def thor_engine(
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",
 ) -> None:
-    """Python: Controller(local_executable_path=vigil.thor_engine(), scene=house)
+    """In Python: Controller(local_executable_path="vigil thor-engine --render-quality fast", scene=house)
 
-    The client adds options of Unity's to the command; they may follow.
+    The client adds options of Unity's to the command. `vigil.thor_engine()` returns a command, and sees to DISPLAY.
     """
     raise typer.Exit(serve_thor([*engine_options(backend, render_quality, assets), *context.args]))
 

@@ -87,7 +87,7 @@ def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
 def packer() -> Callable[[Any], bytes]:
     """Returns the function that packs metadata. Raises SettingError without the library, which the client needs too."""
     try:
-        from msgpack import packb  # pyright: ignore[reportMissingImports]
+        from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
         text = "The engine needs msgpack, as AI2-THOR's client does. Give: pip install vigil-bench[thor]"
         raise SettingError(text) from None
