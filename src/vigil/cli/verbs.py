@@ -135,6 +135,10 @@ VERBS: dict[str, Verb | Group] = {
 }
 
 
+_MORE = {"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": ["--help"]}
+"""Without `-h`, which would be found in options of one dash, as in Unity's `-screen-height`."""
+
+
 class Verbs(TyperGroup):
     """A group of commands that lists all of them, and loads the one that is called."""
 
@@ -162,6 +166,6 @@ def load(verb: Verb) -> Any:
     module, _, function = verb.place.partition(":")
     found = getattr(import_module(f"vigil.cli.{module}"), function)
     holder = typer.Typer(add_completion=False)
-    more = {"ignore_unknown_options": True, "allow_extra_args": True} if verb.takes_more else None
+    more = _MORE if verb.takes_more else None
     holder.command(help=f"{verb.help}\n\n{inspect.getdoc(found)}", context_settings=more)(with_options(found))
     return get_command(holder)
