@@ -12,9 +12,11 @@ from vigil.analysis.measures.columns import COLUMNS
 from vigil.cli.models import LISTED, address_of, keys_of, switch_of
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import named
+from vigil.thor.actions.missing import MISSING
+from vigil.thor.actions.table import ACTIONS
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("agents.md", "analysis.md", "models.md")
+PAGES = ("agents.md", "ai2thor.md", "analysis.md", "models.md")
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -54,11 +56,19 @@ def columns() -> str:
     return _markdown(("column", "says"), [(f"`{name}`", says) for name, says in COLUMNS.items()])
 
 
+def thor_actions() -> str:
+    """Returns AI2-THOR's actions: which the engine has, and what they lack."""
+    had = [(f"`{name}`", "◧" if action.lacks else "■", action.lacks) for name, action in ACTIONS.items()]
+    missing = [(f"`{name}`", "□", reason) for name, reason in MISSING.items()]
+    return _markdown(("action", "", "what THOR does besides, or why it is not here"), sorted(had + missing))
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "providers": providers,
     "coordinates": coordinates,
     "aliases": aliases,
     "columns": columns,
+    "thor_actions": thor_actions,
 }
 
 

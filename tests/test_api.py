@@ -13,7 +13,7 @@ from vigil.errors import PackMismatch
 NAMES = [
     *("Agent", "Env", "Episode", "EpisodeRecord", "Feedback", "House", "Observation", "Outcome", "Pack", "Profile"),
     *("Reply", "VigilError", "generate_house", "load_pack", "make_env", "play", "read_records", "reply", "settle"),
-    "summarise",
+    *("summarise", "thor_engine"),
 ]
 """What users rely on: a name may come, none may go."""
 

@@ -51,6 +51,7 @@ ALLOWED: dict[str, set[str]] = {
     "scene": PHYSICS - {"actions"} | {"assets"},
     "sim": PHYSICS | {"assets", "scene", "observation"},
     "housegen": PHYSICS | {"assets", "scene"},
+    "thor": PHYSICS | {"assets", "scene", "sim"},
     "agents": {"errors", "observation", "actions", "reasoning", "replies", "profile", "prompt"},
     "env": {*BASE, *PURE, "prompt", "sim"},
     "analysis": {*BASE, *PURE, "prompt"},
@@ -76,6 +77,7 @@ HIDDEN = {
     "env",
     "scene",
     "sim",
+    "thor",
     "authoring",
     "runner",
 }
@@ -86,11 +88,12 @@ SIMULATOR_SEAM = {"vigil.sim.protocol"}
 """All of the simulators that `env` may import: nothing privileged."""
 A_SIMULATOR, AN_ENGINE = {"load", "reset", "step", "world"}, {"load", "update", "cast", "draw"}
 """Methods by which a class that is a simulator, or an engine of one, is known."""
-ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.engines.mujoco"}
+ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.engines.mujoco", "ai2thor": "sim.thor", "msgpack": "thor.wire.fifo"}
 """Libraries that stay in one place."""
 LAZY = {
     "mujoco",
     "ai2thor",
+    "msgpack",
     "ray",
     "OpenGL",
     "inspect_ai",

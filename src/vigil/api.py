@@ -33,6 +33,7 @@ from vigil.record_file import read_records
 from vigil.runner.workers import play as playing
 from vigil.scoring import Outcome, settle
 from vigil.sim import Quality, make_simulator
+from vigil.thor.launch import thor_engine
 
 __all__ = [
     "Agent",
@@ -55,6 +56,7 @@ __all__ = [
     "reply",
     "settle",
     "summarise",
+    "thor_engine",
 ]
 
 

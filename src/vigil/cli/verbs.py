@@ -21,6 +21,8 @@ class Verb:
     """Module of this package and function, e.g. "runs:run"."""
     help: str
     is_hidden: bool = False
+    takes_more: bool = False
+    """What it does not know is left in the context's `args`, and is no error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,12 +122,21 @@ VERBS: dict[str, Verb | Group] = {
         "render:render",
         "Draws what an agent would see, one asset on a stage, or single things where such things stand.",
     ),
+    "thor-engine": Verb(
+        "doctor:thor_engine",
+        "Serves AI2-THOR's own client in the place of Unity; the client starts it.",
+        takes_more=True,
+    ),
     "doctor": Verb(
         "doctor:doctor", "Draws one frame and says what is installed; exits with 1 when something is missing."
     ),
     "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
     "pack": Group("Look into, verify and make packs of episodes.", PACK),
 }
+
+
+_MORE = {"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": ["--help"]}
+"""Without `-h`, which would be found in options of one dash, as in Unity's `-screen-height`."""
 
 
 class Verbs(TyperGroup):
@@ -155,5 +166,6 @@ def load(verb: Verb) -> Any:
     module, _, function = verb.place.partition(":")
     found = getattr(import_module(f"vigil.cli.{module}"), function)
     holder = typer.Typer(add_completion=False)
-    holder.command(help=f"{verb.help}\n\n{inspect.getdoc(found)}")(with_options(found))
+    more = _MORE if verb.takes_more else None
+    holder.command(help=f"{verb.help}\n\n{inspect.getdoc(found)}", context_settings=more)(with_options(found))
     return get_command(holder)

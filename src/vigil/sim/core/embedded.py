@@ -1,7 +1,7 @@
 """The embedded simulator: a house as a scene, motion, manipulation and visibility, over any engine.
 
-It implements `vigil.sim.privileged.PrivilegedSimulator`. The engine only draws and casts rays; a step whose
-frame is not requested draws nothing.
+It implements `vigil.sim.staging.Stage`, and with it every protocol of a simulator. The engine only draws and casts
+rays; a step whose frame is not requested draws nothing.
 """
 
 import copy
@@ -18,6 +18,7 @@ from vigil.actions import (
     MAX_STEPS_PER_ACTION,
     MAX_TURN_DEG,
     STEP_M,
+    Intent,
     InteractPixel,
     Look,
     Navigate,
@@ -32,11 +33,12 @@ from vigil.scene.geometry import box_of
 from vigil.scene.supports import ancestors, around, rests_over
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import Engine
-from vigil.sim.core.handling import Click, interact
+from vigil.sim.core.handling import Click, Result, handle, interact, open_to
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import apply_setup, unknown_object
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting
 from vigil.sim.core.state import SceneState
+from vigil.sim.staging import Layer, Picture, View
 from vigil.world import Effect, ObjectState, Setup, WorldState
 
 
@@ -48,8 +50,17 @@ class _Loaded:
     initial: dict[str, Thing]
 
 
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """The world at a moment, to go back to."""
+
+    agent: Pose
+    held: str | None
+    things: dict[str, Thing]
+
+
 class EmbeddedSimulator:
-    """A `PrivilegedSimulator` over an engine."""
+    """A `Stage` over an engine."""
 
     def __init__(self, engine: Engine, assets: AssetDatabase) -> None:
         self.name = engine.name
@@ -160,17 +171,11 @@ class EmbeddedSimulator:
     @contextmanager
     def rehearsal(self) -> Iterator[None]:
         """Undoes at its end all that is done inside."""
-        state = self._now().state
-        agent, held = state.agent, state.held
-        before = {thing_id: copy.copy(thing) for thing_id, thing in state.scene.things.items()}
+        before = self._kept()
         try:
             yield
         finally:
-            state.agent, state.held = agent, held
-            for thing_id, thing in state.scene.things.items():
-                if _restore(thing, before[thing_id]):
-                    state.mark(thing)
-            self._flush()
+            self._go_back(before)
 
     @contextmanager
     def standing_at(self, pose: Pose) -> Iterator[None]:
@@ -181,6 +186,81 @@ class EmbeddedSimulator:
             state.carry_along()
             self._flush()
             yield
+
+    # The rest of `Stage`: for programs that direct a scene.
+
+    def stand(self, pose: Pose) -> None:
+        """Stands the agent at a pose, with what it holds."""
+        state = self._now().state
+        state.agent = pose
+        state.carry_along()
+        self._flush()
+
+    def alter(self, setup: Setup) -> None:
+        """Changes the world as it is now. Raises EpisodeError, and has then changed nothing."""
+        loaded = self._now()
+        before = self._kept()
+        change = setup.objects.get(loaded.state.held or "")
+        try:
+            if change is not None and (change.is_absent or change.placement is not None):
+                loaded.state.release()
+            apply_setup(loaded.state, setup, loaded.house.name)
+        except EpisodeError:
+            self._go_back(before)
+            raise
+        self._flush()
+
+    def bring_back(self, object_id: str) -> None:
+        """Puts a thing that was taken out of the scene back to where it was."""
+        thing = self._thing(object_id)
+        thing.is_present = True
+        self._now().state.mark(thing)
+        self._flush()
+
+    def handle(self, intent: Intent, object_id: str, point: Vec3) -> Effect:
+        """Does what a click on a point of an object would do, however far it is."""
+        return self._done(handle(self._now().state, intent, self._thing(object_id), point))
+
+    def open_to(self, object_id: str, openness: float) -> Effect:
+        """Opens or closes an object to an openness, or refuses it."""
+        return self._done(open_to(self._now().state, self._thing(object_id), openness))
+
+    def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
+        """Returns the places (n, 2) on a grid to which the body gets."""
+        return self._now().state.plan.reachable(start, step_m)
+
+    def blocker(self, start: Vec3, end: Vec3) -> str | None:
+        """Returns the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
+        return self._now().state.plan.blocker(start, end)
+
+    def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the index of the thing that each ray meets first, and the distance (m)."""
+        self._now()
+        hits = self._engine.cast(eye, directions, through_glass=through_glass)
+        return hits.things, hits.distances
+
+    def look(self, view: View, layers: frozenset[Layer], *, with_hand: bool) -> Picture:
+        """Returns what a camera sees."""
+        held = self._now().state.held
+        return self._engine.look(view, layers, held if with_hand else None)
+
+    def _kept(self) -> _Kept:
+        state = self._now().state
+        things = {thing_id: copy.copy(thing) for thing_id, thing in state.scene.things.items()}
+        return _Kept(state.agent, state.held, things)
+
+    def _go_back(self, kept: _Kept) -> None:
+        state = self._now().state
+        state.agent, state.held = kept.agent, kept.held
+        for thing_id, thing in state.scene.things.items():
+            if _restore(thing, kept.things[thing_id]):
+                state.mark(thing)
+        self._flush()
+
+    def _done(self, result: Result) -> Effect:
+        self._now().state.carry_along()
+        self._flush()
+        return Effect(refusal=result.refusal, blocked_by=result.blocked_by, changed=result.changed)
 
     def _now(self) -> _Loaded:
         if self._loaded is None:

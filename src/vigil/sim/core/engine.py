@@ -9,6 +9,7 @@ import numpy as np
 
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene
+from vigil.sim.staging import Layer, Picture, View
 
 BEARS_OPEN = 1
 BEARS_TOGGLE = 2
@@ -44,6 +45,9 @@ class Engine(Protocol):
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+
+    def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
+        """Returns what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
 
     def renderer(self) -> str:
         """Returns the GL renderer string; "none" when there is no GL."""

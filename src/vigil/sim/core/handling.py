@@ -63,15 +63,21 @@ def is_in_reach(state: SceneState, intent: Intent, thing: Thing, point: Vec3) ->
     return distance_m <= REACH_M + REACH_SLACK_M and height_m <= REACH_HEIGHT_M + REACH_SLACK_M
 
 
+def handle(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> Result:
+    """Carries out one intent on a thing, or refuses it, without asking whether the hand gets there."""
+    return Result() if intent == "ground" else _drop(state) if intent == "drop" else _DEEDS[intent](state, thing, point)
+
+
 def _open(state: SceneState, thing: Thing, _: Vec3) -> Result:
-    return _set_openness(state, thing, 1.0)
+    return open_to(state, thing, 1.0)
 
 
 def _close(state: SceneState, thing: Thing, _: Vec3) -> Result:
-    return _set_openness(state, thing, 0.0)
+    return open_to(state, thing, 0.0)
 
 
-def _set_openness(state: SceneState, thing: Thing, target: float) -> Result:
+def open_to(state: SceneState, thing: Thing, target: float) -> Result:
+    """Opens or closes a thing to an openness, or refuses it."""
     if not thing.is_openable:
         return Result("not_openable")
     if abs(thing.openness - target) < MOVED_WITHIN:

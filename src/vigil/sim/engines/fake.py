@@ -6,7 +6,7 @@ true enough that solvers, budgets and goals can be tried without a renderer.
 """
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,10 +21,12 @@ from vigil.scene.supports import is_shut
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, RayHits
 from vigil.sim.core.sight import HEIGHT, WIDTH, directions
+from vigil.sim.core.views import rays_of
+from vigil.sim.staging import NOTHING, Layer, Picture, View
 from vigil.world import OPEN_ABOVE
 
 CHUNK_RAYS = 400
-DRAW_STRIDE = 16
+DRAW_STRIDE, LOOK_STRIDE = 16, 8
 WELD_M = 1e-4
 MAX_PIECES = 40
 THIN_M = 0.002
@@ -176,6 +178,37 @@ class FakeEngine:
         xs, ys = np.arange(DRAW_STRIDE // 2, WIDTH, DRAW_STRIDE), np.arange(DRAW_STRIDE // 2, HEIGHT, DRAW_STRIDE)
         pixels = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
         row, distance = self._meet(agent.eye, directions(agent, pixels), True, None)
+        coarse = self._colours(row, distance).reshape(len(ys), len(xs), 3)
+        if held is not None:
+            thing = next(thing for thing in self._things if thing.id == held)
+            coarse[-(len(ys) // 5) :, len(xs) * 7 // 16 : len(xs) * 9 // 16] = (_colour(thing)[0] * 255).astype(
+                np.uint8
+            )
+        return np.ascontiguousarray(coarse.repeat(DRAW_STRIDE, axis=0).repeat(DRAW_STRIDE, axis=1))
+
+    def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
+        """Returns a coarse picture, one ray to a block of pixels; what is held is not in it."""
+        del held
+        coarse = replace(view, width=-(-view.width // LOOK_STRIDE), height=-(-view.height // LOOK_STRIDE))
+        rays, along = rays_of(coarse)
+        row, distance = self._meet(view.eye, rays, True, None)
+        boxes, _, _ = self._joined()
+        owner = np.where(row >= 0, boxes.thing[row], NOTHING).astype(np.int32)
+
+        def layer(values: np.ndarray, wanted: Layer) -> np.ndarray | None:
+            if wanted not in layers:
+                return None
+            whole = values.reshape(coarse.height, coarse.width, -1).repeat(LOOK_STRIDE, 0).repeat(LOOK_STRIDE, 1)
+            return np.ascontiguousarray(whole[: view.height, : view.width].squeeze())
+
+        return Picture(
+            layer(self._colours(row, distance), "rgb"),
+            layer((distance * along).astype(np.float32), "depth"),
+            layer(owner, "things"),
+        )
+
+    def _colours(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """Returns the colours (n, 3) uint8 of what rays met."""
         boxes, _, _ = self._joined()
         owner = np.where(row >= 0, boxes.thing[row], -1)
         tints = np.concatenate([*(_colour(thing) for thing in self._things), np.zeros((1, 3))])
@@ -184,13 +217,7 @@ class FakeEngine:
         is_on = np.array([*(thing.is_toggled for thing in self._things), False])[owner]
         picture[is_on & (boxes.roles[row] & BEARS_TOGGLE > 0)] = 1.0
         shade = 1.0 / (1.0 + 0.04 * np.minimum(distance, 20.0))
-        coarse = (picture * shade[:, None] * 255).astype(np.uint8).reshape(len(ys), len(xs), 3)
-        if held is not None:
-            thing = next(thing for thing in self._things if thing.id == held)
-            coarse[-(len(ys) // 5) :, len(xs) * 7 // 16 : len(xs) * 9 // 16] = (_colour(thing)[0] * 255).astype(
-                np.uint8
-            )
-        return np.ascontiguousarray(coarse.repeat(DRAW_STRIDE, axis=0).repeat(DRAW_STRIDE, axis=1))
+        return (picture * shade[:, None] * 255).astype(np.uint8)
 
     def renderer(self) -> str:
         """Returns "none": there is no GL."""

@@ -13,11 +13,13 @@ from vigil.errors import SimulatorError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pose import Pose
 from vigil.scene.things import Thing
+from vigil.sim.core.views import pose_of
 from vigil.sim.engines.mujoco import frames, gl, held, tuning
 from vigil.sim.engines.mujoco.binding import BACKEND, GL, GLContext, NativeModel, RenderContext, mujoco
 from vigil.sim.engines.mujoco.culling import unseen
 from vigil.sim.engines.mujoco.lights import Sun
 from vigil.sim.engines.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, CompiledModel
+from vigil.sim.staging import NOTHING, STRUCTURES, Layer, Picture, View
 
 Quality = Literal["default", "fast"]
 
@@ -91,6 +93,9 @@ def _view_of(agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
     return frames.points(np.array(agent.eye)), frames.camera_axes(agent), FOVY_DEG
 
 
+_KINDS = {"wall": "wall", "skirting": "wall", "floor": "floor", "ceiling": "ceiling"}
+
+
 class Camera:
     """Draws one model."""
 
@@ -132,6 +137,38 @@ class Camera:
         tuning.lift(tuning.LAMP_BIAS)
         return self._render()
 
+    def look(self, view: View, layers: frozenset[Layer], glowing: list[Thing], in_hand: list[Thing]) -> Picture:
+        """Returns the layers of what a camera sees; `in_hand` is what it holds, with what that carries after it."""
+        self._grow(view)
+        looker = pose_of(view)
+        eye, axes, _ = _view_of(looker)
+        self._context.shadowScale = self._model.lamps.select(self._model.native, looker.eye, glowing)
+        groups = self._model.native.geom_group.copy()
+        aspect = view.width / view.height
+        self._model.native.geom_group[unseen(self._model, eye, axes, view.fovy_deg, aspect)] = HIDDEN
+        if in_hand:
+            self._update_holding(looker, in_hand, view.fovy_deg)
+        else:
+            self._update(eye, axes, view.fovy_deg)
+        self._model.native.geom_group[:] = groups
+        tuning.lift(tuning.LAMP_BIAS)
+        rect = mujoco.MjrRect(0, 0, view.width, view.height)
+        rgb = _colours(self._scene, self._context, rect) if "rgb" in layers else None
+        if layers <= {"rgb"}:
+            return Picture(rgb)
+        things, depth = _surfaces(self._model, self._scene, self._context, rect)
+        return Picture(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
+
+    def _grow(self, view: View) -> None:
+        """Makes the buffer at least as large as a view."""
+        size = self._model.native.vis.global_
+        if view.width > size.offwidth or view.height > size.offheight:
+            _enter()
+            size.offwidth, size.offheight = max(view.width, size.offwidth), max(view.height, size.offheight)
+            self._context.free()
+            self._context = _render_context(self._model.native)
+            tuning.tune(self._context)
+
     def survey(self, eye: np.ndarray, axes: np.ndarray, fovy_deg: float, sun: Sun) -> np.ndarray:
         """Returns a picture by daylight from anywhere; `eye` and `axes` (right, up, backward) in MuJoCo's frame."""
         self._model.lamps.daylight(self._model.native, sun)
@@ -168,10 +205,10 @@ class Camera:
         for place in self._without_shadow():
             self._scene.geoms[place].category = mujoco.mjtCatBit.mjCAT_DECOR.value
 
-    def _update_holding(self, agent: Pose, things: list[Thing]) -> None:
+    def _update_holding(self, agent: Pose, things: list[Thing], fovy_deg: float = FOVY_DEG) -> None:
         center, matrix, smaller = held.pose_in_hand(things[0], agent)
         held.put_in_hand(self._model, things, center, matrix)
-        eye, axes, fovy_deg = _view_of(agent)
+        eye, axes, _ = _view_of(agent)
         self._update(eye, axes, fovy_deg)
         geoms = {geom for thing in things for geom in self._model.things[thing.id].geoms.tolist()}
         held.bring_near([geom for geom in self._drawn() if geom.objid in geoms], eye, center, smaller)
@@ -198,3 +235,51 @@ def gl_strings() -> dict[str, str]:
     _enter()
     names = {"vendor": GL.GL_VENDOR, "renderer": GL.GL_RENDERER, "version": GL.GL_VERSION}
     return {name: (GL.glGetString(key) or b"").decode(errors="replace") for name, key in names.items()}
+
+
+def _colours(scene: Any, context: RenderContext, rect: Any) -> np.ndarray:
+    """Returns the picture (height, width, 3) uint8, the first row on top."""
+    rgb, _ = _read(scene, context, rect, with_depth=False)
+    return rgb
+
+
+def _surfaces(model: CompiledModel, scene: Any, context: RenderContext, rect: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the thing (int32) and the depth (float32 metres) of each pixel."""
+    flags = [int(mujoco.mjtRndFlag.mjRND_SEGMENT), int(mujoco.mjtRndFlag.mjRND_IDCOLOR)]
+    scene.flags[flags] = 1
+    context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
+    picture, buffer = _read(scene, context, rect, with_depth=True)
+    scene.flags[flags] = 0
+    parts = picture.astype(np.int32)
+    numbers = parts[..., 0] + (parts[..., 1] << 8) + (parts[..., 2] << 16) - 1
+    drawn = [scene.geoms[number].objid for number in range(scene.ngeom)]
+    geoms = np.array([*drawn, -1], dtype=np.int32)
+    return _things_of(model)[geoms[numbers]], _metres(model, buffer)
+
+
+def _read(scene: Any, context: RenderContext, rect: Any, *, with_depth: bool) -> tuple[np.ndarray, np.ndarray]:
+    shape = rect.height, rect.width
+    rgb = np.empty((*shape, 3), dtype=np.uint8)
+    depth = np.empty(shape, dtype=np.float32)
+    mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
+    mujoco.mjr_render(rect, scene, context)
+    mujoco.mjr_readPixels(rgb, depth if with_depth else None, rect, context)
+    return rgb[::-1].copy(), depth[::-1].copy()
+
+
+def _things_of(model: CompiledModel) -> np.ndarray:
+    """Returns the thing of each geom, structure as the negative number of its kind; nothing in the last place."""
+    table = model.geom_things.copy()
+    for geom, kind in model.structure_kinds.items():
+        table[geom] = -2 - STRUCTURES.index(_KINDS[kind]) if kind in _KINDS else NOTHING
+    return table
+
+
+def _metres(model: CompiledModel, buffer: np.ndarray) -> np.ndarray:
+    """Returns the depth along the axis, from a buffer that is 1 at the near plane and 0 at the far one."""
+    near, far = (
+        float(value * model.native.stat.extent) for value in (model.native.vis.map.znear, model.native.vis.map.zfar)
+    )
+    with np.errstate(divide="ignore"):
+        metres = near * far / (near + buffer.astype(np.float64) * (far - near))
+    return np.where(buffer <= 0.0, np.inf, metres).astype(np.float32)

@@ -9,6 +9,7 @@ from vigil.sim.engines.mujoco import model_cache, rays
 from vigil.sim.engines.mujoco.binding import BACKEND, mujoco
 from vigil.sim.engines.mujoco.camera import Camera, Quality, gl_strings
 from vigil.sim.engines.mujoco.model import CompiledModel
+from vigil.sim.staging import Layer, Picture, View
 
 
 class MujocoEngine:
@@ -42,6 +43,12 @@ class MujocoEngine:
         if self._scene is not None:
             self._loaded.lamps.heed(self._scene)
         return self.camera.draw(agent, self._glowing(), self._in_hand(held))
+
+    def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
+        """Returns what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
+        if self._scene is not None:
+            self._loaded.lamps.heed(self._scene)
+        return self.camera.look(view, layers, self._glowing(), self._in_hand(held))
 
     def renderer(self) -> str:
         """Returns the GL renderer string; "none" when there is no GL."""

@@ -1,0 +1,43 @@
+"""The rays of a camera that may be anywhere, with any field of view and size (`vigil.sim.staging.View`)."""
+
+import math
+
+import numpy as np
+
+from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.sim.core.sight import camera_axes
+from vigil.sim.staging import View
+
+
+def pose_of(view: View) -> Pose:
+    """Returns the pose of a standing agent whose eye is the camera; its floor may be anywhere."""
+    x, y, z = view.eye
+    return Pose(position=Vec3(x, y - EYE_HEIGHT_M, z), rotation=view.yaw, horizon=view.pitch)
+
+
+def directions_at(view: View, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the unit directions (n, 3) through places (n, 2) of the picture, with the cosine (n,) to its axis.
+
+    A place is x, y in pixels from the top left corner; a pixel's middle is its number and a half.
+    """
+    focal = view.height / 2 / math.tan(math.radians(view.fovy_deg) / 2)
+    right, up = (pixels[:, 0] - view.width / 2) / focal, (view.height / 2 - pixels[:, 1]) / focal
+    rays = np.column_stack([right, up, np.ones(len(pixels))])
+    lengths = np.linalg.norm(rays, axis=1)
+    return (rays / lengths[:, None]) @ camera_axes(pose_of(view)), 1.0 / lengths
+
+
+def rays_of(view: View) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the unit directions (n, 3) through all pixels' middles, row by row, with the cosines (n,) to its axis."""
+    middles = np.stack(np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5), axis=-1).reshape(-1, 2)
+    return directions_at(view, middles)
+
+
+def project(view: View, points: np.ndarray) -> np.ndarray:
+    """Returns (n, 3): x and y (0..1 inside of the picture, from the top left), and depth (m) along the axis."""
+    local = (points - np.array(view.eye)) @ camera_axes(pose_of(view)).T
+    half = math.tan(math.radians(view.fovy_deg) / 2)
+    depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
+    x = 0.5 + local[:, 0] / depth / (2 * half * view.width / view.height)
+    y = 0.5 - local[:, 1] / depth / (2 * half)
+    return np.column_stack([x, y, local[:, 2]])

@@ -1,0 +1,8 @@
+"""`python -m vigil.thor`: the engine, as AI2-THOR's client starts it."""
+
+import sys
+
+from vigil.thor.serve import main
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

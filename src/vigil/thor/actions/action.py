@@ -1,0 +1,102 @@
+"""What an action is: its name, its parameters and the function that carries it out; and how arguments are matched."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from vigil.pose import Vec3
+from vigil.thor.base.failures import ActionFailed
+
+Kind = Literal["float", "int", "bool", "string", "Vector3", "object", "list", "any"]
+
+ALWAYS_ALLOWED = frozenset(
+    {
+        *("action", "sequenceId", "agentId", "renderImage", "renderObjectImage", "renderClassImage"),
+        *("renderNormalsImage", "renderInstanceSegmentation", "renderSemanticSegmentation", "renderDepthImage"),
+    }
+)
+"""What any action may be sent, and none takes as an argument."""
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """One of THOR's actions."""
+
+    name: str
+    handler: Callable[..., Any]
+    """Takes the world and the arguments by name; returns `actionReturn`. Raises ActionFailed."""
+    parameters: Mapping[str, Kind] = field(default_factory=dict)
+    required: tuple[tuple[str, ...], ...] = ((),)
+    """Alternatives; the arguments of one must all be there."""
+    takes_anything: bool = False
+    """Unknown arguments are no error, as for THOR's actions that take a whole `ServerAction`."""
+    only_reads: bool = False
+    """Nothing changes: the client may keep its pictures."""
+    lacks: str = ""
+    """What THOR does and this does not, for the table of the docs."""
+
+    def arguments(self, sent: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the arguments that were sent, each of its kind. Raises ActionFailed."""
+        given = {name: value for name, value in sent.items() if name in self.parameters and value is not None}
+        unknown = [name for name in sent if name not in self.parameters and name not in ALWAYS_ALLOWED]
+        if unknown and not self.takes_anything:
+            raise ActionFailed(self._unknown(unknown, sent), code="InvalidArgument")
+        if not any(all(name in given for name in names) for names in self.required):
+            missing = min(([name for name in names if name not in given] for names in self.required), key=len)
+            text = f"action: {self.name} is missing the following arguments: {','.join(missing)}"
+            raise ActionFailed(text, code="MissingArguments")
+        return {name: self._converted(name, value) for name, value in given.items()}
+
+    def _unknown(self, unknown: list[str], sent: Mapping[str, Any]) -> str:
+        yours = ", ".join(f"'{name}'" for name in sent if name not in ALWAYS_ALLOWED)
+        quoted = ", ".join(f"'{name}'" for name in unknown)
+        return (
+            f'\n\tAction: "{self.name}" called with invalid argument{"s" if len(unknown) > 1 else ""}: {quoted}'
+            f"\n\tExpected arguments: {', '.join(f'{kind} {name}' for name, kind in self.parameters.items())}"
+            f"\n\tYour arguments: {yours}"
+        )
+
+    def _converted(self, name: str, value: Any) -> Any:
+        try:
+            return _CONVERT[self.parameters[name]](value)
+        except (TypeError, ValueError, KeyError, AttributeError):
+            text = f"action: {self.name} has an invalid argument: {name} (=={value})."
+            text += f" Cannot convert to: {self.parameters[name]}"
+            raise ActionFailed(text, code="InvalidArgument") from None
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool):
+        raise TypeError
+    return float(value)
+
+
+def _whole(value: Any) -> int:
+    if _number(value) != int(value):
+        raise ValueError
+    return int(value)
+
+
+def _exactly(kind: type) -> Callable[[Any], Any]:
+    def convert(value: Any) -> Any:
+        if not isinstance(value, kind):
+            raise TypeError
+        return value
+
+    return convert
+
+
+def _vector(value: Any) -> Vec3:
+    return Vec3(*(_number(value.get(axis, 0.0)) for axis in "xyz"))
+
+
+_CONVERT: dict[Kind, Callable[[Any], Any]] = {
+    "float": _number,
+    "int": _whole,
+    "bool": _exactly(bool),
+    "string": _exactly(str),
+    "Vector3": _vector,
+    "object": _exactly(dict),
+    "list": _exactly(list),
+    "any": lambda value: value,
+}

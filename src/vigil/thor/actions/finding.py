@@ -1,0 +1,260 @@
+"""Actions that only ask: places, poses, paths, rays, and what is in the scene."""
+
+from typing import Any
+
+import numpy as np
+
+from vigil.pose import Pose, Vec3, floor_distance
+from vigil.scene.geometry import whole_box
+from vigil.scene.things import Thing
+from vigil.thor.actions.action import Action, Kind
+from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation
+from vigil.thor.base.metadata import vector
+from vigil.thor.base.paths import walk
+from vigil.thor.base.settings import RIGHT_ANGLE
+from vigil.thor.base.sight import points_of, seen_from, wide
+from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
+from vigil.thor.base.world import BODY_HEIGHT_M, PROCEDURAL, World, body_of
+
+_HORIZONS = (-30.0, 0.0, 30.0, 60.0)
+_NEAR_OBJECT_M = 0.5
+"""How near a place must be reached that a path to an object ends at, beside how far the agent sees."""
+
+
+def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:
+    pose, step = world.agent, gridSize or world.settings.grid_size
+    y = pose.position.y + BODY_HEIGHT_M
+    return [{"x": float(x), "y": y, "z": float(z)} for x, z in world.stage.reachable(pose.position, step)]
+
+
+def _interactable_poses(
+    world: World,
+    objectId: str,
+    positions: list[Any] | None = None,
+    rotations: list[Any] | None = None,
+    horizons: list[Any] | None = None,
+    standings: list[Any] | None = None,
+    maxDistance: float | None = None,
+    maxPoses: int | None = None,
+) -> list[dict[str, Any]]:
+    thing = world.thing(objectId)
+    seeing = world if maxDistance is None else _within(world, maxDistance)
+    places = positions if positions is not None else _reachable(world)
+    limit = seeing.settings.visibility_distance + float(np.linalg.norm(thing.asset.size))
+    found: list[dict[str, Any]] = []
+    for place in _read(places, "positions"):
+        if floor_distance(place, thing.position) > limit:
+            continue
+        for pose in _poses_at(place, rotations, horizons, standings):
+            if seen_from(seeing, [thing], pose)[thing.id].interactable:
+                found.append(_as_teleport(pose))
+                if maxPoses is not None and len(found) >= maxPoses:
+                    return found
+    return found
+
+
+def _within(world: World, distance_m: float) -> World:
+    near = wide(world)
+    near.settings = near.settings.model_copy(update={"visibility_distance": distance_m})
+    return near
+
+
+def _read(places: list[Any], name: str) -> list[Vec3]:
+    try:
+        return [Vec3(*(float(place[axis]) for axis in "xyz")) for place in places]
+    except (KeyError, TypeError, ValueError):
+        raise bad_argument(f"{name} must be a list of x, y and z") from None
+
+
+def _poses_at(
+    place: Vec3, rotations: list[Any] | None, horizons: list[Any] | None, standings: list[Any] | None
+) -> list[Pose]:
+    floor = Vec3(place.x, place.y - BODY_HEIGHT_M, place.z)
+    yaws = [_yaw(turn) for turn in rotations] if rotations is not None else [k * RIGHT_ANGLE for k in range(4)]
+    return [
+        Pose(position=floor, rotation=yaw, horizon=float(horizon), standing=bool(standing))
+        for yaw in yaws
+        for horizon in (horizons if horizons is not None else _HORIZONS)
+        for standing in (standings if standings is not None else (True, False))
+    ]
+
+
+def _yaw(turn: Any) -> float:
+    try:
+        return float(turn["y"] if isinstance(turn, dict) else turn)
+    except (KeyError, TypeError, ValueError):
+        raise bad_argument("rotations must be a list of degrees, or of x, y and z") from None
+
+
+def _as_teleport(pose: Pose) -> dict[str, Any]:
+    place = vector(body_of(pose))
+    return {**place, "rotation": pose.rotation, "horizon": pose.horizon, "standing": pose.standing}
+
+
+def _object_in_frame(world: World, x: float, y: float, checkVisible: bool = False) -> str:
+    thing, _ = cast(world, x, y)
+    if thing is None:
+        raise invalid_operation(f"no sim objects found at ({x},{y})")
+    if checkVisible:
+        try:
+            need_interactable(world, thing)
+        except ActionFailed:
+            raise invalid_operation(
+                f"target hit ({thing.id}) at ({x}, {y}) is not currently Visible to Agent"
+            ) from None
+    return thing.id
+
+
+def _coordinate(world: World, x: float, y: float) -> dict[str, float]:
+    _, point = cast(world, x, y)
+    return vector(point or Vec3(0.0, 0.0, 0.0))
+
+
+def _raycast(world: World, origin: Vec3, destination: Vec3) -> dict[str, Any]:
+    world.need_house()
+    ray = np.subtract(destination, origin)
+    length = float(np.linalg.norm(ray))
+    thing, point = first_met(world, origin, (ray / max(length, 1e-9))[None])
+    if point is None:
+        raise ActionFailed(f"Raycast from {tuple(origin)} to {tuple(destination)} failed to hit any target object!")
+    return {
+        "objectId": thing.id if thing else None,
+        "hit": vector(point),
+        "hitDistance": float(np.linalg.norm(np.subtract(point, origin))),
+    }
+
+
+def _hit_object(world: World, origin: Vec3, destination: Vec3) -> str:
+    found = _raycast(world, origin, destination)["objectId"]
+    if found is None:
+        way = f"from {tuple(origin)} to {tuple(destination)}"
+        raise ActionFailed(f"Raycast {way} hit object, but not a SimObject!")
+    return found
+
+
+def _path_to_point(
+    world: World, target: Vec3, position: Vec3 | None = None, allowedError: float | None = None
+) -> dict[str, Any]:
+    start = position or world.agent.position
+    corners = walk(world, start._replace(y=0.0), target, **({} if allowedError is None else {"within_m": allowedError}))
+    return {"corners": [vector(corner) for corner in corners]}
+
+
+def _path(
+    world: World,
+    objectId: str | None = None,
+    objectType: str | None = None,
+    position: Vec3 | None = None,
+    allowedError: float | None = None,
+    **_: object,
+) -> dict[str, Any]:
+    thing = world.thing(objectId) if objectId is not None else of_type(world, objectType or "")
+    start = (position or world.agent.position)._replace(y=0.0)
+    reach = max(allowedError or 0.0, world.settings.visibility_distance, _NEAR_OBJECT_M)
+    half = float(np.linalg.norm([thing.asset.size.x, thing.asset.size.z])) / 2
+    return {"corners": [vector(corner) for corner in walk(world, start, thing.position, reach + half)]}
+
+
+def _visibility_points(world: World, objectId: str) -> list[dict[str, float]]:
+    return [vector(Vec3(*point)) for point in points_of(world.thing(objectId)).tolist()]
+
+
+def _in_view(world: World, maxDistance: float | None = None, visibilityScheme: str | None = None) -> list[str]:
+    del visibilityScheme
+    world.need_house()
+    seen = seen_from(wide(world) if maxDistance is None else _within(world, maxDistance), world.things())
+    return [name for name, found in seen.items() if found.visible]
+
+
+def _map_view(world: World) -> dict[str, Any]:
+    world.need_house()
+    rooms = world.stage.scene().rooms
+    floor = np.concatenate([room.polygon for room in rooms])
+    (left, low), (right, high) = floor.min(axis=0).tolist(), floor.max(axis=0).tolist()
+    top = max(room.height for room in rooms)
+    return {
+        "position": {"x": (left + right) / 2, "y": top, "z": (low + high) / 2},
+        "rotation": {"x": 90.0, "y": 0.0, "z": 0.0},
+        "orthographicSize": max(right - left, high - low) / 2,
+        "orthographic": True,
+    }
+
+
+def _distance(world: World, objectId: str) -> float:
+    return _box_distance(world, world.thing(objectId))
+
+
+def _box_distance(world: World, thing: Thing) -> float:
+    return whole_box(thing).floor_distance(world.agent.position)
+
+
+def _scenes(world: World) -> list[str]:
+    del world
+    return [PROCEDURAL]
+
+
+_RAY: dict[str, Kind] = {"origin": "Vector3", "destination": "Vector3"}
+_BOTH = (("origin", "destination"),)
+_ID: dict[str, Kind] = {"objectId": "string"}
+_NEAR = "walks are over a grid of 0.125 m, drawn straight; THOR's are over a mesh"
+_POINTS = "an object's points are a lattice in each part's box, where THOR's assets have chosen ones"
+
+ACTIONS = (
+    Action(
+        "GetReachablePositions",
+        _reachable,
+        {"gridSize": "float", "maxStepCount": "int", "directionsRelativeAgent": "bool"},
+        only_reads=True,
+        lacks="the grid is along the house's axes; what is held takes no room",
+    ),
+    Action(
+        "GetInteractablePoses",
+        _interactable_poses,
+        {
+            **_ID,
+            **dict.fromkeys(("positions", "rotations", "horizons", "standings"), "list"),
+            "maxDistance": "float",
+            "maxPoses": "int",
+        },
+        (("objectId",),),
+        only_reads=True,
+        lacks=_POINTS,
+    ),
+    Action(
+        "GetObjectInFrame",
+        _object_in_frame,
+        {"x": "float", "y": "float", "checkVisible": "bool"},
+        (("x", "y"),),
+        only_reads=True,
+    ),
+    Action("GetCoordinateFromRaycast", _coordinate, {"x": "float", "y": "float"}, (("x", "y"),), only_reads=True),
+    Action("PerformRaycast", _raycast, _RAY, _BOTH, only_reads=True),
+    Action("GetObjectHitFromRaycast", _hit_object, _RAY, _BOTH, only_reads=True),
+    Action(
+        "GetShortestPath",
+        _path,
+        {**_ID, "objectType": "string", "position": "Vector3", "rotation": "Vector3", "allowedError": "float"},
+        (("objectId",), ("objectType",)),
+        only_reads=True,
+        lacks=f"{_NEAR}; it ends near the object, whether or not that is seen from there",
+    ),
+    Action(
+        "GetShortestPathToPoint",
+        _path_to_point,
+        {"position": "Vector3", "target": "Vector3", "allowedError": "float"},
+        (("target",),),
+        only_reads=True,
+        lacks=_NEAR,
+    ),
+    Action("GetVisibilityPoints", _visibility_points, _ID, (("objectId",),), only_reads=True, lacks=_POINTS),
+    Action(
+        "GetVisibleObjects",
+        _in_view,
+        {"maxDistance": "float", "visibilityScheme": "string"},
+        only_reads=True,
+        lacks=_POINTS,
+    ),
+    Action("GetMapViewCameraProperties", _map_view, only_reads=True),
+    Action("DistanceToObject", _distance, _ID, (("objectId",),), only_reads=True, lacks="to the object's box"),
+    Action("GetScenesInBuild", _scenes, only_reads=True, lacks="there is one, Procedural: no iTHOR and no RoboTHOR"),
+)

@@ -1,0 +1,215 @@
+"""Actions on objects: opening, switching, picking up, putting down."""
+
+import numpy as np
+
+from vigil.actions import Intent
+from vigil.errors import EpisodeError
+from vigil.pose import Vec3
+from vigil.scene.supports import is_shut, level_surfaces
+from vigil.scene.things import Thing
+from vigil.thor.actions.action import Action, Kind
+from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation
+from vigil.thor.base.targets import target
+from vigil.thor.base.world import World
+from vigil.world import ObjectSetup, RefusalCode, Setup
+
+REFUSALS: dict[RefusalCode, str] = {
+    "not_openable": "{thing} is not an Openable object",
+    "not_toggleable": "object is not toggleable.",
+    "not_pickupable": "{thing} must have the property CanPickup to be picked up!",
+    "blocked_by_object": "Openable object collided with {blocker}",
+    "blocked_by_agent": "Openable object collided with the agent",
+    "hand_full": "Agent hand has something in it already! Can't pick up anything else",
+    "object_occupied": "{thing} carries something, and cannot be picked up",
+    "no_room": "No valid positions to place object found",
+    "not_a_receptacle": "{held} cannot be placed in {thing}",
+    "receptacle_closed": "Target openable Receptacle is CLOSED, can't place if target is not open!",
+    "hand_empty": "Can't place an object if Agent isn't holding anything!",
+}
+"""What THOR says where `vigil.world.RefusalCode` says so; what depends on the action besides is with the action."""
+MUST_BE_OPEN = frozenset(
+    {"Box", "Cabinet", "ClothesDryer", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe", "WashingMachine"}
+)
+"""Nothing is put on these, only into them."""
+_SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).reshape(-1, 2)
+"""Where on a surface a place is looked for, as shares of its sides from its middle."""
+
+
+def _set_open(world: World, thing: Thing, openness: float, *, forced: bool) -> None:
+    if not thing.is_openable:
+        raise ActionFailed(_said(world, "not_openable", thing))
+    if forced:
+        _alter(world, {thing.id: ObjectSetup(openness=openness)})
+        return
+    effect = world.stage.open_to(thing.id, openness)
+    if effect.refusal == "interlock":
+        raise ActionFailed("Target must be OFF to open!")
+    if effect.refusal not in (None, "already_so"):
+        raise ActionFailed(_said(world, effect.refusal, thing, effect.blocked_by))
+
+
+def _open(
+    world: World,
+    objectId: str | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    openness: float = 1.0,
+    forceAction: bool = False,
+    **_: object,
+) -> None:
+    if not 0.0 <= openness <= 1.0:
+        raise invalid_operation("openness must be in [0:1]")
+    thing, _point = target(world, objectId, x, y, forced=forceAction)
+    _set_open(world, thing, openness, forced=forceAction)
+
+
+def _close(
+    world: World,
+    objectId: str | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    forceAction: bool = False,
+    **_: object,
+) -> None:
+    thing, _point = target(world, objectId, x, y, forced=forceAction)
+    _set_open(world, thing, 0.0, forced=forceAction)
+
+
+def _toggle(world: World, thing: Thing, *, on: bool, forced: bool) -> None:
+    word = "on" if on else "off"
+    if not thing.is_toggleable:
+        raise ActionFailed(_said(world, "not_toggleable", thing))
+    if thing.is_toggled == on:
+        raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
+    if forced:
+        _alter(world, {thing.id: ObjectSetup(is_toggled=on)})
+    elif world.stage.handle("activate" if on else "deactivate", thing.id, thing.position).refusal is not None:
+        raise ActionFailed("Target must be closed to Toggle On!")
+
+
+def _toggle_on(world: World, objectId: str | None = None, forceAction: bool = False, **place: float | None) -> None:
+    thing, _ = target(world, objectId, place.get("x"), place.get("y"), forced=forceAction)
+    _toggle(world, thing, on=True, forced=forceAction)
+
+
+def _toggle_off(world: World, objectId: str | None = None, forceAction: bool = False, **place: float | None) -> None:
+    thing, _ = target(world, objectId, place.get("x"), place.get("y"), forced=forceAction)
+    _toggle(world, thing, on=False, forced=forceAction)
+
+
+def _pick_up(
+    world: World,
+    objectId: str | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    forceAction: bool = False,
+    **_: object,
+) -> str:
+    if world.held is not None:
+        raise ActionFailed(_said(world, "hand_full", world.thing(world.held)))
+    thing, point = target(world, objectId, x, y, forced=forceAction)
+    _do(world, "pick", thing, point)
+    return thing.id
+
+
+def _put(
+    world: World,
+    objectId: str | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    forceAction: bool = False,
+    **_: object,
+) -> None:
+    if world.held is None:
+        raise ActionFailed(REFUSALS["hand_empty"])
+    receptacle, point = target(world, objectId, x, y, forced=forceAction)
+    if not receptacle.is_receptacle:
+        raise ActionFailed("This target object is NOT a receptacle!")
+    if receptacle.category in MUST_BE_OPEN and is_shut(receptacle):
+        raise ActionFailed(REFUSALS["receptacle_closed"])
+    points = [point] if objectId is None else _points_on(world, receptacle)
+    refusals: list[RefusalCode] = []
+    for place in points:
+        refusal = world.stage.handle("place", receptacle.id, place).refusal
+        if refusal is None:
+            return
+        refusals.append(refusal)
+    worst: RefusalCode = next((refusal for refusal in refusals if refusal != "no_room"), "no_room")
+    raise ActionFailed(_said(world, worst, receptacle))
+
+
+def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
+    """Returns points on the receptacle's surfaces, the nearest to the agent first; its own place without surfaces."""
+    points = []
+    for surface, frame in level_surfaces(receptacle):
+        local = np.column_stack(
+            [_SPOTS[:, 0] * surface.size_x, np.full(len(_SPOTS), 0.001), _SPOTS[:, 1] * surface.size_z]
+        )
+        points += [Vec3(*point) for point in frame(local).tolist()]
+    x, _, z = world.agent.position
+    return sorted(points, key=lambda point: (round(np.hypot(point.x - x, point.z - z), 6), point)) or [
+        receptacle.position
+    ]
+
+
+def _drop(world: World, **_: object) -> None:
+    if world.held is None:
+        raise ActionFailed("Nothing is in the agent's hand to drop!")
+    held = world.thing(world.held)
+    if world.stage.handle("drop", held.id, held.position).refusal is not None:
+        raise ActionFailed(f"{held.id} can't be dropped. It must be clear of all other collision first")
+
+
+def _do(world: World, intent: Intent, thing: Thing, point: Vec3) -> None:
+    effect = world.stage.handle(intent, thing.id, point)
+    if effect.refusal is not None:
+        raise ActionFailed(_said(world, effect.refusal, thing, effect.blocked_by))
+
+
+def _said(world: World, refusal: RefusalCode, thing: Thing, blocker: str | None = None) -> str:
+    held = world.thing(world.held).category if world.held else ""
+    return REFUSALS[refusal].format(thing=thing.id, blocker=blocker, held=held)
+
+
+def _alter(world: World, objects: dict[str, ObjectSetup]) -> None:
+    try:
+        world.stage.alter(Setup(objects=objects))
+    except EpisodeError as error:
+        raise bad_argument(str(error)) from None
+
+
+_AT: dict[str, Kind] = {"objectId": "string", "x": "float", "y": "float", "forceAction": "bool"}
+_WHICH = (("objectId",), ("x", "y"))
+_OPEN: dict[str, Kind] = {**_AT, "openness": "float", "simplifyPhysics": "bool", "moveMagnitude": "float"}
+_PUT: dict[str, Kind] = {
+    **_AT,
+    "placeStationary": "bool",
+    "randomSeed": "int",
+    "putNearXY": "bool",
+    "maxDistance": "float",
+}
+_AT_ONCE = "it is open or shut at once, and moves nothing that is loose"
+
+ACTIONS = (
+    Action("OpenObject", _open, _OPEN, _WHICH, lacks=_AT_ONCE),
+    Action("CloseObject", _close, _OPEN, _WHICH, lacks=_AT_ONCE),
+    Action("ToggleObjectOn", _toggle_on, _AT, _WHICH, lacks="stove knobs control no burners"),
+    Action("ToggleObjectOff", _toggle_off, _AT, _WHICH, lacks="stove knobs control no burners"),
+    Action(
+        "PickupObject",
+        _pick_up,
+        {**_AT, "manualInteract": "bool", "stationary": "bool"},
+        _WHICH,
+        lacks="what carries something and is no receptacle is refused",
+    ),
+    Action(
+        "PutObject",
+        _put,
+        _PUT,
+        _WHICH,
+        lacks="the place is the nearest free one; randomSeed does nothing, and no force puts a thing where it does not "
+        "belong",
+    ),
+    Action("DropHandObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks="the thing lies at once"),
+    Action("DropHeldObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks="the thing lies at once"),
+)

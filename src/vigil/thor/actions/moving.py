@@ -1,0 +1,210 @@
+"""Actions that move the agent: walking, turning, looking, teleporting, crouching."""
+
+import math
+from collections.abc import Callable
+
+from vigil.pose import Pose, Vec3, rotate_floor, wrap_deg
+from vigil.thor.actions.action import Action, Kind
+from vigil.thor.base.failures import ActionFailed, invalid_operation
+from vigil.thor.base.settings import RIGHT_ANGLE
+from vigil.thor.base.world import BODY_HEIGHT_M, World, body_of
+
+OFF_GRID_M = 1e-3
+OFF_FLOOR_M = 0.05
+FREE_LOOK_DEG = 30.0
+
+
+def _walk(world: World, right: float, ahead: float) -> None:
+    """Moves the agent along its own axes (m), all the way or not at all."""
+    pose = world.agent
+    x, z = rotate_floor(right, ahead, pose.rotation)
+    end = _snapped(world, Vec3(pose.position.x + x, pose.position.y, pose.position.z + z))
+    blocker = world.stage.blocker(pose.position, end)
+    if blocker == "exterior":
+        raise invalid_operation(f"Scene bounds do not contain target position ({end.x:.4f}, {end.y:.4f}, {end.z:.4f})")
+    if blocker is not None:
+        raise ActionFailed(f"{blocker} is blocking Agent 0 from moving by ({x:.4f}, 0.0000, {z:.4f}).")
+    world.stage.stand(pose.model_copy(update={"position": end}))
+
+
+def _snapped(world: World, place: Vec3) -> Vec3:
+    size = world.settings.grid_size
+    if not world.settings.snap_to_grid:
+        return place
+    return Vec3(round(place.x / size) * size, place.y, round(place.z / size) * size)
+
+
+def _length(world: World, move_magnitude: float | None) -> float:
+    length = world.settings.grid_size if move_magnitude is None else move_magnitude
+    if length <= 0.0:
+        raise invalid_operation("moveMagnitude must be > 0")
+    return length
+
+
+def _mover(right: float, ahead: float) -> Callable[..., None]:
+    def move(world: World, moveMagnitude: float | None = None, **_: object) -> None:
+        length = _length(world, moveMagnitude)
+        _walk(world, right * length, ahead * length)
+
+    return move
+
+
+def _move_agent(world: World, ahead: float = 0.0, right: float = 0.0, **_: object) -> None:
+    if ahead == 0.0 and right == 0.0:
+        raise invalid_operation("ahead and right cannot both be 0")
+    _walk(world, right, ahead)
+
+
+def _turn(world: World, degrees: float) -> None:
+    if degrees == 0.0:
+        raise invalid_operation("Rotate action requires degrees to be set to a number other than 0")
+    pose = world.agent
+    turned = wrap_deg(pose.rotation + degrees)
+    if world.settings.snap_to_grid:
+        turned = wrap_deg(round(turned / RIGHT_ANGLE) * RIGHT_ANGLE)
+    world.stage.stand(pose.model_copy(update={"rotation": turned}))
+
+
+def _rotate_right(world: World, degrees: float | None = None, **_: object) -> None:
+    _turn(world, world.settings.rotate_step_degrees if degrees is None else degrees)
+
+
+def _rotate_left(world: World, degrees: float | None = None, **_: object) -> None:
+    _turn(world, -(world.settings.rotate_step_degrees if degrees is None else degrees))
+
+
+def _rotate_agent(world: World, degrees: float, **_: object) -> None:
+    _turn(world, degrees)
+
+
+def _look(world: World, degrees: float, *, down: bool) -> None:
+    if degrees < 0.0:
+        raise invalid_operation(f"{degrees} is not valid, degrees must be >= 0")
+    if not math.isclose(degrees * 10, round(degrees * 10), abs_tol=1e-6):
+        raise invalid_operation(f"{degrees} is not valid, degrees must be a multiple of 0.1")
+    degrees = degrees or FREE_LOOK_DEG
+    pose, settings = world.agent, world.settings
+    horizon = round(pose.horizon + (degrees if down else -degrees), 6)
+    if down and horizon > settings.looks_down:
+        raise ActionFailed(f"can't look down beyond {settings.looks_down:g} degrees below the forward horizon")
+    if not down and horizon < -settings.looks_up:
+        raise ActionFailed(f"can't look up beyond {settings.looks_up:g} degrees above the forward horizon")
+    world.stage.stand(pose.model_copy(update={"horizon": horizon}))
+
+
+def _look_up(world: World, degrees: float = 0.0, **_: object) -> None:
+    _look(world, degrees, down=False)
+
+
+def _look_down(world: World, degrees: float = 0.0, **_: object) -> None:
+    _look(world, degrees, down=True)
+
+
+def _teleport(  # THOR's names, and both of its forms: position, or x, y and z
+    world: World,
+    position: Vec3 | None = None,
+    x: float | None = None,
+    y: float | None = None,
+    z: float | None = None,
+    rotation: Vec3 | None = None,
+    horizon: float | None = None,
+    standing: bool | None = None,
+    forceAction: bool = False,
+) -> None:
+    pose = world.agent
+    here = body_of(pose)
+    place = position or Vec3(here.x if x is None else x, here.y if y is None else y, here.z if z is None else z)
+    wanted = Pose(
+        position=Vec3(place.x, place.y - BODY_HEIGHT_M, place.z),
+        rotation=pose.rotation if rotation is None else wrap_deg(rotation.y),
+        horizon=pose.horizon if horizon is None else horizon,
+        standing=pose.standing if standing is None else standing,
+    )
+    if not forceAction:
+        _check_pose(world, wanted)
+        wanted = wanted.model_copy(update={"position": wanted.position._replace(y=0.0)})
+    world.stage.stand(wanted)
+
+
+def _check_pose(world: World, pose: Pose) -> None:
+    settings, (x, y, z) = world.settings, pose.position
+    if not -settings.looks_up <= pose.horizon <= settings.looks_down:
+        raise invalid_operation(
+            f"Each horizon must be in [{-settings.looks_up:g}:{settings.looks_down:g}]. You gave {pose.horizon:g}."
+        )
+    if abs(y) > OFF_FLOOR_M:
+        raise invalid_operation(
+            f"y={y + BODY_HEIGHT_M:.4f} is not on the floor, where the agent's position has y={BODY_HEIGHT_M:.4f}"
+        )
+    snapped = _snapped(world, pose.position)
+    if math.dist(snapped, pose.position) > OFF_GRID_M:
+        raise invalid_operation(
+            f"({x:.4f}, {z:.4f}) is off the grid of {settings.grid_size:g} m, to which snapToGrid holds"
+        )
+    if not world.stage.can_stand(pose.position):
+        raise invalid_operation(f"Collided with something, or outside of the rooms, at ({x:.4f}, {z:.4f})")
+
+
+def _crouch(world: World) -> None:
+    pose = world.agent
+    if not pose.standing:
+        raise ActionFailed("Already crouching")
+    world.stage.stand(pose.model_copy(update={"standing": False}))
+
+
+def _stand(world: World) -> None:
+    pose = world.agent
+    if pose.standing:
+        raise ActionFailed("Already standing")
+    world.stage.stand(pose.model_copy(update={"standing": True}))
+
+
+_MOVE: dict[str, Kind] = {
+    "moveMagnitude": "float",
+    "noise": "float",
+    "forceAction": "bool",
+    "snapToGrid": "bool",
+    "manualInteract": "bool",
+}
+_TURN: dict[str, Kind] = {"degrees": "float", "manualInteract": "bool", "forceAction": "bool", "speed": "float"}
+_LOOK: dict[str, Kind] = {"degrees": "float", "manualInteract": "bool"}
+_POSE: dict[str, Kind] = {
+    "position": "Vector3",
+    "x": "float",
+    "y": "float",
+    "z": "float",
+    "rotation": "Vector3",
+    "horizon": "float",
+    "standing": "bool",
+    "forceAction": "bool",
+}
+_NO_NOISE = "noise and forceAction do nothing; the held object never collides"
+_NO_HAND = "the held object never collides"
+
+ACTIONS = (
+    Action("MoveAhead", _mover(0.0, 1.0), _MOVE, lacks=_NO_NOISE),
+    Action("MoveBack", _mover(0.0, -1.0), _MOVE, lacks=_NO_NOISE),
+    Action("MoveRight", _mover(1.0, 0.0), _MOVE, lacks=_NO_NOISE),
+    Action("MoveLeft", _mover(-1.0, 0.0), _MOVE, lacks=_NO_NOISE),
+    Action(
+        "MoveAgent",
+        _move_agent,
+        {"ahead": "float", "right": "float", "speed": "float", "returnToStart": "bool", "disableRendering": "bool"},
+        lacks="the agent is there at once, whatever the speed",
+    ),
+    Action("RotateRight", _rotate_right, _TURN, lacks=_NO_HAND),
+    Action("RotateLeft", _rotate_left, _TURN, lacks=_NO_HAND),
+    Action("RotateAgent", _rotate_agent, _TURN, required=(("degrees",),), lacks=_NO_HAND),
+    Action("LookUp", _look_up, _LOOK),
+    Action("LookDown", _look_down, _LOOK),
+    Action("Teleport", _teleport, _POSE, lacks=_NO_HAND),
+    Action(
+        "TeleportFull",
+        _teleport,
+        _POSE,
+        required=(("position", "rotation", "horizon"), ("x", "y", "z", "rotation", "horizon")),
+        lacks="`standing` may be left out, and stays as it is",
+    ),
+    Action("Crouch", _crouch),
+    Action("Stand", _stand),
+)

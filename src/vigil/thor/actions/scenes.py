@@ -1,0 +1,179 @@
+"""Actions on the whole: starting, houses, settings, cameras, and those that only let time pass."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from vigil.errors import VigilError
+from vigil.house import House
+from vigil.pose import Pose, Vec3
+from vigil.scene.outlines import GRID_M
+from vigil.sim.staging import Stage
+from vigil.thor.actions.action import Action, Kind
+from vigil.thor.base.failures import ActionFailed, bad_argument
+from vigil.thor.base.settings import settings_of
+from vigil.thor.base.world import PROCEDURAL, ThirdPartyCamera, World
+from vigil.world import Setup
+
+MOST_PIXELS = 4096
+"""To a side of a picture."""
+
+
+def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
+    if sceneName != PROCEDURAL:
+        raise bad_argument(f"Scene {sceneName!r} is not in this engine: it has houses given to CreateHouse alone.")
+    world.stage.close()
+    world.has_house, world.cameras, world.shown = False, [], None
+
+
+def _initialize(world: World, **sent: Any) -> dict[str, float]:
+    world.settings = settings_of(sent, world.settings.screen_width, world.settings.screen_height)
+    return {
+        "cameraNearPlane": world.settings.camera_near_plane,
+        "cameraFarPlane": world.settings.camera_far_plane,
+    }
+
+
+def _create_house(world: World, house: dict[str, Any]) -> None:
+    world.has_house, world.shown = False, None
+    try:
+        found = House("house", house)
+        world.stage.load(found)
+        world.stage.reset(_start(found, world.stage), Setup())
+    except VigilError as error:
+        raise ActionFailed(f"Exception creating house: {error}") from None
+    world.has_house = True
+    openings = [*found.document.doors, *found.document.windows]
+    world.assets = {each.id: each.asset_id for each in [*openings, *(node for node, _ in found.objects())]}
+
+
+def _start(house: House, stage: Stage) -> Pose:
+    """Returns the house's own start; where that is taken or missing, the first free place. Raises ActionFailed."""
+    own = house.start
+    if own is not None and stage.can_stand(own.position):
+        return own
+    for room in stage.scene().rooms:
+        low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
+        for x, z in itertools.product(*(np.arange(a, b, GRID_M).tolist() for a, b in zip(low, high, strict=True))):
+            if stage.can_stand(Vec3(x, 0.0, z)):
+                return Pose(position=Vec3(x, 0.0, z), rotation=0.0)
+    raise ActionFailed(f"Exception creating house: {house.name!r} has no free place for the agent")
+
+
+def _destroy_house(world: World) -> None:
+    _reset(world)
+
+
+def _resolution(world: World, x: int, y: int) -> None:
+    if not (0 < x <= MOST_PIXELS and 0 < y <= MOST_PIXELS):
+        raise bad_argument(f"a picture of {x} x {y} pixels: both must be in 1 .. {MOST_PIXELS}")
+    world.settings = world.settings.model_copy(update={"screen_width": x, "screen_height": y})
+
+
+def _nothing(world: World, **_: object) -> None:
+    del world
+
+
+def _add_camera(
+    world: World,
+    position: Vec3,
+    rotation: Vec3,
+    fieldOfView: float = 90.0,
+    orthographic: bool = False,
+    orthographicSize: float | None = None,
+    **_: object,
+) -> None:
+    world.cameras.append(_camera(position, rotation, fieldOfView, orthographic, orthographicSize))
+
+
+def _camera(
+    position: Vec3, rotation: Vec3, field_of_view: float, orthographic: bool, size: float | None
+) -> ThirdPartyCamera:
+    if not 0.0 < field_of_view < 180.0:
+        raise bad_argument("fov must be set to (0, 180) noninclusive.")
+    if rotation.z:
+        raise bad_argument(f"rotation.z {rotation.z:g}: VIGIL's cameras do not roll. Leave it 0.")
+    if orthographic and (size is None or size <= 0.0):
+        raise bad_argument("orthographicSize must be set, and be above 0, for an orthographic camera")
+    return ThirdPartyCamera(position, rotation, field_of_view, size if orthographic else None)
+
+
+def _update_camera(
+    world: World,
+    thirdPartyCameraId: int = 0,
+    position: Vec3 | None = None,
+    rotation: Vec3 | None = None,
+    fieldOfView: float | None = None,
+    orthographic: bool | None = None,
+    orthographicSize: float | None = None,
+    **_: object,
+) -> None:
+    if not 0 <= thirdPartyCameraId < len(world.cameras):
+        raise bad_argument(f"thirdPartyCameraId {thirdPartyCameraId}: there are {len(world.cameras)} cameras")
+    old = world.cameras[thirdPartyCameraId]
+    flat = old.orthographic_size is not None if orthographic is None else orthographic
+    world.cameras[thirdPartyCameraId] = _camera(
+        position or old.position,
+        rotation or old.rotation,
+        fieldOfView or old.field_of_view,
+        flat,
+        orthographicSize or old.orthographic_size,
+    )
+
+
+def _set_filter(world: World, objectIds: list[str]) -> None:
+    world.shown = frozenset(objectIds)
+
+
+def _reset_filter(world: World) -> None:
+    world.shown = None
+
+
+_CAMERA: dict[str, Kind] = {
+    **dict.fromkeys(("position", "rotation"), "Vector3"),
+    **dict.fromkeys(("fieldOfView", "orthographicSize", "nearClippingPlane", "farClippingPlane"), "float"),
+    "orthographic": "bool",
+    **dict.fromkeys(("skyboxColor", "antiAliasing"), "any"),
+}
+_NO_CAMERA = (
+    "no roll, no sky colours, no planes that clip; orthographic pictures are drawn from 40 m away, so that things far "
+    "above the floor look a little larger"
+)
+_AT_REST = "nothing moves by itself: all is at rest always"
+
+ACTIONS = (
+    Action("Reset", _reset, {"sceneName": "string"}, takes_anything=True, lacks="Procedural alone"),
+    Action(
+        "Initialize",
+        _initialize,
+        takes_anything=True,
+        lacks="one agent, of the default mode; no normals, no flow; what sets physics or light does nothing",
+    ),
+    Action(
+        "CreateHouse",
+        _create_house,
+        {"house": "object"},
+        (("house",),),
+        lacks="shapes and materials are this project's own; the agent stands at the house's start at once",
+    ),
+    Action("DestroyHouse", _destroy_house),
+    Action("ChangeResolution", _resolution, {"x": "int", "y": "int"}, (("x", "y"),)),
+    Action("ChangeQuality", _nothing, {"quality": "string"}, lacks="the engine's own option `--quality` decides"),
+    Action(
+        "AddThirdPartyCamera",
+        _add_camera,
+        _CAMERA,
+        (("position", "rotation"),),
+        lacks=_NO_CAMERA,
+    ),
+    Action("UpdateThirdPartyCamera", _update_camera, {**_CAMERA, "thirdPartyCameraId": "int"}, lacks=_NO_CAMERA),
+    Action("SetObjectFilter", _set_filter, {"objectIds": "list"}, (("objectIds",),), only_reads=True),
+    Action("ResetObjectFilter", _reset_filter, only_reads=True),
+    Action("Pass", _nothing),
+    Action("Done", _nothing),
+    Action("PausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
+    Action("UnpausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
+    Action("AdvancePhysicsStep", _nothing, takes_anything=True, lacks=_AT_REST),
+    Action("MakeAllObjectsUnbreakable", _nothing, lacks="nothing breaks"),
+)

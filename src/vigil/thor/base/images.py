@@ -1,0 +1,119 @@
+"""Pictures as AI2-THOR sends them: raw bytes, the bottom row first, and the colours of objects and classes."""
+
+import hashlib
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.pose import Vec3, heading
+from vigil.sim.staging import STRUCTURES, Layer, Picture, View
+from vigil.thor.base.world import ThirdPartyCamera, World
+
+OPAQUE = 255
+FAR_AWAY_M = 40.0
+"""From where a camera without perspective is drawn, so far that things hardly shrink with their distance."""
+_STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """One picture of an answer; `kind` is image, depth, ids or classes."""
+
+    kind: str
+    is_third_party: bool
+    data: bytes
+
+
+def images(world: World, *, has_picture: bool = True) -> list[Image]:
+    """Returns all pictures that the settings ask for, the agent's first; without the coloured ones on demand."""
+    layers = _layers(world) if has_picture else _layers(world) - {"rgb"}
+    found = list(_agent_images(world, layers))
+    for camera in world.cameras if world.has_house else ():
+        found += _of(world, _third_party_view(world, camera), layers, is_third_party=True)
+    return found
+
+
+def _agent_images(world: World, layers: frozenset[Layer]) -> Iterator[Image]:
+    if world.has_house:
+        yield from _of(world, world.view(), layers, is_third_party=False)
+        return
+    width, height = world.settings.screen_width, world.settings.screen_height
+    nothing = np.full((height, width), -1, dtype=np.int32)
+    black = Picture(np.zeros((height, width, 3), np.uint8), np.full((height, width), np.inf, np.float32), nothing)
+    yield from _encoded(world, black, layers, is_third_party=False)
+
+
+def _layers(world: World) -> frozenset[Layer]:
+    settings = world.settings
+    wanted: dict[Layer, bool] = {
+        "rgb": settings.render_image,
+        "depth": settings.render_depth_image,
+        "things": settings.render_instance_segmentation or settings.render_semantic_segmentation,
+    }
+    return frozenset(layer for layer, is_wanted in wanted.items() if is_wanted)
+
+
+def _of(world: World, view: View, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
+    picture = world.stage.look(view, layers, with_hand=not is_third_party) if layers else Picture()
+    yield from _encoded(world, picture, layers, is_third_party=is_third_party)
+
+
+def _encoded(world: World, picture: Picture, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
+    if picture.rgb is not None and "rgb" in layers:
+        yield Image("image", is_third_party, picture.rgb[::-1].tobytes())
+    if picture.depth is not None and "depth" in layers:
+        metres = np.minimum(picture.depth, np.float32(world.settings.camera_far_plane))
+        yield Image("depth", is_third_party, metres[::-1].astype("<f4").tobytes())
+    if picture.things is not None and "things" in layers and world.settings.render_instance_segmentation:
+        yield Image("ids", is_third_party, _painted(picture.things, _instance_palette(world)))
+    if picture.things is not None and "things" in layers and world.settings.render_semantic_segmentation:
+        yield Image("classes", is_third_party, _painted(picture.things, _class_palette(world)))
+
+
+def _painted(things: np.ndarray, palette: np.ndarray) -> bytes:
+    """Returns the picture in which thing i has colour i of a palette, whose last rows are for the numbers below 0."""
+    opaque = np.concatenate([palette, np.full((len(palette), 1), OPAQUE, np.uint8)], axis=1)
+    return opaque[things[::-1]].tobytes()
+
+
+def colour_of(name: str) -> list[int]:
+    """Returns the colour of an object or class: the same for a name, always; never black."""
+    return [byte | 1 for byte in hashlib.sha256(name.encode()).digest()[:3]]
+
+
+def colours(world: World) -> list[dict[str, object]]:
+    """Returns the metadata that lead from colours back to objects and classes."""
+    things = world.things()
+    classes = sorted({*(thing.category for thing in things), *_STRUCTURE_CLASSES.values()})
+    return [{"name": name, "color": colour_of(name)} for name in [*(thing.id for thing in things), *classes]]
+
+
+def _instance_palette(world: World) -> np.ndarray:
+    return _palette(list(world.stage.scene().things) if world.has_house else [])
+
+
+def _class_palette(world: World) -> np.ndarray:
+    things = world.stage.scene().things.values() if world.has_house else ()
+    return _palette([thing.category for thing in things])
+
+
+def _palette(names: list[str]) -> np.ndarray:
+    structure = [_STRUCTURE_CLASSES[kind] for kind in reversed(STRUCTURES)]
+    rows = [colour_of(name) for name in [*names, *structure]]
+    return np.array([*rows, [0, 0, 0]], dtype=np.uint8)
+
+
+def _third_party_view(world: World, camera: ThirdPartyCamera) -> View:
+    settings = world.settings
+    yaw, pitch, fovy, eye = camera.rotation.y, camera.rotation.x, camera.field_of_view, camera.position
+    pitch = (pitch + 180.0) % 360.0 - 180.0
+    if camera.orthographic_size is not None:
+        ahead_x, ahead_z = heading(yaw)
+        level, down = math.cos(math.radians(pitch)), math.sin(math.radians(pitch))
+        to_floor = eye.y / down if down > 1e-3 else 0.0
+        back = FAR_AWAY_M - to_floor
+        eye = Vec3(eye.x - back * ahead_x * level, eye.y + back * down, eye.z - back * ahead_z * level)
+        fovy = 2 * math.degrees(math.atan(camera.orthographic_size / FAR_AWAY_M))
+    return View(eye, yaw, pitch, fovy, settings.screen_width, settings.screen_height)

@@ -1,0 +1,182 @@
+"""What the engine says of the world after an action, in the fields of AI2-THOR's metadata."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Asset
+from vigil.pose import Vec3, distance
+from vigil.scene.geometry import box_corners, part_boxes, part_motion
+from vigil.scene.supports import children
+from vigil.scene.things import Scene, Thing
+from vigil.thor.base.images import colours
+from vigil.thor.base.sight import Seen, seen_from
+from vigil.thor.base.world import PROCEDURAL, World, body_of, eye_of
+
+OPEN_FROM = 1e-3
+_NOWHERE = Vec3(0.0, 0.0, 0.0)
+_WITHOUT: dict[str, Any] = {
+    **dict.fromkeys(
+        ("breakable", "isBroken", "canFillWithLiquid", "isFilledWithLiquid", "dirtyable", "isDirty"), False
+    ),
+    **dict.fromkeys(("canBeUsedUp", "isUsedUp", "cookable", "isCooked", "isHeatSource", "isColdSource"), False),
+    **dict.fromkeys(("sliceable", "isSliced", "isMoving", "obstructed"), False),
+    "fillLiquid": None,
+    "temperature": "RoomTemp",
+    "ObjectTemperature": "RoomTemp",
+    "salientMaterials": None,
+    "controlledObjects": None,
+    "objectOrientedBoundingBox": None,
+}
+"""Of every object: what this project's things never are or do."""
+_UNUSED: dict[str, Any] = {
+    **dict.fromkeys(("flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid", "segmentedObjectIds"), ()),
+    **dict.fromkeys(("objectIdsInBox", "actionStringsReturn", "actionFloatsReturn", "actionVector3sReturn"), ()),
+    **dict.fromkeys(("collidedObjects",), ()),
+    "colorBounds": None,
+    "visibleRange": None,
+    "actionIntReturn": 0,
+    "actionFloatReturn": 0.0,
+    "currentTime": 0.0,
+    "cameraOrthSize": -1.0,
+    "collided": False,
+    "isSceneAtRest": True,
+}
+"""Of the whole: fields that some of THOR's actions fill and none of these."""
+
+
+def vector(value: Vec3) -> dict[str, float]:
+    """Returns a vector as THOR writes it."""
+    return {"x": float(value.x), "y": float(value.y), "z": float(value.z)}
+
+
+def agent_metadata(world: World) -> dict[str, Any]:
+    """Returns the fields that do not depend on the action."""
+    width, height = world.settings.screen_width, world.settings.screen_height
+    ids_are_drawn = world.settings.render_instance_segmentation or world.settings.render_semantic_segmentation
+    return {
+        **{name: list(value) if value == () else value for name, value in _UNUSED.items()},
+        "agentId": 0,
+        "sceneName": PROCEDURAL,
+        "screenWidth": width,
+        "screenHeight": height,
+        "fov": world.settings.field_of_view,
+        "depthFormat": "Meters",
+        "colors": colours(world) if ids_are_drawn else None,
+        "sceneBounds": _bounds(world),
+        "thirdPartyCameras": cameras(world),
+        "objects": objects(world),
+        **_agent(world),
+    }
+
+
+def _agent(world: World) -> dict[str, Any]:
+    pose = world.agent if world.has_house else None
+    body = body_of(pose) if pose else _NOWHERE
+    eye = eye_of(pose) if pose else _NOWHERE
+    held = world.stage.scene().things[world.held] if world.held else None
+    place = held.position if held else eye
+    return {
+        "agent": {
+            "name": "agent",
+            "position": vector(body),
+            "rotation": {"x": 0.0, "y": pose.rotation if pose else 0.0, "z": 0.0},
+            "cameraHorizon": pose.horizon if pose else 0.0,
+            "isStanding": pose.standing if pose else True,
+            "inHighFrictionArea": False,
+        },
+        "cameraPosition": vector(eye),
+        "heldObjectPose": {
+            "position": vector(place),
+            "rotation": vector(held.rotation if held else _NOWHERE),
+            "localPosition": vector(Vec3(*(float(value) for value in np.subtract(place, body)))),
+            "localRotation": vector(_NOWHERE),
+        },
+        "inventoryObjects": [{"objectId": held.id, "objectType": held.category}] if held else [],
+    }
+
+
+def cameras(world: World) -> list[dict[str, Any]]:
+    """Returns the cameras that a program added."""
+    return [
+        {
+            "thirdPartyCameraId": number,
+            "position": vector(camera.position),
+            "rotation": vector(camera.rotation),
+            "fieldOfView": camera.field_of_view,
+            "orthographic": camera.orthographic_size is not None,
+            "orthographicSize": camera.orthographic_size,
+        }
+        for number, camera in enumerate(world.cameras)
+    ]
+
+
+def objects(world: World) -> list[dict[str, Any]]:
+    """Returns the objects that are in the house, or those that a filter lets through."""
+    if not world.has_house:
+        return []
+    things = [thing for thing in world.things() if world.shown is None or thing.id in world.shown]
+    seen, body, scene = seen_from(world, things), body_of(world.agent), world.stage.scene()
+    held = world.held
+    return [
+        {**_object(scene, thing, seen[thing.id], body, held), "assetId": world.assets.get(thing.id, "")}
+        for thing in things
+    ]
+
+
+def _object(scene: Scene, thing: Thing, seen: Seen, body: Vec3, held: str | None) -> dict[str, Any]:
+    kind = CATALOG[thing.category]
+    is_loose = thing.is_pickupable or kind.is_moveable
+    return {
+        **_WITHOUT,
+        "name": thing.id,
+        "objectId": thing.id,
+        "objectType": thing.category,
+        "position": vector(thing.position),
+        "rotation": vector(thing.rotation),
+        "visible": seen.visible,
+        "isInteractable": seen.interactable,
+        "distance": distance(body, thing.position),
+        "receptacle": thing.is_receptacle,
+        "receptacleObjectIds": [child.id for child in children(scene, thing.id)] if thing.is_receptacle else None,
+        "parentReceptacles": [thing.parent] if thing.parent is not None else None,
+        "openable": thing.is_openable,
+        "isOpen": thing.is_openable and thing.openness > OPEN_FROM,
+        "openness": thing.openness if thing.is_openable else 0.0,
+        "toggleable": thing.is_toggleable,
+        "isToggled": thing.is_toggled,
+        "pickupable": thing.is_pickupable,
+        "isPickedUp": held == thing.id,
+        "moveable": kind.is_moveable and not thing.is_pickupable,
+        "mass": 1.0 if is_loose else 0.0,
+        "axisAlignedBoundingBox": _box(thing.asset, thing.position, thing.rotation, thing.openness),
+    }
+
+
+@lru_cache(maxsize=8192)
+def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
+    """Returns the box around a thing's parts, leaves at that openness; not to be changed."""
+    thing = Thing("", asset.category, asset, position, rotation, openness=openness)
+    corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(asset)]
+    return box_of_corners(np.concatenate(corners))
+
+
+def box_of_corners(points: np.ndarray) -> dict[str, Any]:
+    """Returns the box along the axes around points, as THOR writes it."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return {
+        "cornerPoints": box_corners(low, high).tolist(),
+        "center": vector(Vec3(*((low + high) / 2).tolist())),
+        "size": vector(Vec3(*(high - low).tolist())),
+    }
+
+
+def _bounds(world: World) -> dict[str, Any]:
+    if not world.has_house:
+        return box_of_corners(np.zeros((1, 3)))
+    rooms = world.stage.scene().rooms
+    floor = np.concatenate([room.polygon for room in rooms])
+    height = max(room.height for room in rooms)
+    return box_of_corners(np.concatenate([np.insert(floor, 1, 0.0, axis=1), np.insert(floor, 1, height, axis=1)]))

@@ -1,0 +1,59 @@
+"""Shortest walks over the grid of places that the body reaches, drawn straight where nothing is in the way."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from vigil.pose import Vec3
+from vigil.thor.base.failures import ActionFailed, bad_argument
+from vigil.thor.base.world import World
+
+GRID_M = 0.125
+"""Finer than the agent's steps: the walk is not of steps."""
+NEAR_M = 0.2
+"""How far from a place that can be reached the end of a walk may be, unless the program says."""
+_NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
+
+
+def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
+    """Returns the corners of the shortest walk from one place on the floor to another. Raises ActionFailed."""
+    if not world.stage.can_stand(start):
+        raise bad_argument(f"The agent cannot stand at ({start.x:.4f}, {start.z:.4f}), where the path is to start")
+    places = world.stage.reachable(start, GRID_M)
+    goal = int(np.argmin(np.hypot(places[:, 0] - end.x, places[:, 1] - end.z)))
+    if np.hypot(*(places[goal] - [end.x, end.z])) > within_m:
+        raise ActionFailed(
+            f"Path to target could not be found: none reaches {within_m:g} m from ({end.x:.4f}, {end.z:.4f})"
+        )
+    cells = np.round((places - [start.x, start.z]) / GRID_M).astype(int)
+    first = int(np.flatnonzero((cells == 0).all(axis=1))[0])
+    _, before = dijkstra(_graph(cells), directed=False, indices=first, return_predecessors=True)
+    steps = [goal]
+    while steps[-1] != first:
+        steps.append(int(before[steps[-1]]))
+    corners = [Vec3(float(places[step, 0]), start.y, float(places[step, 1])) for step in reversed(steps)]
+    return _straightened(world, [start, *corners[1:]])
+
+
+def _graph(cells: np.ndarray) -> coo_array:
+    index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
+    pairs = [
+        (number, index[i + di, k + dk], float(np.hypot(di, dk)))
+        for (i, k), number in index.items()
+        for di, dk in _NEIGHBOURS
+        if (i + di, k + dk) in index
+    ]
+    if not pairs:
+        return coo_array((len(cells), len(cells)))
+    rows, columns, lengths = zip(*pairs, strict=True)
+    return coo_array((lengths, (rows, columns)), shape=(len(cells), len(cells)))
+
+
+def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:
+    """Returns the corners that are left when each straight way that is free is taken."""
+    kept, here = [corners[0]], 0
+    while here < len(corners) - 1:
+        ahead = range(len(corners) - 1, here, -1)
+        here = next((far for far in ahead if world.stage.blocker(corners[here], corners[far]) is None), here + 1)
+        kept.append(corners[here])
+    return kept

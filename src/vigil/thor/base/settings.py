@@ -1,0 +1,78 @@
+"""What `Initialize` sets, with THOR's defaults."""
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic.alias_generators import to_camel
+
+from vigil.thor.base.failures import ActionFailed
+
+RIGHT_ANGLE = 90.0
+OLD_NAMES = {"renderObjectImage": "renderInstanceSegmentation", "renderClassImage": "renderSemanticSegmentation"}
+
+
+class Settings(BaseModel):
+    """The parameters of `Initialize` that change something here; others are taken and do nothing."""
+
+    model_config = ConfigDict(frozen=True, alias_generator=to_camel, populate_by_name=True, allow_inf_nan=False)
+
+    grid_size: float = Field(default=0.25, gt=0.0, le=5.0)
+    snap_to_grid: bool = True
+    rotate_step_degrees: float = Field(default=RIGHT_ANGLE, gt=0.0)
+    visibility_distance: float = Field(default=1.5, gt=0.0)
+    visibility_scheme: Literal["Collider", "Distance"] = "Collider"
+    field_of_view: float = Field(default=90.0, gt=0.0, lt=180.0)
+    render_depth_image: bool = False
+    render_instance_segmentation: bool = False
+    render_semantic_segmentation: bool = False
+    render_image: bool = True
+    agent_mode: str = "default"
+    agent_count: int = 1
+    camera_near_plane: float = Field(default=0.1, gt=0.0)
+    camera_far_plane: float = Field(default=20.0, gt=0.0)
+    time_scale: float = Field(default=1.0, gt=0.0)
+    fast_action_emit: bool = True
+    max_upward_look_angle: float = Field(default=30.0, ge=0.0, le=90.0)
+    max_downward_look_angle: float = Field(default=60.0, ge=0.0, le=90.0)
+    screen_width: int = Field(default=300, gt=0, le=4096)
+    screen_height: int = Field(default=300, gt=0, le=4096)
+
+    @property
+    def looks_up(self) -> float:
+        """How far up (deg) the head turns; 0 means THOR's 30."""
+        return self.max_upward_look_angle or 30.0
+
+    @property
+    def looks_down(self) -> float:
+        """How far down (deg) the head turns; 0 means THOR's 60."""
+        return self.max_downward_look_angle or 60.0
+
+
+NEGLECTED = ("renderNormalsImage", "renderFlowImage")
+"""Asked for, these would be missing from the answer: better refused."""
+
+
+def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
+    """Returns the settings of an `Initialize` action. Raises ActionFailed."""
+    named = {OLD_NAMES.get(name, name): value for name, value in sent.items() if value is not None}
+    for name in NEGLECTED:
+        if named.get(name):
+            raise ActionFailed(f"{name} is not supported by VIGIL's engine: leave it out.")
+    try:
+        settings = Settings.model_validate({**named, "screenWidth": width, "screenHeight": height})
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in fault["loc"])
+        raise ActionFailed(f"Initialize: {place}: {fault['msg']} (got {fault['input']!r})") from None
+    if settings.agent_count != 1:
+        raise ActionFailed(f"agentCount {settings.agent_count}: VIGIL's engine has one agent. Leave agentCount out.")
+    if settings.agent_mode.lower() != "default":
+        raise ActionFailed(f"agentMode {settings.agent_mode!r}: VIGIL's engine has THOR's default agent alone.")
+    if settings.snap_to_grid and settings.rotate_step_degrees % RIGHT_ANGLE:
+        raise ActionFailed(
+            f"Invalid values 'rotateStepDegrees': ${settings.rotate_step_degrees} and 'snapToGrid':$True. "
+            "'snapToGrid': 'True' is not supported when 'rotateStepDegrees' is different from grid rotation steps of "
+            "0, 90, 180, 270 or 360."
+        )
+    return settings

@@ -1,0 +1,80 @@
+"""Which object an action means, and whether the agent gets at it: THOR's rules and words."""
+
+import numpy as np
+
+from vigil.pose import Vec3
+from vigil.scene.things import Thing
+from vigil.sim.core.views import directions_at
+from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation, null_reference
+from vigil.thor.base.sight import seen_from
+from vigil.thor.base.world import World
+
+
+def target(
+    world: World, object_id: str | None, x: float | None, y: float | None, *, forced: bool
+) -> tuple[Thing, Vec3]:
+    """Returns the object that an id, or a place in the picture (0..1 from its top left), means, and a point of it.
+
+    Raises ActionFailed when there is none, or when it is out of sight and nothing is forced.
+    """
+    if object_id is None:
+        assert x is not None
+        assert y is not None
+        return _at(world, x, y, forced=forced)
+    thing = world.thing(object_id)
+    if not forced:
+        need_interactable(world, thing)
+    return thing, thing.position
+
+
+def need_interactable(world: World, thing: Thing) -> None:
+    """Raises ActionFailed when THOR's agent could not get at a thing."""
+    seen = seen_from(world, [thing])[thing.id]
+    if not seen.visible:
+        raise null_reference("Target object not found within the specified visibility.")
+    if not seen.interactable:
+        raise null_reference(
+            "Target object is visible but not interactable. It is likely obstructed by some clear object like glass."
+        )
+
+
+def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
+    """Returns what the ray through a place in the picture meets, and where; panes stop it. Raises ActionFailed."""
+    if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
+        raise ActionFailed("x/y must be in [0:1]", thrown="ArgumentOutOfRangeException")
+    world.need_house()
+    view = world.view()
+    rays, _ = directions_at(view, np.array([[x * view.width, y * view.height]]))
+    return first_met(world, view.eye, rays)
+
+
+def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
+    """Returns what the first of unit rays (n, 3) meets, and where; None for structure, or when nothing is there."""
+    indices, distances = world.stage.meets(origin, rays)
+    if not np.isfinite(distances[0]):
+        return None, None
+    point = Vec3(*(np.array(origin) + float(distances[0]) * rays[0]).tolist())
+    things = list(world.stage.scene().things.values())
+    return (things[int(indices[0])] if indices[0] >= 0 else None), point
+
+
+def _at(world: World, x: float, y: float, *, forced: bool) -> tuple[Thing, Vec3]:
+    thing, point = cast(world, x, y)
+    if thing is None or point is None:
+        raise invalid_operation(f"No SimObject found at (x: {x}, y: {y})")
+    eye, limit = world.view().eye, world.settings.visibility_distance
+    if not forced and np.hypot(point.x - eye.x, point.z - eye.z) > limit:
+        raise invalid_operation(
+            f"Target sim object: ({thing.id}) at screen coordinate: ({x}, {y}) is beyond your visibilityDistance: "
+            f"{limit:g}!\nHint: Ignore this check by passing in forceAction=True or update visibility distance, call "
+            "controller.reset(visibilityDistance=<new visibility distance>)."
+        )
+    return thing, point
+
+
+def of_type(world: World, object_type: str) -> Thing:
+    """Returns the first thing of a type. Raises ActionFailed."""
+    found = next((thing for thing in world.things() if thing.category == object_type), None)
+    if found is None:
+        raise bad_argument(f"No object of type {object_type} in the scene!")
+    return found

@@ -1,0 +1,95 @@
+"""The world that actions change: a house on a stage, the settings, and the cameras besides the agent's."""
+
+from dataclasses import dataclass, field
+
+from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.scene.things import Thing
+from vigil.sim.staging import Stage, View
+from vigil.thor.base.failures import bad_argument, invalid_operation
+from vigil.thor.base.settings import Settings
+
+EYE_ABOVE_BODY_M = 0.675
+"""THOR's camera is this far above the agent's position while it stands, and at it while it crouches."""
+BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
+"""How far THOR's agent position is above the floor."""
+PROCEDURAL = "Procedural"
+
+
+@dataclass(frozen=True, slots=True)
+class ThirdPartyCamera:
+    """A camera that a program added."""
+
+    position: Vec3
+    rotation: Vec3
+    field_of_view: float
+    orthographic_size: float | None = None
+    """Half of the height (m) that it shows; None for a camera with perspective."""
+
+
+@dataclass(slots=True)
+class World:
+    """All that the engine knows."""
+
+    stage: Stage
+    settings: Settings = field(default_factory=Settings)
+    has_house: bool = False
+    cameras: list[ThirdPartyCamera] = field(default_factory=list)
+    assets: dict[str, str] = field(default_factory=dict)
+    """The asset that the house names for each of its objects, doors and windows."""
+    shown: frozenset[str] | None = None
+    """Ids of the objects that metadata are confined to; None for all."""
+    serves_patches: bool = True
+    """Whether the wire can send an answer without pictures."""
+
+    @property
+    def agent(self) -> Pose:
+        """Where the agent stands. Raises ActionFailed before `CreateHouse`."""
+        self.need_house()
+        return self.stage.world([]).agent
+
+    def need_house(self) -> None:
+        """Raises ActionFailed before `CreateHouse`."""
+        if not self.has_house:
+            raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
+
+    def thing(self, object_id: str) -> Thing:
+        """Returns a thing that is in the house. Raises ActionFailed."""
+        self.need_house()
+        found = self.stage.scene().things.get(object_id)
+        if found is None or not found.is_present:
+            raise bad_argument(f"objectId: {object_id} is not the objectId on any object in the scene!")
+        return found
+
+    def things(self) -> list[Thing]:
+        """Returns what is in the house, in the document's order."""
+        return [thing for thing in self.stage.scene().things.values() if thing.is_present] if self.has_house else []
+
+    @property
+    def held(self) -> str | None:
+        """Id of what is in the hand."""
+        return self.stage.world([]).held if self.has_house else None
+
+    def view(self, agent: Pose | None = None) -> View:
+        """Returns the camera of the agent, or of one at another pose."""
+        pose = agent or self.agent
+        settings = self.settings
+        return View(
+            eye_of(pose),
+            pose.rotation,
+            pose.horizon,
+            settings.field_of_view,
+            settings.screen_width,
+            settings.screen_height,
+        )
+
+
+def eye_of(pose: Pose) -> Vec3:
+    """Returns where the eye is, standing or crouching."""
+    x, y, z = pose.position
+    return Vec3(x, y + (EYE_HEIGHT_M if pose.standing else BODY_HEIGHT_M), z)
+
+
+def body_of(pose: Pose) -> Vec3:
+    """Returns what THOR calls the agent's position."""
+    x, y, z = pose.position
+    return Vec3(x, y + BODY_HEIGHT_M, z)

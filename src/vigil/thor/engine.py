@@ -1,0 +1,73 @@
+"""The engine: takes one action of AI2-THOR's at a time, and answers with metadata and pictures."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from vigil.errors import SimulatorError
+from vigil.thor.actions.action import Action
+from vigil.thor.actions.table import ACTIONS
+from vigil.thor.base.answer import Answer
+from vigil.thor.base.failures import ActionFailed
+from vigil.thor.base.images import images
+from vigil.thor.base.metadata import agent_metadata, cameras
+from vigil.thor.base.world import World
+
+
+class Engine:
+    """Keeps the world, and answers."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def first(self) -> Answer:
+        """Returns what is sent before any action."""
+        return self._whole(_result(action="Initialize", failure=None, returned=None), 0)
+
+    def answer(self, sent: Mapping[str, Any]) -> Answer:
+        """Carries out one action. What fails is said in the answer; nothing is raised for it."""
+        name, number = str(sent.get("action")), sent.get("sequenceId", 0)
+        action = ACTIONS.get(name)
+        failure, returned = None, None
+        try:
+            returned = self._carried_out(action, name, sent)
+        except ActionFailed as found:
+            failure = found
+        result = _result(name, failure, returned)
+        is_fast = self._world.settings.fast_action_emit and self._world.serves_patches
+        if action is not None and action.only_reads and failure is None and is_fast:
+            return Answer({**result, "agentId": 0}, is_patch=True)
+        return self._whole(result, number, has_picture=sent.get("renderImage") is not False)
+
+    def _carried_out(self, action: Action | None, name: str, sent: Mapping[str, Any]) -> Any:
+        if action is None:
+            raise ActionFailed(f"Invalid action: {name}", code="InvalidAction")
+        if sent.get("agentId") not in (None, 0):
+            raise ActionFailed(f"agentId {sent['agentId']}: VIGIL's engine has one agent, with agentId 0.")
+        if action.takes_anything and not action.parameters:
+            return action.handler(self._world, **{key: value for key, value in sent.items() if key != "action"})
+        return action.handler(self._world, **action.arguments(sent))
+
+    def _whole(self, result: dict[str, Any], number: int, *, has_picture: bool = True) -> Answer:
+        world = self._world
+        agent = {**agent_metadata(world), **result}
+        metadata = {
+            "agents": [agent],
+            "thirdPartyCameras": cameras(world),
+            "activeAgentId": 0,
+            "sequenceId": number,
+        }
+        try:
+            return Answer(metadata, images(world, has_picture=has_picture))
+        except SimulatorError as error:
+            agent.update(lastActionSuccess=False, errorMessage=f"No picture could be drawn: {error}", errorCode=None)
+            return Answer(metadata)
+
+
+def _result(action: str, failure: ActionFailed | None, returned: Any) -> dict[str, Any]:
+    return {
+        "lastAction": action,
+        "lastActionSuccess": failure is None,
+        "errorMessage": "" if failure is None else str(failure),
+        "errorCode": None if failure is None else failure.code,
+        "actionReturn": returned,
+    }

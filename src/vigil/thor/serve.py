@@ -1,0 +1,54 @@
+"""Starting the engine: the command line that AI2-THOR's client gives it, and the wire that it asks for."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import SettingError, VigilError
+from vigil.sim import BACKENDS, make_simulator
+from vigil.sim.staging import Stage
+from vigil.thor.base.settings import Settings
+from vigil.thor.base.world import World
+from vigil.thor.engine import Engine
+from vigil.thor.wire import fifo, wsgi
+
+WIRES = {"FIFO": fifo.serve, "WSGI": wsgi.serve}
+
+
+def main(words: Sequence[str]) -> int:
+    """Serves one client, to its end. Returns the exit status: 2 on a setting that makes no sense."""
+    try:
+        given, _ = _parser().parse_known_args(words)
+        kind = os.environ.get("AI2THOR_SERVER_TYPE")
+        if kind not in WIRES:
+            raise SettingError(
+                "The engine is started by AI2-THOR's client, not by hand: "
+                "Controller(local_executable_path=vigil.thor_engine(), scene=house)."
+            )
+        WIRES[kind](Engine(_world(given, has_patches=kind == "FIFO")), os.environ)
+    except VigilError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def _world(given: argparse.Namespace, *, has_patches: bool) -> World:
+    stage = make_simulator(given.backend, assets=AssetDatabase.of(given.assets), quality=given.quality)
+    if not isinstance(stage, Stage):
+        raise SettingError(f"Backend {given.backend!r} cannot serve AI2-THOR's client: its scene cannot be directed.")
+    settings = Settings(screen_width=given.width, screen_height=given.height, render_image=not given.without_pictures)
+    return World(stage, settings, serves_patches=has_patches)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="vigil thor-engine", allow_abbrev=False)
+    parser.add_argument("--backend", default="mujoco", choices=sorted(BACKENDS))
+    parser.add_argument("--render-quality", dest="quality", default="default", choices=["default", "fast"])
+    parser.add_argument("--assets", type=Path, default=None, help="AI2-THOR's asset-database.json")
+    parser.add_argument("-screen-width", dest="width", type=int, default=300, help=argparse.SUPPRESS)
+    parser.add_argument("-screen-height", dest="height", type=int, default=300, help=argparse.SUPPRESS)
+    parser.add_argument("-nographics", dest="without_pictures", action="store_true", help=argparse.SUPPRESS)
+    return parser

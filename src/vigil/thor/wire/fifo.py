@@ -1,0 +1,103 @@
+"""AI2-THOR's protocol over two named pipes: fields of a type, a length and a body, up to the end of a message."""
+
+import json
+import os
+import struct
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any, BinaryIO
+
+from vigil.errors import SettingError
+from vigil.thor.base.answer import Answer, Answering
+
+HEADER = struct.Struct("!BI")
+METADATA, ACTION, METADATA_PATCH, END_OF_MESSAGE = 1, 2, 11, 255
+IMAGE_FIELDS = {
+    ("image", False): 4,
+    ("depth", False): 5,
+    ("classes", False): 8,
+    ("ids", False): 9,
+    ("image", True): 10,
+    ("depth", True): 12,
+    ("ids", True): 14,
+    ("classes", True): 15,
+}
+"""(kind of image, whether of a third-party camera) -> type of the field."""
+MOST_BYTES = 2**28
+"""Of one body: more is no action."""
+ASK_EVERY_S = 0.02
+
+
+class ClientGone(Exception):
+    """The client closed its pipe, or ended."""
+
+
+def serve(engine: Answering, environment: Mapping[str, str]) -> None:
+    """Answers until the client ends."""
+    parent = os.getppid()
+    pack = packer()
+    with (
+        suppress(ClientGone, BrokenPipeError),
+        _opened(environment["AI2THOR_FIFO_SERVER_PIPE_PATH"], parent) as out,
+    ):
+        out.write(message(engine.first(), pack))
+        out.flush()
+        with open(environment["AI2THOR_FIFO_CLIENT_PIPE_PATH"], "rb") as incoming:
+            for action in actions(incoming):
+                out.write(message(engine.answer(action), pack))
+                out.flush()
+
+
+def _opened(path: str, parent: int) -> BinaryIO:
+    """Returns the pipe to write to, once the client reads from it. Raises ClientGone when it ends before."""
+    while True:
+        try:
+            number = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+        except FileNotFoundError:
+            raise ClientGone from None
+        except OSError:  # nobody reads yet
+            if os.getppid() != parent:
+                raise ClientGone from None
+            time.sleep(ASK_EVERY_S)
+            continue
+        os.set_blocking(number, True)
+        return os.fdopen(number, "wb")
+
+
+def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
+    """Yields the actions that arrive, to the end of the pipe. Raises ClientGone on what is no message."""
+    while True:
+        action: dict[str, Any] | None = None
+        while True:
+            header = incoming.read(HEADER.size)
+            if len(header) < HEADER.size:
+                return
+            kind, length = HEADER.unpack(header)
+            if kind == END_OF_MESSAGE:
+                break
+            if kind != ACTION or length > MOST_BYTES:
+                raise ClientGone
+            action = json.loads(incoming.read(length))
+        if action is None:
+            raise ClientGone
+        yield action
+
+
+def packer() -> Callable[[Any], bytes]:
+    """Returns the function that packs metadata. Raises SettingError without the library, which the client needs too."""
+    try:
+        from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        text = "The engine needs msgpack, as AI2-THOR's client does. Give: pip install vigil-bench[thor]"
+        raise SettingError(text) from None
+    return packb
+
+
+def message(answer: Answer, pack: Callable[[Any], bytes]) -> bytes:
+    """Returns the bytes of an answer."""
+    kind = METADATA_PATCH if answer.is_patch else METADATA
+    fields = [(kind, pack(answer.metadata))]
+    fields += [(IMAGE_FIELDS[image.kind, image.is_third_party], image.data) for image in answer.images]
+    parts = [part for kind, body in fields for part in (HEADER.pack(kind, len(body)), body)]
+    return b"".join([*parts, HEADER.pack(END_OF_MESSAGE, 0)])

@@ -1,0 +1,61 @@
+"""AI2-THOR's protocol over HTTP: each answer is posted as a form, and the response is the next action."""
+
+import json
+from collections.abc import Iterable, Mapping
+from http.client import HTTPConnection, HTTPException
+
+from vigil.thor.base.answer import Answer, Answering
+
+BOUNDARY = "vigil-thor-engine-boundary"
+PATH = "/train"
+IMAGE_PARTS = {
+    ("image", False): "image",
+    ("depth", False): "image_depth",
+    ("classes", False): "image_classes",
+    ("ids", False): "image_ids",
+    ("image", True): "image-thirdParty-camera",
+    ("depth", True): "image_thirdParty_depth",
+    ("ids", True): "image_thirdParty_image_ids",
+    ("classes", True): "image_thirdParty_classes",
+}
+"""(kind of image, whether of a third-party camera) -> name of the part."""
+
+
+def serve(engine: Answering, environment: Mapping[str, str]) -> None:
+    """Answers until the client ends or says so."""
+    connection = HTTPConnection(environment["AI2THOR_HOST"], int(environment["AI2THOR_PORT"]))
+    token = environment.get("AI2THOR_CLIENT_TOKEN", "")
+    answer = engine.first()
+    headers = {"Content-Type": f"multipart/form-data; boundary={BOUNDARY}"}
+    try:
+        while True:
+            connection.request("POST", PATH, body=form(answer, token), headers=headers)
+            response = connection.getresponse()
+            body = response.read()
+            action = json.loads(body) if response.status == 200 else {}
+            if not action:
+                return
+            answer = engine.answer(action)
+    except (HTTPException, OSError):  # the client ended
+        return
+    finally:
+        connection.close()
+
+
+def form(answer: Answer, token: str) -> bytes:
+    """Returns the form of an answer, as the client's own parser wants it: its headers are told by their case."""
+    texts = {"metadata": json.dumps(answer.metadata), "actionReturns": "[]", "token": token}
+    pieces = [_part(f'name="{name}"', "text/plain; charset=utf-8", text.encode()) for name, text in texts.items()]
+    for image in answer.images:
+        name = IMAGE_PARTS[image.kind, image.is_third_party]
+        pieces.append(_part(f'name="{name}"; filename="{name}"', "image/raw", image.data))
+    return b"".join([*_flat(pieces), f"--{BOUNDARY}--\r\n".encode()])
+
+
+def _flat(pieces: list[list[bytes]]) -> Iterable[bytes]:
+    return (each for piece in pieces for each in piece)
+
+
+def _part(names: str, content_type: str, body: bytes) -> list[bytes]:
+    head = f"--{BOUNDARY}\r\nContent-disposition: form-data; {names}\r\nContent-Type: {content_type}\r\n\r\n"
+    return [head.encode(), body, b"\r\n"]

@@ -1,0 +1,68 @@
+"""Actions that only ask."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+
+def test_an_answer_to_a_question_is_a_patch(client):
+    places = client.do("GetReachablePositions")["actionReturn"]
+    assert client.last.is_patch
+    assert len(places) > 50
+    assert set(places[0]) == {"x", "y", "z"}
+    client.start(fastActionEmit=False)
+    client.do("GetReachablePositions")
+    assert not client.last.is_patch
+
+
+def test_every_reachable_position_can_be_teleported_to(client):
+    for place in client.do("GetReachablePositions", gridSize=1.0)["actionReturn"]:
+        client.do("Teleport", position=place)
+
+
+def test_an_interactable_pose_is_one(client):
+    poses = client.do("GetInteractablePoses", objectId="Apple|1", maxPoses=3)["actionReturn"]
+    assert len(poses) == 3
+    for pose in poses:
+        client.do("TeleportFull", **pose)
+        assert client.get("Apple|1")["isInteractable"]
+
+
+def test_a_path_ends_near_and_goes_round(client):
+    client.do("OpenObject", objectId="door|1|2", forceAction=True)
+    start, end = {"x": 3.5, "y": 0.901, "z": 2.5}, {"x": 8.0, "y": 0.0, "z": 2.5}
+    corners = client.do("GetShortestPathToPoint", position=start, target=end)["actionReturn"]["corners"]
+    assert (corners[0]["x"], corners[0]["z"]) == (3.5, 2.5)
+    assert math.hypot(corners[-1]["x"] - 8.0, corners[-1]["z"] - 2.5) < 0.2
+    length = sum(math.dist((a["x"], a["z"]), (b["x"], b["z"])) for a, b in pairwise(corners))
+    assert 4.4 < length < 5.5
+    assert "Path to target" in client.fail("GetShortestPathToPoint", position=start, target={"x": 90, "y": 0, "z": 0})
+    found = client.do("GetShortestPath", objectType="Fridge", position=start)["actionReturn"]["corners"]
+    assert math.hypot(found[-1]["x"] - 5.2, found[-1]["z"] - 4.6) < 2.5
+
+
+def test_a_place_in_the_picture_is_the_object_there(client):
+    client.go_to("Fridge|1")
+    fridge = client.get("Fridge|1")["position"]
+    eye = client.do("Pass")["cameraPosition"]
+    found = client.do("PerformRaycast", origin=eye, destination=fridge)["actionReturn"]
+    assert found["objectId"] == "Fridge|1"
+    assert client.do("GetObjectHitFromRaycast", origin=eye, destination=fridge)["actionReturn"] == "Fridge|1"
+    point = client.do("GetCoordinateFromRaycast", x=0.5, y=0.5)["actionReturn"]
+    assert set(point) == {"x", "y", "z"}
+    assert "x/y must be in [0:1]" in client.fail("GetObjectInFrame", x=1.5, y=0.5)
+
+
+def test_a_filter_confines_the_metadata(client):
+    client.do("SetObjectFilter", objectIds=["Apple|1"])
+    assert [each["objectId"] for each in client.do("Pass")["objects"]] == ["Apple|1"]
+    client.do("ResetObjectFilter")
+    assert len(client.do("Pass")["objects"]) > 10
+
+
+def test_the_view_of_a_map_holds_the_house(client):
+    found = client.do("GetMapViewCameraProperties")["actionReturn"]
+    assert found["position"]["x"] == pytest.approx(5.0)
+    assert found["orthographicSize"] == pytest.approx(5.0)
+    assert client.do("GetScenesInBuild")["actionReturn"] == ["Procedural"]
