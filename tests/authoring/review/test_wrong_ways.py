@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from vigil import goals
+from vigil import goal_check, goals
 from vigil.authoring.language.wording import SEQUENCES, asks_inside, sequence
 from vigil.authoring.review.validate import ValidationResult, Validator
 from vigil.episode import Episode
@@ -77,8 +77,8 @@ def test_what_is_won_on_top_instead_of_inside_is_found(
 def test_what_is_won_by_doing_and_undoing_is_found(
     validator: Validator, starter: Pack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    truth = goals._truth
-    monkeypatch.setattr(goals, "_truth", lambda goal, moments: tuple(map(goals._latched, truth(goal, moments))))
+    truth = goal_check.truth
+    monkeypatch.setattr(goal_check, "truth", lambda goal, moments: tuple(map(goals.latched, truth(goal, moments))))
     found = [finding for verdict in judged(validator, starter, "AI") for finding in verdict.findings]
     assert {(finding.rule, finding.message) for finding in found} == {("wrong_ways_fail", "done and undone")}
 
