@@ -277,10 +277,10 @@ def _stands(case: EpisodeStart) -> Faults:
 
 
 _ALL: tuple[Family, ...] = tuple(FAMILIES)
-_ASKED = tuple(family for family, spec in FAMILIES.items() if "report_status" in spec.goal_kinds)
-_DONE = tuple(family for family in FAMILIES if family not in _ASKED)
-_SEEN = tuple(family for family in _DONE if FAMILIES[family].visible_at_start)
-_SEARCHED = tuple(family for family in _DONE if not FAMILIES[family].visible_at_start)
+_ASKED: tuple[Family, ...] = tuple(family for family, spec in FAMILIES.items() if "report_status" in spec.goal_kinds)
+_DONE: tuple[Family, ...] = tuple(family for family in FAMILIES if family not in _ASKED)
+_SEEN: tuple[Family, ...] = tuple(family for family in _DONE if FAMILIES[family].visible_at_start)
+_SEARCHED: tuple[Family, ...] = tuple(family for family in _DONE if not FAMILIES[family].visible_at_start)
 
 RULES: dict[str, Rule] = {
     "protocol": Rule(_ALL, "budgets and start horizon are the family's", _protocol),

@@ -134,8 +134,8 @@ def _put(
         if refusal is None:
             return
         refusals.append(refusal)
-    worst: RefusalCode = next((refusal for refusal in refusals if refusal != "no_room"), "no_room")
-    raise ActionFailed(_said(world, worst, receptacle))
+    other: list[RefusalCode] = [refusal for refusal in refusals if refusal != "no_room"]
+    raise ActionFailed(_said(world, other[0] if other else "no_room", receptacle))
 
 
 def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
