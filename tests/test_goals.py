@@ -27,6 +27,7 @@ from vigil.goals import (
     TargetGrounded,
     is_observable,
     is_state_observable,
+    state_label,
 )
 from vigil.pose import Vec3
 from vigil.world import Effect
@@ -614,3 +615,17 @@ def test_a_state_counts_until_it_is_changed(state, before, after, label):
 def test_a_goal_without_its_kind_is_none(fields: dict):
     with pytest.raises(ValidationError, match="Unable to extract tag"):
         TypeAdapter(Goal).validate_python(fields)
+
+
+@pytest.mark.parametrize(
+    ("query", "is_toggled", "openness", "label"),
+    [
+        ("is_toggled", True, None, "on"),
+        ("is_toggled", False, 1.0, "off"),
+        ("is_open", True, 0.51, "open"),
+        ("is_open", True, 0.5, "closed"),
+        ("is_open", None, None, "closed"),
+    ],
+)
+def test_a_state_has_one_of_two_labels(query, is_toggled, openness, label):
+    assert state_label(query, is_toggled=is_toggled, openness=openness) == label

@@ -23,9 +23,14 @@ def floor_of(room: Room) -> shapely.Polygon:
     return shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
 
 
+def room_floor(room: RoomShape) -> shapely.Polygon:
+    """Returns the floor of a scene's room."""
+    return shapely.Polygon(room.polygon)
+
+
 def whole_floor(rooms: list[RoomShape]) -> BaseGeometry:
     """Returns the floor of all rooms together."""
-    floors = shapely.unary_union([shapely.Polygon(room.polygon).buffer(0) for room in rooms])
+    floors = shapely.unary_union([room_floor(room).buffer(0) for room in rooms])
     return floors.buffer(FLOOR_GROWTH_M, join_style="mitre")
 
 

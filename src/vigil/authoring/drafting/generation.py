@@ -14,7 +14,6 @@ from itertools import islice
 from multiprocessing import get_context
 
 import numpy as np
-import shapely
 
 from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
@@ -27,6 +26,7 @@ from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.goals import ReportStatus
 from vigil.house import House
+from vigil.scene.outlines import room_floor
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Setup
@@ -231,7 +231,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
     return DraftFacts(
         category=target.category,
         rooms=len(rooms),
-        area_m2=round(sum(shapely.Polygon(room.polygon).area for room in rooms), 1),
+        area_m2=round(sum(room_floor(room).area for room in rooms), 1),
         distance_m=round(context.oracle.state_of(target.id).box_distance_m, 2),
         is_seen_by_turning=context.sights(episode.start.position, target) > 0,
         label=label if label in ("on", "off", "open", "closed") else None,

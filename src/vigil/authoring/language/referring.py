@@ -13,6 +13,7 @@ from shapely import Point, Polygon
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.palette import COLOURS
 from vigil.pose import rotate_floor
+from vigil.scene.outlines import room_floor
 from vigil.scene.supports import surface_named
 from vigil.scene.things import Scene, Thing
 
@@ -129,7 +130,7 @@ def resolved(phrases: Sequence[Phrase], items: Iterable[Item], held: Item | None
 
 def items_of(scene: Scene) -> dict[str, Item]:
     """Returns what one can say of every thing that is present, by id, in the scene's order."""
-    rooms = [(room.id, ROOM_NAMES.get(room.room_type), Polygon(room.polygon)) for room in scene.rooms]
+    rooms = [(room.id, ROOM_NAMES.get(room.room_type), room_floor(room)) for room in scene.rooms]
     return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
 
 

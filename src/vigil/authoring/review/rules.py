@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
 
-import shapely
-
 from vigil.actions import REACH_HEIGHT_M, REACH_M
 from vigil.authoring.language.referring import Item, Phrase, items_of, mentions, resolved
 from vigil.authoring.language.wording import asks_inside
@@ -34,6 +32,7 @@ from vigil.pack import protocol_faults
 from vigil.pose import Pose, Vec3
 from vigil.record import EpisodeRecord
 from vigil.scene.geometry import box_of
+from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
 from vigil.world import ObjectState, WorldState
 
@@ -191,7 +190,7 @@ def place_blind_to(oracle: Oracle, thing: Thing, threshold_m: float) -> Vec3 | N
     To be near there would be chance.
     """
     home = oracle.room_at(thing.position)
-    floors = {room.id: shapely.Polygon(room.polygon) for room in oracle.scene.rooms}
+    floors = {room.id: room_floor(room) for room in oracle.scene.rooms}
     floor = oracle.plan().tight
     if home is not None:
         floor = floor.difference(floors[home].buffer(NEAR_MARGIN_M, join_style="mitre"))

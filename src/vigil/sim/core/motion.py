@@ -16,14 +16,14 @@ from scipy.sparse.csgraph import breadth_first_order
 from shapely.geometry.base import BaseGeometry
 
 from vigil.pose import Vec3
-from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, room_floor, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene
+from vigil.scene.walls import EXTERIOR
 
 CENTRE_SHARE = 0.25
 """The share of the body that counts as its axis."""
 TOUCH_M = 1e-6
 """Slack of the distance test: exact contact is free."""
-EXTERIOR = "exterior"
 
 
 class CollisionMap:
@@ -48,7 +48,7 @@ class CollisionMap:
     def room_at(self, position: Vec3) -> str | None:
         """Returns the id of the room whose floor holds a place; None outside."""
         point = shapely.Point(position.x, position.z)
-        return next((room.id for room in self._scene.rooms if shapely.Polygon(room.polygon).covers(point)), None)
+        return next((room.id for room in self._scene.rooms if room_floor(room).covers(point)), None)
 
     def can_stand(self, position: Vec3) -> bool:
         """Whether the body fits there."""

@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from vigil.pose import Vec3, heading
+from vigil.scene.outlines import room_floor
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco import frames
 from vigil.sim.engines.mujoco.binding import NativeModel, NativeSpec, mujoco
@@ -155,7 +156,7 @@ def add_lamps(spec: NativeSpec, scene: Scene) -> Lamps:
             castshadow=False,
         )
     count = len(scene.rooms)
-    rooms = [shapely.Polygon(room.polygon) for room in scene.rooms]
+    rooms = [room_floor(room) for room in scene.rooms]
     return Lamps(
         rooms,
         np.array(places),
@@ -183,7 +184,7 @@ def _color(room: RoomShape) -> np.ndarray:
 
 def _place(room: RoomShape) -> tuple[float, float]:
     """Returns where (x, z) the lamp hangs: the room's light, moved to where it reaches every corner if one can."""
-    light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(shapely.Polygon(room.polygon))
+    light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
     inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))
     if inner.is_empty or inner.contains(light):
         return room.light.x, room.light.z

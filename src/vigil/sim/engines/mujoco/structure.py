@@ -11,12 +11,13 @@ import numpy as np
 import shapely
 
 from vigil.house import MaterialRef
+from vigil.scene.outlines import room_floor
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
+from vigil.scene.walls import EXTERIOR
 from vigil.sim.engines.mujoco.frames import faces as facing
 from vigil.sim.engines.mujoco.frames import points
 from vigil.sim.engines.mujoco.pieces import Triangles, merge
 
-EXTERIOR = "exterior"
 CELL_M = 0.5
 OVERLAP_M = 0.02
 BEHIND_FRAME_M = 0.002
@@ -63,7 +64,7 @@ def _walls(scene: Scene) -> list[Shell]:
         groups.setdefault((panel.room_id, panel.material.name, tint_of(panel.material)), []).append(panel)
     return [
         Shell(
-            "exterior" if panels[0].room_id == EXTERIOR else "wall",
+            EXTERIOR if panels[0].room_id == EXTERIOR else "wall",
             merge([_wall(panel, heights) for panel in panels]),
             panels[0].material,
         )
@@ -137,7 +138,7 @@ def _facing(vertices: np.ndarray, triangles: np.ndarray, normal: np.ndarray, uvs
 
 def _slab(room: RoomShape, height: float, *, is_floor: bool) -> Triangles:
     """Returns a floor or ceiling cut into cells."""
-    polygon = shapely.Polygon(room.polygon)
+    polygon = room_floor(room)
     low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
     cuts = [
         _distinct(
