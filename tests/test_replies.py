@@ -435,8 +435,14 @@ def test_one_fence_holds_the_answer_on_any_number_of_lines(text: str):
 
 def test_details_name_what_was_given_instead():
     assert parse('{"skill_name": "look", "arguments": [1]}').detail == "list"
+    assert (parse(LOOK + WALK).reason, parse(LOOK + WALK).detail) == ("several_objects", "")
     cut = ReplyCut(text_bytes=90_000, answer_bytes=80_000, sha256="0" * 64)
-    assert parse_reply(Reply(text="{", cut=cut), "pixel", "strict").detail == "80000 bytes, more than 65536"
+    too_long = parse_reply(Reply(text="{", cut=cut), "pixel", "strict")
+    assert (too_long.detail, too_long.would_parse_leniently) == ("80000 bytes, more than 65536", False)
+
+
+def test_a_stray_brace_before_a_torn_object_is_no_part_of_it():
+    assert fault(f"}} {{torn {WALK}}}", policy="lenient").kind == "protocol_failure"
 
 
 def test_an_empty_answer_after_reasoning_says_so_and_no_other_does():
