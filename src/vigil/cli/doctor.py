@@ -19,7 +19,7 @@ from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.showcase.graphics_check import doctor as examine_renderer
 from vigil.sim.thor.connection import Connection
 from vigil.sim.thor.requirements import examine
-from vigil.thor.launch import engine_options
+from vigil.sim.thor.start import engine_options
 from vigil.thor.launch import thor_engine as command_of_engine
 from vigil.thor.serve import main as serve_thor
 
