@@ -64,6 +64,44 @@ class InProcess:
         self.is_over = True
 
 
+class UnityLike(InProcess):
+    """The same with habits of Unity's that our engine does not have.
+
+    Pivots are at the bottom of objects; what an object is in or on is told with the floor, and with what that is on;
+    masks come with a frame alone; after a change things are not at rest at once.
+    """
+
+    restless = 0
+
+    def step(self, action: str, **arguments: Any) -> Any:
+        if action == "TeleportObject":
+            half = self._half(arguments["objectId"])
+            arguments["position"] = {**arguments["position"], "y": arguments["position"]["y"] + half}
+        event = super().step(action, **{**arguments, "renderInstanceSegmentation": False})
+        self.restless = max(0, self.restless - 1) if action == "AdvancePhysicsStep" else 3
+        event.metadata = self._told(event.metadata)
+        return event
+
+    def _half(self, name: str) -> float:
+        stage = self.stage.scene().things
+        return stage[name].asset.size.y / 2
+
+    def _told(self, metadata: dict[str, Any]) -> dict[str, Any]:
+        objects = [self._object(each, metadata["objects"]) for each in metadata["objects"]]
+        return {**metadata, "objects": objects, "isSceneAtRest": self.restless == 0}
+
+    def _object(self, said: dict[str, Any], others: list[dict[str, Any]]) -> dict[str, Any]:
+        x, y, z = (said["position"][axis] for axis in "xyz")
+        below = list(said["parentReceptacles"] or ())
+        for name in below:
+            below += next((each["parentReceptacles"] or () for each in others if each["objectId"] == name), ())
+        return {
+            **said,
+            "position": {"x": x, "y": y - self._half(said["objectId"]), "z": z},
+            "parentReceptacles": [*reversed(below), "Floor|1"],
+        }
+
+
 def _picture(data: bytes | None, kind: type) -> np.ndarray | None:
     if data is None:
         return None
@@ -73,3 +111,29 @@ def _picture(data: bytes | None, kind: type) -> np.ndarray | None:
 def in_process(assets: AssetDatabase | None = None, backend: str = "mujoco") -> ThorSimulator:
     """Returns the back end over this project's engine, without AI2-THOR's client."""
     return ThorSimulator("thor/in-process", lambda house: InProcess(house, backend), assets or AssetDatabase.default())
+
+
+class DiesOnce(InProcess):
+    """The same, but that the first of all ends in the middle of an episode."""
+
+    started = 0
+    """How many there were."""
+
+    def __init__(self, house: dict[str, Any]) -> None:
+        super().__init__(house, "fake")
+        DiesOnce.started += 1
+        self.left = 3 if DiesOnce.started == 1 else None
+
+    def step(self, action: str, **arguments: Any) -> Any:
+        left = getattr(self, "left", None)
+        if left is not None and action == "RotateRight":
+            self.left = left - 1
+            if not self.left:
+                self.close()
+        return super().step(action, **arguments)
+
+
+def dies_once(assets: AssetDatabase, quality: str) -> ThorSimulator:
+    """Returns such a backend, as a `SimulatorFactory`."""
+    del quality
+    return ThorSimulator("thor/dies-once", DiesOnce, assets)

@@ -64,7 +64,7 @@ class Engine:
 
 
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
-    """Returns which pictures an action asks for: `renderImage=False` wants none, or with masks asked for, no colours."""
+    """Returns which pictures an action asks for: `renderImage=False` wants none, or no colours with masks asked for."""
     if sent.get("renderImage") is not False:
         return "all"
     return "without colours" if sent.get("renderInstanceSegmentation") else "none"

@@ -6,6 +6,7 @@ from pathlib import Path
 import another_backend
 import pytest
 from stand_in import StandIn
+from thor_line import DiesOnce, dies_once
 
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.errors import SettingError
@@ -27,9 +28,10 @@ class Told(WorkerChannel):
         """Nothing has to be on disk."""
 
 
-def handler(factory: SimulatorFactory) -> RequestHandler:
+def handler(factory: SimulatorFactory, agent: str = "solver") -> RequestHandler:
+    privileged = privileged_agent if agent == "solver" else None
     plan = WorkerPlan(
-        Path("starter"), "run", Profile(), agent="solver", agent_factory=privileged_agent, simulator_factory=factory
+        Path("starter"), "run", Profile(), agent=agent, agent_factory=privileged, simulator_factory=factory
     )
     return RequestHandler(plan, Told())
 
@@ -45,3 +47,17 @@ def test_a_privileged_agent_is_refused_a_backend_without_privileged_sight():
     episode = Pack.load("starter").episodes[0]
     with pytest.raises(SettingError, match=r"'solver' needs hidden sight, which 'stand-in 1' does not give"):
         handler(lambda assets, quality: StandIn({})).answer(Play(Assignment(episode)))
+
+
+def test_a_worker_whose_engine_ends_starts_another_and_plays_the_episode_again():
+    worker = handler(dies_once, agent="sweep")
+    episode = next(episode for episode in Pack.load("starter").episodes if episode.family == "DA")
+    lost, played = (worker.answer(Play(Assignment(episode, attempt=attempt))) for attempt in (1, 2))
+    assert isinstance(lost, EpisodeRecord)
+    assert isinstance(played, EpisodeRecord)
+    assert lost.error is not None
+    assert (lost.end, lost.error.boundary) == ("error", "simulator")
+    assert played.end != "error"
+    assert played.steps[: len(lost.steps)] == lost.steps
+    assert DiesOnce.started == 2
+    worker.close()

@@ -1,4 +1,4 @@
-"""Sending actions to an engine of AI2-THOR's, with a mirror that follows, and pictures that are asked for when needed."""
+"""Sending actions to an engine of AI2-THOR's: a mirror follows, and pictures are asked for when they are needed."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,7 @@
 """A house's document as things that follow what AI2-THOR's metadata say. Nothing is simulated here.
 
-Static facts, as surfaces and shapes of things, rooms and walls, are the document's (`vigil.scene`); places, states, what
-carries what, boxes, and what can be done with a thing are THOR's.
+Static facts, as surfaces and shapes of things, rooms and walls, are the document's (`vigil.scene`); places, states,
+what carries what, boxes, and what can be done with a thing are THOR's.
 """
 
 import copy
@@ -18,7 +18,7 @@ from vigil.scene.build import build_scene, settle
 from vigil.scene.geometry import rotation_matrix, upright_box
 from vigil.scene.supports import contents
 from vigil.scene.things import Scene, Thing
-from vigil.sim.thor.units import KEPT_DECIMALS, read, read_pose
+from vigil.sim.thor.units import read, read_pose
 from vigil.world import CLOSED_BELOW
 
 NO_OFFSET_M = 0.002
@@ -115,7 +115,7 @@ class Mirror:
             thing.is_present = thing.id in self._absent_here and thing.is_structure
             return False
         thing.is_present = True
-        thing.openness = round(float(said["openness"]), KEPT_DECIMALS) if thing.is_openable else 0.0
+        thing.openness = float(said["openness"]) if thing.is_openable else 0.0
         thing.is_toggled = bool(said["isToggled"])
         parent, before = self._carrier(said), self.objects.get(thing.id)
         is_same = before is not None and all(said[name] == before[name] for name in ("position", "rotation"))
@@ -123,8 +123,7 @@ class Mirror:
             return False
         thing.rotation = read(said["rotation"])
         shift = rotation_matrix(thing.rotation) @ self._measures[thing.id].middle_from_pivot
-        pivot = read(said["position"])
-        thing.position = Vec3(*(round(float(value), KEPT_DECIMALS) for value in np.add(pivot, shift)))
+        thing.position = Vec3(*np.add(read(said["position"]), shift).tolist())
         thing.parent = parent
         return True
 
@@ -132,7 +131,9 @@ class Mirror:
         """Returns the smallest of the things that THOR says an object is in or on; None in the hand and on a floor."""
         if said["isPickedUp"]:
             return None
-        known = [name for name in said["parentReceptacles"] or () if name in self._measures and name != said["objectId"]]
+        known = [
+            name for name in said["parentReceptacles"] or () if name in self._measures and name != said["objectId"]
+        ]
         return min(known, key=lambda name: (self._bulk(name), name), default=None)
 
     def _bulk(self, name: str) -> float:
@@ -165,7 +166,7 @@ def _measured(thing: Thing, said: Said) -> Measure:
     pivot, half = np.array(read(said["position"])), np.array(thing.asset.size) / 2
     if float(said["openness"]) >= CLOSED_BELOW and said["openable"]:
         return Measure(-half, half, _snapped(turn.T @ (np.array(thing.position) - pivot)))
-    upright, oriented = said["axisAlignedBoundingBox"], said["objectOrientedBoundingBox"]
+    upright, oriented = said["axisAlignedBoundingBox"], said.get("objectOrientedBoundingBox")
     middle = np.array(read(upright["center"]))
     offset = _snapped(turn.T @ (middle - pivot))
     corners = np.array((oriented or upright)["cornerPoints"], dtype=float)

@@ -54,7 +54,7 @@ MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
 OUT_OF_SIGHT = MESSAGES[-6:-3]
 """Those that say that THOR finds no point of the object in view."""
 
-_BLOCKER = re.compile(r"(?:collided with (?:the )?|: |^)(?P<name>[^:]+?)(?: is blocking .*)?$", re.DOTALL)
+_BLOCKERS = (re.compile(r"collided with (.+)$"), re.compile(r"([^:]+?) is blocking "))
 _LOG = logging.getLogger(__name__)
 
 
@@ -79,8 +79,9 @@ def refusal_of(message: str) -> Refusal:
         return Refusal(code, AGENT)
     if code not in ("path_blocked", "blocked_by_object"):
         return Refusal(code)
-    found = _BLOCKER.search(message.partition(". trace")[0].strip())
-    return Refusal(code, found["name"].strip() if found else None)
+    words = message.partition(". trace")[0].strip()
+    found = next(filter(None, (pattern.search(words) for pattern in _BLOCKERS)), None)
+    return Refusal(code, found[1].strip() if found else None)
 
 
 def is_out_of_sight(message: str) -> bool:

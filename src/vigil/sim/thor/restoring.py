@@ -18,11 +18,10 @@ from vigil.sim.thor.mirror import Kept
 from vigil.sim.thor.units import read, teleport_arguments, written
 from vigil.world import ObjectSetup, Placement, Setup
 
-FINE = 1e-6
 COARSE = 1e-3
-"""How far (m, degrees, openness) a thing may be from where it was: before it is put back, and after."""
-ROUNDS = 24
-"""Kinds of changes that are made one after the other: putting one thing back may move another."""
+"""How far (m, degrees, openness) a thing that was put back may be from where it was: physics may have moved it."""
+ROUNDS = 200
+"""Changes that are made one after the other, at most: putting one thing back may move another."""
 
 Step = tuple[str, dict[str, Any]]
 
@@ -61,42 +60,44 @@ def stand(driver: Driver, pose: Pose) -> None:
 
 def go_back(driver: Driver, kept: Kept) -> bool:
     """Makes the objects and the hand as they were at a moment. Returns whether that succeeded."""
-    for number in range(ROUNDS):
-        steps = next((steps for steps in _ways_back(driver, kept, FINE if number == 0 else COARSE) if steps), None)
+    done: set[str] = set()
+    for _ in range(ROUNDS):
+        steps = next((steps for steps in _ways_back(driver, kept, done) if steps), None)
         if steps is None:
             return True
         for action, arguments in steps:
             driver.do(action, **arguments)
+            done.add(arguments["objectId"])
     return False
 
 
-def _ways_back(driver: Driver, kept: Kept, tolerance: float) -> Iterator[list[Step]]:
-    """Yields, kind by kind, what is to be done next; nothing when all is as it was."""
+def _ways_back(driver: Driver, kept: Kept, done: set[str]) -> Iterator[list[Step]]:
+    """Yields, kind by kind, what is to be done next; nothing when all is as it was, to the last bit or as `done`."""
     now, before = driver.mirror.objects, kept.objects
     chains = {name: len(ancestors(driver.mirror.scene, driver.mirror.scene.things[name])) for name in now}
     yield [("EnableObject", {"objectId": name}) for name in before if name not in now]
     gone = sorted((name for name in now if name not in before), key=lambda name: -chains[name])
     yield [("DisableObject", {"objectId": name}) for name in gone]
     both = [name for name in before if name in now]
+    slack = {name: COARSE if name in done else 0.0 for name in both}
     yield [
         ("OpenObject", {"objectId": name, "openness": before[name]["openness"], "forceAction": True})
         for name in both
-        if abs(now[name]["openness"] - before[name]["openness"]) > tolerance
+        if abs(now[name]["openness"] - before[name]["openness"]) > slack[name]
     ]
     yield [
         (f"ToggleObject{'On' if before[name]['isToggled'] else 'Off'}", {"objectId": name, "forceAction": True})
         for name in both
         if now[name]["isToggled"] != before[name]["isToggled"]
     ]
-    # what carries a thing is put back before it
     yield [
         ("TeleportObject", {**_pose_of(before[name]), "objectId": name, "forceAction": True})
-        for name in sorted(both, key=lambda name: (_carriers(before, name), name))
-        if name not in _stack(kept) and (name == driver.mirror.held or _is_elsewhere(now[name], before[name], tolerance))
+        for name in sorted(both, key=lambda name: (_carriers(before, name), name))  # carriers before what they carry
+        if name not in _stack(kept) and _is_elsewhere(now[name], before[name], slack[name])
     ][:1]
     if kept.held is not None and driver.mirror.held != kept.held:
         turned = {**_pose_of(now[kept.held]), "rotation": dict(before[kept.held]["rotation"])}
-        if _is_turned(now[kept.held], before[kept.held], tolerance):  # the hand keeps a thing's yaw
+        if _is_turned(now[kept.held], before[kept.held], slack[kept.held]):  # the hand keeps a thing's yaw
             yield [("TeleportObject", {**turned, "objectId": kept.held, "forceAction": True})]
         yield [("PickupObject", {"objectId": kept.held, "forceAction": True})]
 

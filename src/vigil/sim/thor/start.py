@@ -1,7 +1,7 @@
 """Which engine the back end starts, and with which settings.
 
-`VIGIL_THOR_ENGINE` says which: unset, AI2-THOR's own build; `vigil`, this project's over MuJoCo; `vigil:fake`, that over
-rays alone; else the command of another engine.
+`VIGIL_THOR_ENGINE` says which: unset, AI2-THOR's own build; `vigil`, this project's over MuJoCo; `vigil:fake`, that
+over rays alone; else the command of another engine.
 """
 
 import os

@@ -11,9 +11,6 @@ BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
 """How far THOR's agent position is above the floor."""
 OFF_FLOOR_M = 0.05
 """How far from that height the agent may be and still stand on the floor."""
-KEPT_DECIMALS = 9
-"""Of lengths (m) and angles that are read: far finer than anything judged, coarser than what going there and back
-leaves."""
 
 
 def written(vector: Vec3) -> dict[str, float]:
@@ -23,7 +20,7 @@ def written(vector: Vec3) -> dict[str, float]:
 
 def read(said: Mapping[str, Any]) -> Vec3:
     """Returns a vector that THOR wrote."""
-    return Vec3(*(round(float(said[axis]), KEPT_DECIMALS) for axis in "xyz"))
+    return Vec3(float(said["x"]), float(said["y"]), float(said["z"]))
 
 
 def read_pose(agent: Mapping[str, Any]) -> Pose:
@@ -32,8 +29,8 @@ def read_pose(agent: Mapping[str, Any]) -> Pose:
     height, horizon = y - BODY_HEIGHT_M, float(agent["cameraHorizon"])
     return Pose(
         position=Vec3(x, 0.0 if abs(height) <= OFF_FLOOR_M else height, z),
-        rotation=wrap_deg(round(float(agent["rotation"]["y"]), KEPT_DECIMALS)),
-        horizon=round(horizon - 360.0 if horizon > 180.0 else horizon, KEPT_DECIMALS),
+        rotation=wrap_deg(float(agent["rotation"]["y"])),
+        horizon=horizon - 360.0 if horizon > 180.0 else horizon,
         standing=bool(agent["isStanding"]),
     )
 
