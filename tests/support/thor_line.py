@@ -77,7 +77,9 @@ class UnityLike(InProcess):
         if action == "TeleportObject":
             half = self._half(arguments["objectId"])
             arguments["position"] = {**arguments["position"], "y": arguments["position"]["y"] + half}
-        event = super().step(action, **{**arguments, "renderInstanceSegmentation": False})
+        if action != "Initialize":
+            arguments = {**arguments, "renderInstanceSegmentation": False}
+        event = super().step(action, **arguments)
         self.restless = max(0, self.restless - 1) if action == "AdvancePhysicsStep" else 3
         event.metadata = self._told(event.metadata)
         return event

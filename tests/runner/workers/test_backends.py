@@ -7,6 +7,7 @@ import another_backend
 import pytest
 from stand_in import StandIn
 from thor_line import DiesOnce, dies_once
+from tiny_pack import tiny_pack
 
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.errors import SettingError
@@ -28,10 +29,9 @@ class Told(WorkerChannel):
         """Nothing has to be on disk."""
 
 
-def handler(factory: SimulatorFactory, agent: str = "solver") -> RequestHandler:
-    privileged = privileged_agent if agent == "solver" else None
+def handler(factory: SimulatorFactory) -> RequestHandler:
     plan = WorkerPlan(
-        Path("starter"), "run", Profile(), agent=agent, agent_factory=privileged, simulator_factory=factory
+        Path("starter"), "run", Profile(), agent="solver", agent_factory=privileged_agent, simulator_factory=factory
     )
     return RequestHandler(plan, Told())
 
@@ -49,9 +49,10 @@ def test_a_privileged_agent_is_refused_a_backend_without_privileged_sight():
         handler(lambda assets, quality: StandIn({})).answer(Play(Assignment(episode)))
 
 
-def test_a_worker_whose_engine_ends_starts_another_and_plays_the_episode_again():
-    worker = handler(dies_once, agent="sweep")
-    episode = next(episode for episode in Pack.load("starter").episodes if episode.family == "DA")
+def test_a_worker_whose_engine_ends_starts_another_and_plays_the_episode_again(tmp_path: Path):
+    pack = tiny_pack(tmp_path / "tiny", 1)
+    plan = WorkerPlan(pack.folder, "run", Profile(), agent="sweep", simulator_factory=dies_once)
+    worker, episode = RequestHandler(plan, Told()), pack.episodes[0]
     lost, played = (worker.answer(Play(Assignment(episode, attempt=attempt))) for attempt in (1, 2))
     assert isinstance(lost, EpisodeRecord)
     assert isinstance(played, EpisodeRecord)
