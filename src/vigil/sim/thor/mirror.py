@@ -21,8 +21,8 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import read, read_pose
 from vigil.world import CLOSED_BELOW
 
-NO_OFFSET_M = 0.002
-"""A pivot this near to the middle of the box is the middle."""
+NO_OFFSET_M = 0.02
+"""A pivot this near to the middle of the box is taken for the thing's place as it is: a handle may stick out."""
 SAME_PLACE_M = 1e-6
 RIGHT_ANGLE_WITHIN = 1e-3
 
@@ -31,7 +31,7 @@ Said = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
-    """A thing's box in its own frame, whose origin is the middle of the box, and where THOR's pivot is."""
+    """A thing's box in its own frame, whose origin is the middle of the box or near to it, and where THOR's pivot is."""
 
     low: np.ndarray
     high: np.ndarray
@@ -172,7 +172,7 @@ def _measured(thing: Thing, said: Said) -> Measure:
     corners = np.array((oriented or upright)["cornerPoints"], dtype=float)
     if oriented is None and not _is_right_angled(turn):
         return Measure(-half, half, offset)
-    local = (corners - corners.mean(axis=0)) @ turn
+    local = (corners - pivot) @ turn - offset
     return Measure(local.min(axis=0), local.max(axis=0), offset)
 
 
