@@ -31,7 +31,7 @@ Said = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
-    """A thing's box in its own frame, whose origin is the middle of the box or near to it, and where THOR's pivot is."""
+    """A thing's box in its own frame, whose origin is the middle of the box or near it, and where THOR's pivot is."""
 
     low: np.ndarray
     high: np.ndarray

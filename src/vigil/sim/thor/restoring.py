@@ -23,6 +23,7 @@ COARSE = 1e-3
 ROUNDS = 200
 """Changes that are made one after the other, at most: putting one thing back may move another."""
 
+_PLACE = ("position", "rotation", "parentReceptacles", "isPickedUp")
 Step = tuple[str, dict[str, Any]]
 
 
@@ -74,10 +75,11 @@ def go_back(driver: Driver, kept: Kept) -> bool:
 def _ways_back(driver: Driver, kept: Kept, done: set[str]) -> Iterator[list[Step]]:
     """Yields, kind by kind, what is to be done next; nothing when all is as it was, to the last bit or as `done`."""
     now, before = driver.mirror.objects, kept.objects
-    chains = {name: len(ancestors(driver.mirror.scene, driver.mirror.scene.things[name])) for name in now}
+    scene = driver.mirror.scene
     yield [("EnableObject", {"objectId": name}) for name in before if name not in now]
-    gone = sorted((name for name in now if name not in before), key=lambda name: -chains[name])
-    yield [("DisableObject", {"objectId": name}) for name in gone]
+    gone = [scene.things[name] for name in now if name not in before]
+    gone.sort(key=lambda thing: -len(ancestors(scene, thing)))  # what is carried goes before what carries it
+    yield [("DisableObject", {"objectId": thing.id}) for thing in gone]
     both = [name for name in before if name in now]
     slack = {name: COARSE if name in done else 0.0 for name in both}
     yield [
@@ -90,11 +92,11 @@ def _ways_back(driver: Driver, kept: Kept, done: set[str]) -> Iterator[list[Step
         for name in both
         if now[name]["isToggled"] != before[name]["isToggled"]
     ]
-    yield [
-        ("TeleportObject", {**_pose_of(before[name]), "objectId": name, "forceAction": True})
-        for name in sorted(both, key=lambda name: (_carriers(before, name), name))  # carriers before what they carry
-        if name not in _stack(kept) and _is_elsewhere(now[name], before[name], slack[name])
-    ][:1]
+    stack = _stack(kept)
+    astray = [name for name in both if name not in stack and _is_elsewhere(now[name], before[name], slack[name])]
+    if astray:
+        name = min(astray, key=lambda name: (_carriers(before, name), name))  # what carries others goes first
+        yield [("TeleportObject", {**_pose_of(before[name]), "objectId": name, "forceAction": True})]
     if kept.held is not None and driver.mirror.held != kept.held:
         turned = {**_pose_of(now[kept.held]), "rotation": dict(before[kept.held]["rotation"])}
         if _is_turned(now[kept.held], before[kept.held], slack[kept.held]):  # the hand keeps a thing's yaw
@@ -130,6 +132,8 @@ def _pose_of(said: Any) -> dict[str, Any]:
 
 
 def _is_elsewhere(now: Any, before: Any, tolerance: float) -> bool:
+    if all(now[name] == before[name] for name in _PLACE):
+        return False
     if now["isPickedUp"] or set(now["parentReceptacles"] or ()) != set(before["parentReceptacles"] or ()):
         return True
     if distance(read(now["position"]), read(before["position"])) > tolerance:

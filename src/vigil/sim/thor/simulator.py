@@ -253,7 +253,8 @@ class ThorSimulator:
         wanted = before.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
         horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
         self._now().driver.do("Teleport", horizon=horizon, forceAction=True)
-        return Effect(pitched_deg=horizon - before.horizon, capped=action.magnitude > MAX_TURN_DEG)
+        pitched = self._mirror.agent.horizon - before.horizon
+        return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
 
     def _interact(self, action: InteractPixel) -> Effect:
         driver = self._now().driver
