@@ -21,7 +21,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import read, read_pose
 from vigil.world import CLOSED_BELOW
 
-NO_OFFSET_M = 0.02
+NO_OFFSET_M = 0.025
 """A pivot this near to the middle of the box is taken for the thing's place as it is: a handle may stick out."""
 SAME_PLACE_M = 1e-6
 RIGHT_ANGLE_WITHIN = 1e-3
