@@ -12,7 +12,16 @@ import numpy as np
 
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.makers import placeholder
-from vigil.assets.makers.fittings import appliances, bathroom, electronics, kitchen, lighting, openings, sanitary
+from vigil.assets.makers.fittings import (
+    appliances,
+    bathroom,
+    electronics,
+    kitchen,
+    kitchen_machines,
+    lighting,
+    openings,
+    sanitary,
+)
 from vigil.assets.makers.furniture import beds, seating, sofas, storage, tables
 from vigil.assets.makers.objects import (
     containers,
@@ -42,6 +51,7 @@ _MODULES = (
     food,
     household,
     kitchen,
+    kitchen_machines,
     lighting,
     openings,
     ornaments,
