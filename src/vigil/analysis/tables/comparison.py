@@ -46,7 +46,7 @@ def comparisons(study: Study) -> Table:
         *intervals(dDelta="Change of the gap (pp)"),
         *texts(verdict="Different?"),
     )
-    adjusted = holm([c.w.p for c in study.comparisons] + [c.b.p for c in study.comparisons])
+    adjusted = holm([c.w.test.p for c in study.comparisons] + [c.b.test.p for c in study.comparisons])
     adjusted_w, adjusted_b = adjusted[: len(study.comparisons)], adjusted[len(study.comparisons) :]
     rows = [
         _comparison_row(comparison, p_w, p_b)
@@ -122,11 +122,11 @@ def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> Row:
             "first": comparison.first.name,
             "second": comparison.second.name,
             "n": comparison.n,
-            "dW": points(comparison.w.difference, comparison.w_interval),
-            "p_W": comparison.w.p,
+            "dW": points(comparison.w.difference, comparison.w.interval),
+            "p_W": comparison.w.test.p,
             "p_W_holm": p_w,
-            "dB": points(comparison.b.difference, comparison.b_interval),
-            "p_B": comparison.b.p,
+            "dB": points(comparison.b.difference, comparison.b.interval),
+            "p_B": comparison.b.test.p,
             "p_B_holm": p_b,
             "dDelta": points(*comparison.delta),
             "verdict": f"in {' and '.join(different)}" if different else "not shown",
@@ -155,7 +155,7 @@ def _with_intervals(row: Row, tested: Mapping[frozenset[str], RunComparison]) ->
     if found is None:
         return row
     sign = 1.0 if found.second.name == row.cells["first"] else -1.0
-    ends = {"dW": found.w_interval, "dB": found.b_interval}
+    ends = {"dW": found.w.interval, "dB": found.b.interval}
     cells = {
         name: points(row.cells[name] / 100, None if pair is None else (min(turned), max(turned)))
         for name, pair in ends.items()

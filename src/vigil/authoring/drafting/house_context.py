@@ -10,14 +10,13 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.language.referring import Item, Phrase, items_of, phrase_for, without_repeats
 from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.macro_actions import box_distances
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
 from vigil.goals import Goal
 from vigil.house import House
 from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, ObjectState, Setup
