@@ -20,7 +20,7 @@ from vigil.summary import Settlement, Unscored, settlement_of, verdict_on
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class StandingRow:
     """Where a record that stands lies in its file, and the verdict on it."""
 
     line: int
@@ -47,7 +47,7 @@ class RecordTable:
         self._forget()
 
     def _forget(self, identity: tuple[int, int] = (0, 0)) -> None:
-        self.rows: dict[Key, Row] = {}
+        self.rows: dict[Key, StandingRow] = {}
         """By key, in the order of the file."""
         self.torn: int | None = None
         """The number of a last line that is not finished: being written, or cut off by a crash."""
@@ -101,7 +101,7 @@ class RecordTable:
             line, record = row.line, self._filter.takes(row)
             if record is not None:
                 verdict = verdict_on(self.episodes[record.episode_id], record)
-                self.rows[record.key] = Row(line.number, line.start, len(line.data), verdict)
+                self.rows[record.key] = StandingRow(line.number, line.start, len(line.data), verdict)
             self._lines, self._seen = line.number, line.end
         self._is_open = lines.is_open
         self.torn = self._lines + 1 if lines.torn else None

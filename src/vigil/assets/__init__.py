@@ -5,11 +5,12 @@ and stands in `_MODULES`.
 """
 
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
+from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.makers import placeholder
 from vigil.assets.makers.fittings import (
@@ -36,8 +37,6 @@ from vigil.assets.makers.objects import (
     vessels,
 )
 from vigil.pose import Vec3
-
-Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 
 _MODULES = (
     appliances,

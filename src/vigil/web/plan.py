@@ -45,7 +45,7 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class PlanLabel:
     """A word on the plan, by its middle."""
 
     kind: Literal["room-name", "label"]
@@ -62,7 +62,7 @@ class PlanDrawing:
     text_m: float
     """Height of the letters."""
     shapes: tuple[Shape, ...]
-    labels: tuple[Label, ...]
+    labels: tuple[PlanLabel, ...]
     rooms: tuple[dict[str, Any], ...]
     things: tuple[dict[str, Any], ...]
 
@@ -109,28 +109,28 @@ def _shapes(plan: FloorPlan) -> Iterator[Shape]:
     yield from (Shape("small", "", name, (x, -z)) for name, x, z in plan.small)
 
 
-def _labels(plan: FloorPlan, text_m: float) -> list[Label]:
+def _labels(plan: FloorPlan, text_m: float) -> list[PlanLabel]:
     """Returns the words that find room: large things first, then the rooms' names where nothing stands in the way."""
-    placed: list[Label] = []
+    placed: list[PlanLabel] = []
     low, high = plan.bounds
     for thing in plan.labelled:
         if thing.area_m2 >= LABELLED_M2:
             half = LETTER_WIDTH * text_m * len(thing.label) / 2
             x = float(np.clip(thing.middle[0], low[0] + half, max(low[0] + half, high[0] - half)))
-            _place(placed, [Label("label", thing.label, x, -thing.middle[1])], text_m)
+            _place(placed, [PlanLabel("label", thing.label, x, -thing.middle[1])], text_m)
     for room in plan.rooms:
         _place(placed, _names(room, text_m), text_m)
     return placed
 
 
-def _names(room: PlanRoom, text_m: float) -> list[Label]:
+def _names(room: PlanRoom, text_m: float) -> list[PlanLabel]:
     """Returns a room's name at each place within it that may be tried."""
     floor, (x, z) = shapely.Polygon(room.corners), room.name_at
     tried = [z - shift * text_m for shift in NAME_SHIFTS]
-    return [Label("room-name", room.name, x, -each) for each in tried if shapely.contains_xy(floor, x, each)]
+    return [PlanLabel("room-name", room.name, x, -each) for each in tried if shapely.contains_xy(floor, x, each)]
 
 
-def _place(placed: list[Label], tried: list[Label], text_m: float) -> None:
+def _place(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
     """Adds the first label that overlaps no earlier one; none when all do."""
     for label in tried:
         if not any(_overlap(label, other, text_m) for other in placed):
@@ -138,7 +138,7 @@ def _place(placed: list[Label], tried: list[Label], text_m: float) -> None:
             return
 
 
-def _overlap(one: Label, other: Label, text_m: float) -> bool:
+def _overlap(one: PlanLabel, other: PlanLabel, text_m: float) -> bool:
     wide = LETTER_WIDTH * text_m * (len(one.text) + len(other.text)) / 2
     return abs(one.x - other.x) < wide + text_m / 2 and abs(one.y - other.y) < LINE_HEIGHT * text_m
 

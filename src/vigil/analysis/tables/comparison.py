@@ -13,7 +13,7 @@ from vigil.analysis.measures.pairs import RunComparison
 from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.tables.own import MODEL, row_of, shown_name
 from vigil.analysis.tables.paired import DISAGREEMENT_NOTE
-from vigil.analysis.tables.table import Column, Row, Table, counts, intervals, numbers, percent, points, texts
+from vigil.analysis.tables.table import Column, Table, TableRow, counts, intervals, numbers, percent, points, texts
 
 
 def clustered(study: Study) -> Table:
@@ -115,9 +115,9 @@ def power(study: Study) -> Table:
     return Table("power", "Smallest difference that can be shown", columns, tuple(rows), notes)
 
 
-def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> Row:
+def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> TableRow:
     different = [name for name, p in (("W", p_w), ("B", p_b)) if p < 0.05]
-    return Row(
+    return TableRow(
         {
             "first": comparison.first.name,
             "second": comparison.second.name,
@@ -134,7 +134,7 @@ def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> Row:
     )
 
 
-def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[Row]:
+def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[TableRow]:
     found = []
     for first, second in combinations(points, 2):
         high, low = sorted((first, second), key=lambda point: -point[2])
@@ -145,11 +145,11 @@ def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_publishe
     rows = []
     for gap, high, low in found[:5]:
         cells = {"first": high[0], "second": low[0], "W": f"{high[1]:.1f} and {low[1]:.1f}"}
-        rows.append(Row({**cells, "dW": high[1] - low[1], "dB": gap}, group, is_published))
+        rows.append(TableRow({**cells, "dW": high[1] - low[1], "dB": gap}, group, is_published))
     return rows
 
 
-def _with_intervals(row: Row, tested: Mapping[frozenset[str], RunComparison]) -> Row:
+def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison]) -> TableRow:
     """Returns the row of an own pair with the intervals of its differences, where it was tested."""
     found = tested.get(frozenset((row.cells["first"], row.cells["second"])))
     if found is None:

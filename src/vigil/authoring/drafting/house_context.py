@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.language.referring import Item, Phrase, items_of, phrase_for, without_repeats
+from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, phrase_for, without_repeats
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
@@ -92,7 +92,7 @@ class HouseContext:
         return setup.model_copy(update={"objects": {**opened, **setup.objects}})
 
     @property
-    def items(self) -> dict[str, Item]:
+    def items(self) -> dict[str, DescribedThing]:
         """What one can say of the things as they are now."""
         return items_of(self.oracle.scene)
 

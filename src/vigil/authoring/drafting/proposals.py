@@ -15,10 +15,10 @@ from vigil.goals import (
     NEAR_M,
     AgentNearTarget,
     Goal,
-    Label,
     ObjectHeld,
     ObjectInState,
     ReportStatus,
+    StateLabel,
     TargetGrounded,
     is_observable,
     is_state_observable,
@@ -65,7 +65,7 @@ AWAY_TRIES = 3
 SPREAD_DEG = {True: 60.0, False: 180.0}
 """How far, to either side, a start may look from straight away; by whether turning would show the target."""
 
-LABELS: dict[Label, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
+LABELS: dict[StateLabel, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
     "on": ("is_toggled", ObjectSetup(is_toggled=True)),
     "off": ("is_toggled", ObjectSetup(is_toggled=False)),
     "open": ("is_open", ObjectSetup(openness=1.0)),
@@ -173,7 +173,7 @@ def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | No
     return None
 
 
-def verifying(context: HouseContext, label: Label) -> Drafts:
+def verifying(context: HouseContext, label: StateLabel) -> Drafts:
     """Yields SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
     for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):

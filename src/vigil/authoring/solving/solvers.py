@@ -214,7 +214,7 @@ def solution(episode: Episode, oracle: Oracle) -> tuple[Action, ...]:
     return tuple(actions)
 
 
-Script = Callable[[Episode, Oracle], Steps]
+PrivilegedScript = Callable[[Episode, Oracle], Steps]
 
 
 def _premature(episode: Episode, oracle: Oracle) -> Steps:
@@ -233,7 +233,7 @@ def _never_report(episode: Episode, oracle: Oracle) -> Steps:
         yield last or InteractPixel(intent="ground", x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
 
 
-PRIVILEGED: dict[str, Script] = {"solver": solve, "never_report": _never_report, "premature": _premature}
+PRIVILEGED: dict[str, PrivilegedScript] = {"solver": solve, "never_report": _never_report, "premature": _premature}
 """Agents with privileged sight, by name."""
 
 
