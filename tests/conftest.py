@@ -8,8 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from forked_workers import fork
 from hypothesis import HealthCheck, settings
 from thor_files import write_thor_files
+
+from vigil.runner.workers import process
 
 pytest_plugins = ["skips"]
 
@@ -17,6 +20,7 @@ settings.register_profile("vigil", deadline=None, derandomize=True, suppress_hea
 settings.load_profile("vigil")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+REAL_LAUNCH = process.launch
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
 """A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests take made-up ones."""
 
@@ -46,6 +50,20 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if REAL_HOUSES is not None:
         return Path(REAL_HOUSES)
     return write_thor_files(tmp_path_factory.mktemp("thor_files"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def forked_workers() -> Iterator[None]:
+    """Forks simulator workers from a process that has imported all they need."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(process, "launch", fork)
+        yield
+
+
+@pytest.fixture
+def real_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Starts simulator workers as users' are."""
+    monkeypatch.setattr(process, "launch", REAL_LAUNCH)
 
 
 @pytest.fixture
