@@ -3,8 +3,10 @@
 import gc
 import os
 import shutil
+import traceback
 from collections.abc import Iterator
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import pytest
@@ -71,6 +73,18 @@ def collected() -> Iterator[None]:
     """Collects garbage at the end, so that what a test leaves open is told of, or filtered, in that test."""
     yield
     gc.collect()
+
+
+@pytest.fixture
+def plain_tracebacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keeps Inspect from drawing the source around every failed request, a third of a second each."""
+
+    def plain(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> tuple[str, str]:
+        text = "".join(traceback.format_exception(kind, error, trace))
+        return text, text
+
+    monkeypatch.setattr("inspect_ai.model._model.format_traceback", plain)
+    monkeypatch.setattr("inspect_ai._display.core.results.rich_traceback", lambda *error: plain(*error)[0])
 
 
 @pytest.fixture(scope="module")
