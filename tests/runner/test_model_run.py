@@ -310,7 +310,7 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
             workers = [
                 child
                 for child in psutil.Process().children()
-                if "vigil.runner.workers.worker" in " ".join(child.cmdline())
+                if "-m vigil.runner.workers.worker" in " ".join(child.cmdline())
             ]
             killed.extend(child.pid for child in workers)
             for child in workers:
