@@ -1,5 +1,6 @@
 """Whole runs of a model: real HTTP, real worker processes, Inspect in between."""
 
+import inspect
 import json
 import os
 import signal
@@ -28,7 +29,7 @@ from vigil.prompt import system_prompt
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 from vigil.runner import run as run_module
-from vigil.runner.inspect_task import vigil, vigil_score
+from vigil.runner.inspect_task import task_settings, vigil, vigil_score
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
 from vigil.runner.settings import RunSettings
@@ -36,6 +37,7 @@ from vigil.runner.verify_run import VerifySettings, verify_run
 
 pytestmark = INSPECT
 QUICK = ("DA", "PG")
+OWN_PROMPT = "Task: <TASK_INSTRUCTION>"
 WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 40}}'
 
 
@@ -432,6 +434,43 @@ def test_inspect_names_a_model_that_does_not_answer(pack: Path) -> None:
     assert "(after 3 attempts)" in error.message
 
 
+def test_inspects_task_takes_settings_of_a_run_with_their_defaults() -> None:
+    taken = {name: one.default for name, one in inspect.signature(vigil).parameters.items()}
+    assert taken == {
+        **dict.fromkeys(("prompt_file", "coordinates", "workers", "api_key_env")),
+        "pack": "starter",
+        "family": (),
+        "profile": "baseline",
+        "prompt_variant": "default",
+        "preflight": True,
+        "reply_policy": "strict",
+        "image_format": "png",
+        "backend": "mujoco",
+        "anyway": False,
+    }
+
+
+@pytest.mark.parametrize(
+    ("given", "settings"),
+    [
+        ({}, {}),
+        ({"family": "DA"}, {"families": ("DA",)}),
+        ({"family": ["PG", "DA,SM"], "preflight": False}, {"families": ("PG", "DA", "SM"), "preflight": False}),
+        ({"family": (), "prompt_file": None, "workers": 2}, {"families": (), "prompt_template": None, "workers": 2}),
+    ],
+)
+def test_inspects_task_reads_its_arguments_as_the_command_reads_options(
+    given: dict[str, Any], settings: dict[str, Any]
+) -> None:
+    assert task_settings(given) == settings
+
+
+def test_inspects_task_reads_a_prompt_file(tmp_path: Path) -> None:
+    path = tmp_path / "prompt.txt"
+    path.write_text(OWN_PROMPT, encoding="utf-8")
+    assert task_settings({"prompt_file": str(path)}) == {"prompt_template": OWN_PROMPT}
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
@@ -440,6 +479,7 @@ def test_inspect_names_a_model_that_does_not_answer(pack: Path) -> None:
         ({"backend": "unity"}, "ERROR: Simulator 'unity' does not exist"),
         ({"coordinates": "pixels"}, "ERROR: Setting coordinates is 'pixels'. Did you mean 'pixel'"),
         ({"workers": 0}, "ERROR: Setting workers is 0; it must be 1 or more"),
+        ({"famly": "DA"}, "ERROR: The task takes no argument 'famly'. Did you mean 'family'"),
     ],
 )
 def test_inspect_is_told_of_bad_arguments_in_its_own_way(arguments: dict[str, Any], named: str) -> None:

@@ -4,7 +4,7 @@ import pytest
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.sim import BACKENDS, make_simulator
-from vigil.sim.conformance.checks import CHECKS, Check
+from vigil.sim.conformance.checks import CHECKS, ConformanceCheck
 from vigil.sim.conformance.trial import Trial
 
 
@@ -16,5 +16,5 @@ def trial(request):
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
-def test_backend_conforms(trial: Trial, check: Check):
+def test_backend_conforms(trial: Trial, check: ConformanceCheck):
     check(trial)

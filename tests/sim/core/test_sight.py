@@ -12,7 +12,17 @@ from vigil.scene.build import build_scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Window, camera_axes, directions, pixel_of, project, window_of
+from vigil.sim.core.sight import (
+    HEIGHT,
+    WIDTH,
+    PixelWindow,
+    Sight,
+    camera_axes,
+    directions,
+    pixel_of,
+    project,
+    window_of,
+)
 from vigil.sim.engines.fake import FakeEngine
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.world import ObjectSetup, Placement, Setup
@@ -37,7 +47,7 @@ def every_pixel() -> np.ndarray:
     return np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1).reshape(-1, 2)
 
 
-def is_inside(window: Window, pixels: np.ndarray) -> np.ndarray:
+def is_inside(window: PixelWindow, pixels: np.ndarray) -> np.ndarray:
     x, y = pixels.T
     return (x >= window.left) & (x < window.right) & (y >= window.top) & (y < window.bottom)
 

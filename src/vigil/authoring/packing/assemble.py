@@ -76,7 +76,7 @@ class PackRequest:
     """Whether the pack tells no more of the seed than its hash."""
 
 
-Check = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
+CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
 """Replays candidates. Returns episode id -> findings, for those that do not hold."""
 
 
@@ -186,7 +186,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
 
 
 def select_holding(
-    pool: Sequence[Candidate], pack_request: PackRequest, check: Check
+    pool: Sequence[Candidate], pack_request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
     """Returns a selection in which every solution holds, and what was left out because it does not."""
     left, bad = list(pool), dict[str, list[Finding]]()
@@ -207,7 +207,7 @@ def assemble(
     files: Sequence[DraftsFile],
     reviews: Sequence[Review],
     pack_request: PackRequest,
-    check: Check,
+    check: CandidateCheck,
     *,
     kept: DraftsFile | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:

@@ -13,7 +13,7 @@ import numpy as np
 from vigil.actions import Action, Intent, InteractPixel, Reply, Report, Status
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable, box_distances
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Places, ViewpointQuery, viewpoints
 from vigil.episode import FAMILIES, Episode, Family
@@ -32,7 +32,7 @@ from vigil.goals import (
     state_label,
 )
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import box_distances, box_of
 from vigil.sim.privileged import PrivilegedSimulator
 
 NEAR_MARGIN_M = 0.06
@@ -214,7 +214,7 @@ def solution(episode: Episode, oracle: Oracle) -> tuple[Action, ...]:
     return tuple(actions)
 
 
-Script = Callable[[Episode, Oracle], Steps]
+PrivilegedScript = Callable[[Episode, Oracle], Steps]
 
 
 def _premature(episode: Episode, oracle: Oracle) -> Steps:
@@ -233,7 +233,7 @@ def _never_report(episode: Episode, oracle: Oracle) -> Steps:
         yield last or InteractPixel(intent="ground", x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
 
 
-PRIVILEGED: dict[str, Script] = {"solver": solve, "never_report": _never_report, "premature": _premature}
+PRIVILEGED: dict[str, PrivilegedScript] = {"solver": solve, "never_report": _never_report, "premature": _premature}
 """Agents with privileged sight, by name."""
 
 

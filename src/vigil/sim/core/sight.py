@@ -27,7 +27,7 @@ _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class PixelWindow:
     """A rectangle of pixels sampled with a stride: left <= x < right, top <= y < bottom."""
 
     left: int
@@ -95,7 +95,7 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
     return int(x), int(y)
 
 
-def window_of(agent: Pose, thing: Thing) -> Window | None:
+def window_of(agent: Pose, thing: Thing) -> PixelWindow | None:
     """Returns the pixels that the thing's boxes, leaves where they are now, can cover; None when outside the frame."""
     corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(thing.asset)]
     points, is_before = _clipped(agent, corners)
@@ -109,7 +109,7 @@ def window_of(agent: Pose, thing: Thing) -> Window | None:
     if left >= right or top >= bottom:
         return None
     stride = max(1, math.ceil(math.sqrt((right - left) * (bottom - top) / RAYS_PER_OBJECT)))
-    return Window(left, top, right, bottom, stride, is_whole)
+    return PixelWindow(left, top, right, bottom, stride, is_whole)
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
@@ -190,7 +190,7 @@ class Sight:
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
         """Casts each thing's outline alone first, then all outlines into the scene."""
         found = {thing.id: UNSEEN for thing in things}
-        outlines: list[tuple[Thing, Window, np.ndarray, RayHits]] = []
+        outlines: list[tuple[Thing, PixelWindow, np.ndarray, RayHits]] = []
         for thing in things:
             window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
             if window is not None:
@@ -222,7 +222,9 @@ def _has_glass(thing: Thing) -> bool:
     return any(part.is_glass for part in thing.asset.parts)
 
 
-def _sighting(thing: Thing, window: Window, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray) -> Sighting:
+def _sighting(
+    thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
+) -> Sighting:
     """Returns what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
     seen, whole = int(is_hit.sum()), len(is_hit)
     visible_px = seen * window.stride**2
