@@ -241,3 +241,12 @@ def test_a_run_of_mostly_invalid_replies_says_so_aloud_once(
     assert said.err.count("WARNING: ") == int(is_said)
     if is_said:
         assert "40 of 40 replies (100 %) are invalid after 10 episodes; most frequent: 40 no_object" in said.err
+
+
+def test_invalid_replies_of_earlier_sessions_count_for_the_warning(vigil: Vigil, tmp_path: Path) -> None:
+    tiny_pack(tmp_path / "twelve", 12, ("PG",))
+    words = ("run", "--pack", tmp_path / "twelve", "--backend", "fake", "--workers", "1", "--agent", "malformed")
+    assert "WARNING: " not in vigil(*words, "--log-dir", tmp_path / "run", "--limit", "9").err
+    said = vigil(*words, "--log-dir", tmp_path / "run").err
+    assert said.count("WARNING: ") == 1
+    assert "40 of 40 replies (100 %) are invalid after 10 episodes" in said
