@@ -1,8 +1,8 @@
 """Frames by content: kept as files when asked, else drawn again later from the recorded actions.
 
-What a figure needs is drawn in the process that draws it, without the watchdog of the pool: it is an episode or a few, somebody waits
-for the figure and can stop it, and nothing else is lost. Pages, which serve several people for hours, ask a
-worker (`vigil.web.drawing`).
+What a figure needs is drawn in the process that draws it, without the watchdog of the pool: it is an episode or a few,
+somebody waits for the figure and can stop it, and nothing else is lost. Pages, which serve several people for hours,
+ask a worker (`vigil.web.drawing`).
 """
 
 import hashlib
