@@ -93,7 +93,7 @@ def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[Line]]:
 
 def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | Rejection:
     """Returns an episode as a draft, or the rule that it breaks today."""
-    episode, kind = _saying_inside(old, facts), old.provenance.template or old.difficulty or ""
+    episode, kind = _saying_inside(old, facts, house), old.provenance.template or old.difficulty or ""
     verdict = _validator().validate(episode, house, pack.solutions[old.id].actions)
     if not verdict.is_valid:
         verdict = _validator().validate(episode, house)
@@ -112,13 +112,13 @@ def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | 
     return Draft(kind=kind, episode=episode, actions=verdict.actions, facts=facts)
 
 
-def _saying_inside(episode: Episode, facts: DraftFacts) -> Episode:
+def _saying_inside(episode: Episode, facts: DraftFacts, house: House) -> Episode:
     """Returns an episode whose goal means inside where its instruction does, under an id of its own if that is new."""
     goal = episode.goal
     if not isinstance(goal, ObjectAtReceptacle) or goal.inside == asks_inside(episode.instruction):
         return episode
     changed = episode.model_copy(update={"goal": goal.model_copy(update={"inside": not goal.inside})})
-    return changed.model_copy(update={"id": draft_id(changed, facts.category)})
+    return changed.model_copy(update={"id": draft_id(changed, facts.category, house)})
 
 
 if __name__ == "__main__":

@@ -88,12 +88,19 @@ SIMULATOR_SEAM = {"vigil.sim.protocol"}
 """All of the simulators that `env` may import: nothing privileged."""
 A_SIMULATOR, AN_ENGINE = {"load", "reset", "step", "world"}, {"load", "update", "cast", "draw"}
 """Methods by which a class that is a simulator, or an engine of one, is known."""
-ONLY_IN = {"inspect_ai": "runner", "mujoco": "sim.engines.mujoco", "ai2thor": "sim.thor", "msgpack": "thor.wire.fifo"}
+ONLY_IN = {
+    "inspect_ai": "runner",
+    "mujoco": "sim.engines.mujoco",
+    "ai2thor": "sim.thor",
+    "msgpack": "thor.wire.fifo",
+    "prior": "authoring.drafting.procthor",
+}
 """Libraries that stay in one place."""
 LAZY = {
     "mujoco",
     "ai2thor",
     "msgpack",
+    "prior",
     "ray",
     "OpenGL",
     "inspect_ai",

@@ -5,7 +5,6 @@ and stands in `_MODULES`.
 """
 
 import zlib
-from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np

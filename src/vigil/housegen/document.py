@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from vigil.assets.catalog import CATALOG
 from vigil.house import House
@@ -73,6 +73,25 @@ def generators_of(houses: Iterable[House]) -> str:
     makers = (house.document.metadata.get("generator") for house in houses)
     found = {str(maker.get("version")) for maker in makers if isinstance(maker, dict) and maker.get("name") == "vigil"}
     return ", ".join(sorted(found))
+
+
+def seed_of(house: House) -> int | None:
+    """Returns the seed that a house was generated from; None where it was not, or does not say."""
+    generator = house.document.metadata.get("generator")
+    seed = generator.get("seed") if isinstance(generator, dict) else None
+    return seed if isinstance(seed, int) else None
+
+
+def maker_of(house: House) -> Literal["vigil", "procthor", "house"]:
+    """Returns which generator a house is from, as ids of episodes say it; "house" for any other.
+
+    ProcTHOR's documents name no generator, but always the specification of their rooms.
+    """
+    metadata = house.document.metadata
+    generator = metadata.get("generator")
+    if isinstance(generator, dict) and generator.get("name") == "vigil":
+        return "vigil"
+    return "procthor" if generator is None and "roomSpecId" in metadata else "house"
 
 
 def _point(x: float, y: float, z: float) -> dict[str, float]:

@@ -66,7 +66,8 @@ def prompt_shifts(study: Study) -> Table:
     notes = (
         f"Neutral minus default, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} The largest "
         "shift is the widest of sixteen, of which its interval knows nothing: a pointer, not a finding.",
-        "Published shifts are differences of printed rows; FR and NR only where the paper's text prints both.",
+        "Published shifts are differences of printed rows. The paper prints no FR under the neutral prompt, so that no "
+        "shift of FR can be derived, and NR in its text alone, of one model.",
         DISAGREEMENT_NOTE,
         *study.pairing.choices["prompt"],
     )

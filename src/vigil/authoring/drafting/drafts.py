@@ -1,6 +1,7 @@
 """Drafts: a file of proposed episodes that hold, and of those that do not, each with the rule that it breaks.
 
     {"line": "header", ...}      who proposes, and with which settings
+    {"line": "house", ...}       which house of which dataset or file, and its hash
     {"line": "draft", ...}       a valid episode with its solution and the facts that packs are balanced over
     {"line": "rejected", ...}    what was proposed in vain, and why
     {"line": "done", ...}        a family in a house is finished, with counts
@@ -10,6 +11,7 @@ what follows the last `done` line was interrupted and is cut off when the file i
 """
 
 import hashlib
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -23,6 +25,7 @@ from vigil.actions import Action
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, SettingError
 from vigil.house import House, canonical_json
+from vigil.housegen.document import maker_of
 from vigil.jsonl import AppendFile, parse, read_lines
 from vigil.jsonl import Line as JsonLine
 
@@ -45,6 +48,22 @@ class Header(_Line):
     simulator: str
     per_house: int
     tried: int
+
+
+class HouseOrigin(_Line):
+    """Where a house is from that the project did not generate; a pack pins it by this."""
+
+    line: Literal["house"] = "house"
+    name: str
+    """Its name in packs."""
+    dataset: str
+    """Of a dataset, or the name of a file."""
+    split: str | None = None
+    index: int | None = None
+    """Line of the file, or place in the split, from 0; None for the only house of a file."""
+    revision: str | None = None
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+    """Of its canonical JSON."""
 
 
 class DraftFacts(_Line):
@@ -97,7 +116,7 @@ class Done(_Line):
     seconds: float
 
 
-Line = Draft | Rejection | Done
+Line = HouseOrigin | Draft | Rejection | Done
 _LINE: TypeAdapter[Header | Line] = TypeAdapter(Annotated[Header | Line, Field(discriminator="line")])
 
 
@@ -109,6 +128,7 @@ class Proposed:
     drafts: tuple[Draft, ...]
     rejections: tuple[Rejection, ...]
     done: tuple[Done, ...]
+    origins: tuple[HouseOrigin, ...] = ()
 
     @property
     def reasons(self) -> dict[str, dict[str, int]]:
@@ -180,6 +200,7 @@ class DraftsFile:
             tuple(row for row in rows if isinstance(row, Draft)),
             tuple(row for row in rows if isinstance(row, Rejection)),
             tuple(row for row in rows if isinstance(row, Done)),
+            tuple(row for row in rows if isinstance(row, HouseOrigin)),
         )
 
 
@@ -199,12 +220,22 @@ class DraftsWriter:
         self.file.append(*map(_bytes_of, lines))
 
 
-def draft_id(episode: Episode, category: str) -> str:
+def draft_id(episode: Episode, category: str, house: House) -> str:
     """Returns an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id."""
     dumped = episode.model_dump(mode="json", exclude={"id", "provenance"})
     digest = hashlib.sha256(canonical_json(dumped)).hexdigest()
-    seed = episode.provenance.seed or 0
-    return f"procthor_{category.lower()}_seed{seed:03d}_{episode.family.lower()}_{digest[:DIGITS]}"
+    return f"{id_stem(episode, category, house)}_{episode.family.lower()}_{digest[:DIGITS]}"
+
+
+def id_stem(episode: Episode, category: str, house: House) -> str:
+    """Returns how ids begin: who made the house, what the episode is about, and the house's seed or number.
+
+    Generated houses have a seed; others are numbered by what their name ends in, 0 where that is no number.
+    """
+    seed = episode.provenance.seed
+    number = re.search(r"\d{0,9}$", house.name, re.ASCII)
+    which = f"seed{seed:03d}" if seed is not None else f"house{int((number and number[0]) or 0):03d}"
+    return f"{maker_of(house)}_{category.lower()}_{which}"
 
 
 def _bytes_of(line: Header | Line) -> bytes:

@@ -49,6 +49,12 @@ class GenerationSettings:
     """Drafts validated of each family in each house, shared out likewise."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
+    is_spread: bool = False
+    """Whether each house is asked for one family alone, in turn: more houses in the same time."""
+
+    def families_in(self, index: int) -> tuple[Family, ...]:
+        """Returns which families the house at a place in the list of houses is asked for."""
+        return (self.families[index % len(self.families)],) if self.is_spread else self.families
 
     def header(self, simulator: str, author: str) -> Header:
         """Returns the first line of the drafts file."""
@@ -99,9 +105,9 @@ def generate_drafts(
     author = proposer[0] if proposer else AUTHOR
     with file.writing(settings.header(settings.backend, author)) as writer:
         units: list[Unit] = []
-        for source in wanted:
+        for index, source in enumerate(wanted):
             missing: tuple[Family, ...] = tuple(
-                family for family in settings.families if (source.name, family) not in writer.done
+                family for family in settings.families_in(index) if (source.name, family) not in writer.done
             )
             if missing:
                 units.append((source, missing))
@@ -171,7 +177,8 @@ class DraftGenerator:
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(_without_house(source.name, families, str(error), time.monotonic() - begun))
-        lines: list[Line] = []
+        origin = source.origin(house)
+        lines: list[Line] = [] if origin is None else [origin]
         for family in families:
             begun = time.monotonic()
             found = list(self._family(context, family))
@@ -217,7 +224,9 @@ class DraftGenerator:
             )
         facts = facts_of(context, episode, verdict.actions)
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(verdict.actions)})
-        named = episode.model_copy(update={"id": draft_id(episode, facts.category), "provenance": provenance})
+        named = episode.model_copy(
+            update={"id": draft_id(episode, facts.category, context.house), "provenance": provenance}
+        )
         return Draft(kind=kind, episode=named, actions=verdict.actions, facts=facts)
 
 

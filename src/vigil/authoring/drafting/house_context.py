@@ -15,6 +15,7 @@ from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
 from vigil.goals import Goal
 from vigil.house import House
+from vigil.housegen.document import seed_of
 from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
@@ -182,8 +183,6 @@ class HouseContext:
     def draft(self, family: Family, ask: TaskSpec) -> Episode:
         """Returns an episode in this house that nobody has validated yet."""
         spec = FAMILIES[family]
-        generator = self.house.document.metadata.get("generator")
-        seed = generator.get("seed") if isinstance(generator, dict) else None
         return Episode(
             id="draft",
             family=family,
@@ -196,7 +195,7 @@ class HouseContext:
             max_steps=spec.max_steps,
             max_invalid=spec.max_invalid,
             difficulty=ask.difficulty,
-            provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed if isinstance(seed, int) else None),
+            provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed_of(self.house)),
         )
 
 

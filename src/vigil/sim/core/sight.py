@@ -137,6 +137,12 @@ class Sight:
         self._engine = engine
         self._things = list(things.values())
         self._index = {thing_id: index for index, thing_id in enumerate(things)}
+        self._last: tuple[Pose, list[str], dict[str, Sighting]] | None = None
+        """From where which things were seen last, and how: a step that is refused changes nothing."""
+
+    def forget(self) -> None:
+        """Must be called when anything in the scene has changed."""
+        self._last = None
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
@@ -175,10 +181,14 @@ class Sight:
         return is_met
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
-        """Returns what is seen of each thing: its outline alone first, then one cast of all outlines into the scene.
+        """Returns what is seen of each thing. Rays pass through the glass of other things; a vase of glass is seen."""
+        ids = [thing.id for thing in things]
+        if self._last is None or self._last[:2] != (agent, ids):
+            self._last = agent, ids, self._see(agent, things)
+        return self._last[2]
 
-        Rays pass through the glass of other things; a thing's own, a vase of glass, is seen.
-        """
+    def _see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
+        """Casts each thing's outline alone first, then all outlines into the scene."""
         found = {thing.id: UNSEEN for thing in things}
         outlines: list[tuple[Thing, PixelWindow, np.ndarray, RayHits]] = []
         for thing in things:
