@@ -85,7 +85,7 @@ def floor_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
         plate = shapes.lathe([(0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.2, 1.0), (0.0, 1.0)], segments=18)
         builder.add(metal, shapes.scale(plate, (0.34 * width, 0.03, 0.34 * depth)))
     builder.column(0.12, 0.0, low)
-    builder.prism(_octagon(width, depth), low, height)
+    builder.octagon(width, depth, low, height)
     return builder.build([kind] if kind == "dish" else [name, kind])
 
 
@@ -268,11 +268,6 @@ def _burn(builder: Builder, end: float) -> None:
     core = shapes.lathe([(0.5 * r * wide / 2, end + y * tall * 0.6) for r, y in _FLAME], segments=8)
     builder.add(PartStyle("glow/#fff6d8", bears_toggle=True, shown="on"), shapes.translate(core, (0, 0, 0.3 * wide)))
     builder.glow = Glow(Vec3(0.0, end + tall / 2, 0.0), (1.0, 0.7, 0.35), 0.25)
-
-
-def _octagon(width: float, depth: float) -> np.ndarray:
-    angles = np.arange(8) * np.pi / 4 + np.pi / 8
-    return np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)]
 
 
 MAKERS: dict[str, Maker] = {

@@ -76,7 +76,7 @@ def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
         ring = [(0.95, 0.95 * height + lift), (0.9, 0.88 * height + lift)]
         builder.add(f"ceramic/{tint}", turning(ring, width, depth, 24))
     builder.surface("top", (0, sunk, 0), (0.72 * width, 0.72 * depth))
-    builder.prism(_octagon(width, depth), 0.0, sunk)
+    builder.octagon(width, depth, 0.0, sunk)
     return builder.build([name] if kind == "coloured" else [kind])
 
 
@@ -142,11 +142,6 @@ def cup(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     builder.surface("inside", (0, floor, 0), (1.2 * foot * width / 2, 1.2 * foot * depth / 2), is_inside=True)
     hollow(builder, width, depth, floor)
     return builder.build([kind] if kind in ("glass", "metal", "paper") else [name])
-
-
-def _octagon(width: float, depth: float) -> np.ndarray:
-    angles = np.arange(8) * np.pi / 4 + np.pi / 8
-    return np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)]
 
 
 MAKERS: dict[str, Maker] = {
