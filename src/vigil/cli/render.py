@@ -2,7 +2,7 @@
 
 from contextlib import closing
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -20,11 +20,10 @@ from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
 from vigil.sim import Quality, make_simulator
+from vigil.sim.showcase.exhibit import State
 from vigil.sim.showcase.portrait import draw_lots, write_blind, write_catalog
 from vigil.sim.showcase.renders import render_asset
 from vigil.world import Setup
-
-State = Literal["open", "closed", "on", "off"]
 
 
 def render(
