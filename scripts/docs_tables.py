@@ -32,7 +32,7 @@ def providers() -> str:
         address = f"`{address}`" if address.startswith("http") else address
         switch = f"`{switch_of(one)}`" if one.thinking else ""
         extra = f"`{one.extra}`" if one.extra else ""
-        tried = "a stand-in" if one.is_tried else "nothing"
+        tried = "a stand-in" if one.is_in_tests else "a stand-in, by hand"
         rows.append((f"`{name}/...`", one.title, keys, extra, address, switch, tried))
     return _markdown(("name", "provider", "key in", "extra", "address", "thinking on / off", "tried against"), rows)
 

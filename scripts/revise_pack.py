@@ -18,7 +18,16 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.drafts import (
+    Draft,
+    DraftFacts,
+    DraftLine,
+    DraftsFile,
+    FamilyDone,
+    Header,
+    Rejection,
+    draft_id,
+)
 from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
 from vigil.authoring.drafting.house_context import AUTHOR
 from vigil.authoring.language.wording import asks_inside
@@ -76,24 +85,24 @@ def _pack(folder: Path) -> tuple[Pack, dict[str, DraftFacts]]:
     return Pack.load(folder), {row.pop("episode_id"): DraftFacts.model_validate(row) for row in rows}
 
 
-def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[Line]]:
+def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[DraftLine]]:
     """Returns a house and what becomes of its episodes."""
     pack, facts = _pack(folder)
     house = pack.house_of(episodes[0])
-    lines: list[Line] = []
+    lines: list[DraftLine] = []
     for family in FAMILIES:
         begun = time.monotonic()
         found = [_line(pack, house, episode, facts[episode.id]) for episode in episodes if episode.family == family]
         rules = Counter(line.rule for line in found if isinstance(line, Rejection))
         kept = sum(isinstance(line, Draft) for line in found)
         seconds = round(time.monotonic() - begun, 2)
-        lines += [*found, Done(family=family, house=house.name, kept=kept, rejected=dict(rules), seconds=seconds)]
+        lines += [*found, FamilyDone(family=family, house=house.name, kept=kept, rejected=dict(rules), seconds=seconds)]
     return house, lines
 
 
 def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | Rejection:
     """Returns an episode as a draft, or the rule that it breaks today."""
-    episode, kind = _saying_inside(old, facts), old.provenance.template or old.difficulty or ""
+    episode, kind = _saying_inside(old, facts, house), old.provenance.template or old.difficulty or ""
     verdict = _validator().validate(episode, house, pack.solutions[old.id].actions)
     if not verdict.is_valid:
         verdict = _validator().validate(episode, house)
@@ -112,13 +121,13 @@ def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | 
     return Draft(kind=kind, episode=episode, actions=verdict.actions, facts=facts)
 
 
-def _saying_inside(episode: Episode, facts: DraftFacts) -> Episode:
+def _saying_inside(episode: Episode, facts: DraftFacts, house: House) -> Episode:
     """Returns an episode whose goal means inside where its instruction does, under an id of its own if that is new."""
     goal = episode.goal
     if not isinstance(goal, ObjectAtReceptacle) or goal.inside == asks_inside(episode.instruction):
         return episode
     changed = episode.model_copy(update={"goal": goal.model_copy(update={"inside": not goal.inside})})
-    return changed.model_copy(update={"id": draft_id(changed, facts.category)})
+    return changed.model_copy(update={"id": draft_id(changed, facts.category, house)})
 
 
 if __name__ == "__main__":

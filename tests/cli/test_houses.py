@@ -1,10 +1,12 @@
 import gzip
 import json
 import re
+import sys
 from pathlib import Path
 
 import pytest
 from PIL import Image
+from prior_stand_in import Prior, as_procthor_writes
 from typer.testing import CliRunner, Result
 
 from vigil.cli import app
@@ -144,3 +146,35 @@ def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, thor_files):
     done = houses(*arguments, "--thor")
     assert done.exit_code == 0, done.output
     assert not any(node.asset_id.startswith("vigil_") for node, _ in House.load(tmp_path / "thor.json").objects())
+
+
+@pytest.fixture
+def dataset(tmp_path, bedroom, monkeypatch) -> Prior:
+    """ProcTHOR-10K with two houses a split, the first of which is none."""
+    stand_in = Prior(tmp_path / "datasets", [b"{}", as_procthor_writes(bedroom.data)])
+    monkeypatch.setitem(sys.modules, "prior", stand_in)
+    return stand_in
+
+
+def test_houses_of_procthor_10k_are_checked_by_name(dataset):
+    code, said = check("procthor-10k:test:0-1")
+    assert code == 2
+    assert "procthor-10k_test_0: cannot be loaded" in said
+    assert "procthor-10k_test_1: 1 rooms" in said
+    assert "2 houses: 1 load, 1 do not" in said
+    assert "63 MB" in said
+
+
+def test_a_house_of_procthor_10k_is_drawn_by_name(dataset, tmp_path):
+    done = houses("show", "procthor-10k:test:1", "--out", tmp_path / "plan.png")
+    assert done.exit_code == 0, done.output
+    done = CliRunner().invoke(app, ["render", "--house", "procthor-10k:test:1", "--out", str(tmp_path / "view.png")])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "plan.png").is_file()
+    assert (tmp_path / "view.png").is_file()
+
+
+def test_a_whole_split_is_not_one_house(dataset, tmp_path):
+    done = houses("show", "procthor-10k:test", "--out", tmp_path / "plan.png")
+    assert isinstance(done.exception, SettingError)
+    assert "name one, e.g. procthor-10k:test:0" in str(done.exception)

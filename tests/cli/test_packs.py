@@ -63,11 +63,23 @@ def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
         (["make", "--name", "n", "--out", "o"], ["either --seed", "--houses"]),
         (["make", "--name", "n", "--out", "o", "--seed", "1", "--rooms", "12"], ["'12", "1 to 10"]),
         (["make", "--name", "n", "--out", "o", "--houses", "no.json"], ["'no.json'", "does not exist"]),
+        (["make", "--name", "n", "--out", "o", "--houses", "procthor-10k:trian"], ["'procthor-10k:train'"]),
         (["make", "--name", "n", "--out", "o", "--seed", "1", "--family", "XX"], ["'XX'", "PG"]),
         (["make", "--name", "a/b", "--out", "o", "--seed", "1"], ["'a/b'", "letters"]),
         (["build", "--drafts", "no.jsonl", "--name", "n", "--out", "o"], ["'no.jsonl'", "vigil pack propose"]),
     ],
-    ids=["no_houses", "no_range", "no_spec", "no_seed", "no_rooms", "no_file", "no_family", "no_name", "no_drafts"],
+    ids=[
+        "no_houses",
+        "no_range",
+        "no_spec",
+        "no_seed",
+        "no_rooms",
+        "no_file",
+        "no_split",
+        "no_family",
+        "no_name",
+        "no_drafts",
+    ],
 )
 def test_bad_input_is_named(arguments: list[str], words: list[str]) -> None:
     done = vigil(*arguments)

@@ -6,45 +6,18 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from commands import Said, Vigil
 from tiny_pack import tiny_pack
 
-from vigil.cli import main, text
+from vigil.cli import text
 from vigil.prompt_file import variant_of
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 
 MODEL = ("--model", "openai/m", "--dry-run")
-
-
-@dataclass(frozen=True)
-class Said:
-    """What a command left behind."""
-
-    code: int
-    out: str
-    err: str
-
-
-Vigil = Callable[..., Said]
-
-
-@pytest.fixture
-def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
-    """Runs the command line in this process."""
-
-    def run(*arguments: str | Path) -> Said:
-        monkeypatch.setattr(sys, "argv", ["vigil", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as ended:
-            main()
-        return Said(int(ended.value.code or 0), *capsys.readouterr())
-
-    return run
 
 
 @pytest.fixture(scope="module")
@@ -268,3 +241,12 @@ def test_a_run_of_mostly_invalid_replies_says_so_aloud_once(
     assert said.err.count("WARNING: ") == int(is_said)
     if is_said:
         assert "40 of 40 replies (100 %) are invalid after 10 episodes; most frequent: 40 no_object" in said.err
+
+
+def test_invalid_replies_of_earlier_sessions_count_for_the_warning(vigil: Vigil, tmp_path: Path) -> None:
+    tiny_pack(tmp_path / "twelve", 12, ("PG",))
+    words = ("run", "--pack", tmp_path / "twelve", "--backend", "fake", "--workers", "1", "--agent", "malformed")
+    assert "WARNING: " not in vigil(*words, "--log-dir", tmp_path / "run", "--limit", "9").err
+    said = vigil(*words, "--log-dir", tmp_path / "run").err
+    assert said.count("WARNING: ") == 1
+    assert "40 of 40 replies (100 %) are invalid after 10 episodes" in said

@@ -5,9 +5,12 @@ from typing import Annotated
 
 import typer
 
+from vigil.authoring.drafting.procthor import DATASET
+
 PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 RunArgument = Annotated[Path, typer.Argument(help="Folder of a run.")]
 RunArguments = Annotated[list[Path], typer.Argument(help="Folders of runs.")]
+OneHouse = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")]

@@ -18,7 +18,7 @@ from vigil.errors import SettingError, VigilError
 from vigil.pack import Pack
 from vigil.runner.shared_settings import AssetFile, RenderQuality
 from vigil.sim import make_simulator
-from vigil.sim.conformance.checks import CHECKS, Check
+from vigil.sim.conformance.checks import CHECKS, ConformanceCheck
 from vigil.sim.conformance.trial import Trial
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.showcase.graphics_check import doctor as examine_renderer
@@ -147,7 +147,7 @@ def _thor_checks() -> dict[str, str]:
         return {"simulator": simulator.name, **{check.__name__: _held(check, trial) for check in CHECKS}}
 
 
-def _held(check: Check, trial: Trial) -> str:
+def _held(check: ConformanceCheck, trial: Trial) -> str:
     try:
         check(trial)
     except (AssertionError, VigilError) as error:

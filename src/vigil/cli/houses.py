@@ -1,10 +1,7 @@
 """`vigil houses`: generate, check and show houses."""
 
-import gzip
-import io
 import itertools
 import warnings
-import zlib
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +10,11 @@ from typing import Annotated
 import typer
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.drafting.procthor import FORM, is_dataset
+from vigil.authoring.drafting.sources import filed, house_at, read_all
+from vigil.cli.arguments import OneHouse
 from vigil.cli.progress import progress
+from vigil.cli.text import tell
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
@@ -28,7 +29,6 @@ from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.model import CompiledModel, build
 from vigil.sim.showcase.fidelity import Mismatch, mismatches_of, too_many_triangles
 from vigil.sim.showcase.renders import render_birdseye
-from vigil.strict_json import read_json
 
 
 def generate_house(
@@ -45,7 +45,10 @@ def generate_house(
 
 
 def check(
-    files: Annotated[list[Path], typer.Argument(help="House files; .jsonl and .jsonl.gz hold one house a line.")],
+    places: Annotated[
+        list[str],
+        typer.Argument(metavar="HOUSES", help=f"House files (one a line in .jsonl and .jsonl.gz), or {FORM}."),
+    ],
     assets: AssetFile = None,
     load: Annotated[bool, typer.Option(help="Also build the scene and compile it in MuJoCo.")] = True,
     shapes: Annotated[
@@ -59,7 +62,7 @@ def check(
     """
     sizes = AssetDatabase.of(assets)
     checked = refused = faulty = 0
-    for name, house in _houses(files):
+    for name, house in _houses(places):
         checked += 1
         try:
             if isinstance(house, HouseError):
@@ -80,7 +83,7 @@ def check(
 
 
 def show(
-    file: Annotated[Path, typer.Argument(help="A house file.")],
+    file: OneHouse,
     out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
     assets: AssetFile = None,
 ) -> None:
@@ -92,7 +95,7 @@ def show(
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if out.suffix.lower() != ".png":
         raise SettingError(f"--out {str(out)!r}: the picture is a PNG; give a name that ends in .png.")
-    house, sizes = House.load(file), AssetDatabase.of(assets)
+    house, sizes = house_at(file, tell), AssetDatabase.of(assets)
     scene = build_scene(house, sizes)
     beside(draw_plan(house, scene), render_birdseye(scene)).save(out)
     print(out)
@@ -146,7 +149,7 @@ def _whole_numbers(text: str, between: str, option: str, form: str, count: int |
 
 
 def export(
-    file: Annotated[Path, typer.Argument(help="A house file.")],
+    file: OneHouse,
     out: Annotated[Path, typer.Argument(help="House file to write.")],
     asset_database: Annotated[Path, typer.Option(help="AI2-THOR's asset-database.json.")],
     material_database: Annotated[Path | None, typer.Option(help="AI2-THOR's material-database.json.")] = None,
@@ -161,7 +164,7 @@ def export(
         raise SettingError("houses export: for what? Give --thor; AI2-THOR's is the only form there is.")
     if not out.parent.is_dir():
         raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
-    house, assets = House.load(file), AssetDatabase.load(asset_database)
+    house, assets = house_at(file, tell), AssetDatabase.load(asset_database)
     materials = load_materials(material_database) if material_database else {}
     result = export_thor(house, assets, materials)
     exported = House(out.stem, result.data)
@@ -179,36 +182,22 @@ def export(
         print(f"  vigil houses check finds in it: {found}")
 
 
-def _houses(files: list[Path]) -> Iterator[tuple[str, House | HouseError]]:
-    """Yields each house with its name, or why it is none."""
-    for file in files:
-        if file.suffix in (".jsonl", ".gz"):
-            yield from _house_lines(file)
+def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
+    """Yields each house with what to call it, or why it is none."""
+    for place in places:
+        if not is_dataset(place) and not place.endswith((".jsonl", ".gz")):
+            try:
+                yield place, House.load(Path(place))
+            except HouseError as error:
+                yield place, error
             continue
         try:
-            yield str(file), House.load(file)
+            sources = filed([place], report=tell)
         except HouseError as error:
-            yield str(file), error
-
-
-def _house_lines(file: Path) -> Iterator[tuple[str, House | HouseError]]:
-    if not file.is_file():
-        yield str(file), HouseError(f"House file {str(file)!r} does not exist.")
-        return
-    try:
-        content = gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes()
-    except (OSError, EOFError, zlib.error) as error:
-        yield str(file), HouseError(f"House file {str(file)!r} cannot be read: {error}.")
-        return
-    with io.BytesIO(content) as lines:
-        for number, line in enumerate(lines, start=1):
-            name = f"{file}:{number}"
-            try:
-                yield name, House(f"{file.name.split('.')[0]}_{number}", read_json(line))
-            except HouseError as error:
-                yield name, error
-            except ValueError as error:
-                yield name, HouseError(f"line {number} of {str(file)!r} is not JSON: {error}.")
+            yield place, error
+            continue
+        for source, house in read_all(sources):
+            yield source.name if is_dataset(place) else f"{place}:{source.line}", house
 
 
 def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:

@@ -1,4 +1,4 @@
-"""`vigil pack propose` and `vigil pack build`: from houses to drafts, from drafts and reviews to a pack."""
+"""`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,17 +17,28 @@ from vigil.authoring.drafting.generation import (
     generate_drafts,
 )
 from vigil.authoring.drafting.model_proposals import model_proposer
-from vigil.authoring.drafting.sources import Source, drawn, filed, seeded
+from vigil.authoring.drafting.procthor import FORM
+from vigil.authoring.drafting.sources import Source, drawn, drawn_of, filed, seeded
 from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble
+from vigil.authoring.packing.recipes import (
+    Recipe,
+    check_assets,
+    check_houses,
+    file_sha256,
+    origins_of,
+    recipe_of,
+    sources_of,
+)
 from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
 from vigil.cli.progress import progress
-from vigil.cli.text import say
+from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
 from vigil.freezing import check_free
 from vigil.house import House
+from vigil.pack import Pack
 from vigil.runner.models.completion import completing
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
@@ -35,6 +46,9 @@ from vigil.runner.workers.pool import worker_count
 HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
 """Houses for each episode of a family, unless said otherwise."""
 Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
+HousePlaces = Annotated[
+    list[str] | None, typer.Option(help=f"House file (.json, .jsonl, .jsonl.gz), or {FORM}; repeat.")
+]
 Name = Annotated[str, typer.Option(help="The pack's name.")]
 PerFamily = Annotated[int, typer.Option(min=1, help="Episodes of each family.")]
 HouseUses = Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")]
@@ -43,7 +57,7 @@ Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", hel
 
 def propose(
     out: Annotated[Path, typer.Option(help="Drafts file (JSONL); the same command continues it.")],
-    houses: Annotated[list[Path] | None, typer.Option(help="House file (.json, .jsonl, .jsonl.gz); repeat.")] = None,
+    houses: HousePlaces = None,
     seeds: Annotated[str | None, typer.Option(help="FIRST:END of houses to generate instead.")] = None,
     rooms: Rooms = "mixed",
     families: Families = (),
@@ -54,7 +68,7 @@ def propose(
     seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
-    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each file.")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
@@ -114,6 +128,7 @@ def build(
         description=description,
         aliases=tuple(alias or []),
         families=families or tuple(FAMILIES),
+        asset_database_sha256=file_sha256(assets),
     )
     _freeze(
         out,
@@ -133,12 +148,13 @@ def _freeze(
     verification: VerificationSettings,
     *,
     kept: DraftsFile | None = None,
-) -> None:
+) -> Pack:
     pack, bad = assemble(out, files, given, pack_request, checker(files, verification), kept=kept)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
     print(f"reviewed: {pack.manifest.meta['reviews']}")
+    return pack
 
 
 SECRET_FROM = 2**64
@@ -152,39 +168,104 @@ def make(
     name: Name,
     out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
     seed: Annotated[int | None, typer.Option(min=0, help="Draws houses, drafts and all else: keep it secret.")] = None,
-    houses: Annotated[list[Path] | None, typer.Option(help="House file to use instead; repeat.")] = None,
-    count: Annotated[int | None, typer.Option(min=1, help="Houses to draw, or to take of each file.")] = None,
+    houses: HousePlaces = None,
+    count: Annotated[int | None, typer.Option(min=1, help="Houses to draw; of --houses all, unless given.")] = None,
+    spread: Annotated[
+        bool, typer.Option("--spread", help="Ask each house for one family alone, in turn: more houses in the time.")
+    ] = False,
     rooms: Rooms = "mixed",
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
     house_uses: HouseUses = HOUSE_USES,
     reviews: Reviews = None,
     workers: Workers = None,
+    backend: Backend = "mujoco",
     assets: AssetFile = None,
 ) -> None:  # fmt: skip
     """Examples:
     vigil pack make --name held_out --seed 918273645 --per-family 25 --out packs/held_out
-    vigil pack make --name real --houses procthor.jsonl.gz --count 200 --per-family 25 --out packs/real
+    vigil pack make --name real --houses procthor-10k:val --count 200 --per-family 25 --out packs/real
+
+    With --houses the seed, 0 by default, is no secret, and OUT.recipe.json is written, which names all houses with
+    their hashes: `vigil pack remake` makes the same bytes of it.
     """
-    if (seed is None) == (not houses):
-        raise SettingError("Give either --seed, which draws houses, or --houses with files of houses.")
+    if seed is None and not houses:
+        raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     check_free(out, name)
+    offered = filed(houses or [], report=tell)
+    origins = origins_of(offered) if offered and not reviews else []
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
-    sources = filed(houses, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
+    sources = drawn_of(offered, seed or 0, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
+    if not houses and (seed or 0) < SECRET_FROM:
+        say([SHORT_SEED])
+    pack_request = PackRequest(
+        name,
+        per_family,
+        seed or 0,
+        house_uses,
+        families=families or tuple(FAMILIES),
+        is_seed_secret=not houses,
+        asset_database_sha256=file_sha256(assets),
+    )
+    verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers))
+    given = [review for path in reviews or [] for review in _reviews(path)]
+    pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
+    if origins:
+        written = out.with_name(f"{out.name}.recipe.json")
+        recipe_of(pack_request, origins, pack.sha256, backend=backend, drafted_in=count, is_spread=spread).save(written)
+        print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
+
+
+def remake(
+    recipe: Annotated[str, typer.Argument(help="A recipe's file, or the name of a packaged one.")],
+    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
+    houses: Annotated[
+        list[str] | None, typer.Option(help="File of the recipe's houses, unless it takes them from ProcTHOR-10K.")
+    ] = None,
+    workers: Workers = None,
+    assets: AssetFile = None,
+) -> None:
+    """Example: vigil pack remake procthor_one_room_v1 --houses one_room_train.jsonl.gz --out packs/one_room"""
+    wanted = Recipe.load(recipe)
+    check_free(out, wanted.name)
+    check_assets(wanted, assets)
+    say(wanted.notes())
+    sources = sources_of(wanted, houses or [], tell)
+    check_houses(wanted, sources)
+    print(f"{len(sources)} houses are those of recipe {wanted.name!r}")
+    verification = VerificationSettings(wanted.backend, AssetDatabase.of(assets), worker_count(workers))
+    chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
+    pack = _make(out, chosen, wanted.request, [], verification, is_spread=wanted.is_spread)
+    if pack.sha256 != wanted.pack_sha256:
+        print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
+        raise typer.Exit(2)
+    print("the same bytes as the recipe's")
+
+
+def _make(
+    out: Path,
+    sources: Sequence[Source],
+    pack_request: PackRequest,
+    given: list[Review],
+    verification: VerificationSettings,
+    *,
+    is_spread: bool,
+) -> Pack:
+    """Proposes in all houses, or goes on, and freezes the pack."""
     out.parent.mkdir(parents=True, exist_ok=True)
     file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))
-    verification = VerificationSettings("mujoco", AssetDatabase.of(assets), worker_count(workers))
-    if seed is not None and seed < SECRET_FROM:
-        say([SHORT_SEED])
-    chosen = families or tuple(FAMILIES)
-    is_secret = seed is not None
-    pack_request = PackRequest(name, per_family, seed or 0, house_uses, families=chosen, is_seed_secret=is_secret)
-    settings = GenerationSettings(pack_request.families, pack_request.seed, house_uses, assets=verification.assets)
+    settings = GenerationSettings(
+        pack_request.families,
+        pack_request.seed,
+        pack_request.house_uses,
+        backend=verification.backend,
+        assets=verification.assets,
+        is_spread=is_spread,
+    )
     with _house_progress() as show:
-        generate_drafts(file, sources, settings, workers=worker_count(workers), on_progress=show)
+        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=show)
     _summary(file)
-    given = [review for path in reviews or [] for review in _reviews(path)]
-    _freeze(out, [file], given, pack_request, verification)
+    return _freeze(out, [file], given, pack_request, verification)
 
 
 def checker(
@@ -224,10 +305,10 @@ def _summary(file: DraftsFile) -> None:
     print(f"{file.path}: {len(proposed.drafts)} drafts, {len(proposed.rejections)} rejected")
 
 
-def _sources(houses: list[Path], seeds: str | None, rooms: str, limit: int | None) -> list[Source]:
+def _sources(houses: list[str], seeds: str | None, rooms: str, limit: int | None) -> list[Source]:
     if bool(houses) == (seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
-    return filed(houses, limit) if seeds is None else seeded(seeds, _specs(rooms))
+    return filed(houses, limit, tell) if seeds is None else seeded(seeds, _specs(rooms))
 
 
 def _specs(rooms: str) -> list[str]:

@@ -2,7 +2,7 @@
 
 from contextlib import closing
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -11,22 +11,24 @@ from PIL import Image
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.drafting.procthor import DATASET
+from vigil.authoring.drafting.sources import house_at
+from vigil.cli.text import tell
 from vigil.errors import SettingError, did_you_mean
 from vigil.house import House
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
 from vigil.sim import Quality, make_simulator
+from vigil.sim.showcase.exhibit import State
 from vigil.sim.showcase.portrait import draw_lots, write_blind, write_catalog
 from vigil.sim.showcase.renders import render_asset
 from vigil.world import Setup
 
-State = Literal["open", "closed", "on", "off"]
-
 
 def render(
     out: Annotated[Path, typer.Option(help="Picture to write (PNG); a folder with --catalog and --blind.")],
-    house: Annotated[Path | None, typer.Option(help="A house file; with --pose.")] = None,
+    house: Annotated[str | None, typer.Option(help=f"A house file or {DATASET}:SPLIT:INDEX; with --pose.")] = None,
     pose: Annotated[str | None, typer.Option(help="x,z,yaw[,horizon]: metres and degrees.")] = None,
     episode: Annotated[str | None, typer.Option(help="An episode's id: the frame that it starts with.")] = None,
     asset: Annotated[str | None, typer.Option(help="A category, e.g. Fridge.")] = None,
@@ -62,7 +64,7 @@ def render(
     if asset is not None:
         frame = _asset(asset, variant, state)
     elif house is not None:
-        loaded = House.load(house)
+        loaded = house_at(house, tell)
         frame = _view(loaded, _pose(pose, loaded), Setup(), assets, render_quality)
     else:
         frozen = Pack.load(pack)

@@ -24,6 +24,11 @@ def say(notes: Iterable[str]) -> None:
         print(f"note: {note}", file=sys.stderr, flush=True)
 
 
+def tell(note: str) -> None:
+    """Tells one note, beside the results."""
+    say([note])
+
+
 def print_fitting(build: Callable[[bool], Table]) -> None:
     """Prints the full table, `build(True)`, where it fits on a line of the terminal, else the narrow one."""
     output = console()

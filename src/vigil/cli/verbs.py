@@ -76,6 +76,10 @@ PACK = {
         "pack_making:make",
         "Makes a pack in one go: houses, drafts, validation, solutions, selection. The same command continues it.",
     ),
+    "remake": Verb(
+        "pack_making:remake",
+        "Makes the pack of a recipe, and says whether its bytes are the same; exits with 2 when they are not.",
+    ),
     "baselines": Verb(
         "pack_measuring:baselines",
         "Plays a pack with agents without skill or sight, and with the solver; exits with 2 on a broken promise.",

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from vigil.assets.catalog import CATALOG
 from vigil.house import House
@@ -10,8 +10,8 @@ from vigil.housegen.base.models import PlacedThing
 from vigil.housegen.base.randomness import GENERATOR_VERSION
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
 from vigil.housegen.layout.lights import layer_of
-from vigil.housegen.layout.openings import Opening
-from vigil.housegen.layout.palette import Finish, material
+from vigil.housegen.layout.openings import PlannedOpening
+from vigil.housegen.layout.palette import RoomFinish, material
 from vigil.housegen.layout.walls import wall_pieces
 from vigil.pose import Pose
 
@@ -25,9 +25,9 @@ class Parts:
     """All that a document is written from."""
 
     plan: RoomLayout
-    openings: list[Opening]
+    openings: list[PlannedOpening]
     pieces: list[PlacedThing]
-    finishes: dict[int, Finish]
+    finishes: dict[int, RoomFinish]
     lights: list[dict[str, Any]]
     facade: str
     ceiling: tuple[float, float, float]
@@ -75,6 +75,25 @@ def generators_of(houses: Iterable[House]) -> str:
     return ", ".join(sorted(found))
 
 
+def seed_of(house: House) -> int | None:
+    """Returns the seed that a house was generated from; None where it was not, or does not say."""
+    generator = house.document.metadata.get("generator")
+    seed = generator.get("seed") if isinstance(generator, dict) else None
+    return seed if isinstance(seed, int) else None
+
+
+def maker_of(house: House) -> Literal["vigil", "procthor", "house"]:
+    """Returns which generator a house is from, as ids of episodes say it; "house" for any other.
+
+    ProcTHOR's documents name no generator, but always the specification of their rooms.
+    """
+    metadata = house.document.metadata
+    generator = metadata.get("generator")
+    if isinstance(generator, dict) and generator.get("name") == "vigil":
+        return "vigil"
+    return "procthor" if generator is None and "roomSpecId" in metadata else "house"
+
+
 def _point(x: float, y: float, z: float) -> dict[str, float]:
     return {"x": round(x, 4) + 0.0, "y": round(y, 4) + 0.0, "z": round(z, 4) + 0.0}
 
@@ -120,7 +139,7 @@ def _walls(parts: Parts) -> list[dict[str, Any]]:
     return [*inner, *outer]
 
 
-def _opening(opening: Opening) -> dict[str, Any]:
+def _opening(opening: PlannedOpening) -> dict[str, Any]:
     other = opening.other
     node: dict[str, Any] = {
         "id": opening.id,

@@ -58,12 +58,15 @@ class ProgressCounter:
         self._errors = self._fresh = self._steps = 0
         self.errors_in_a_row = 0
         self._trouble: str | None = None
+        self._seen_episodes = self._seen_replies = 0
         self._reasons: Counter[str] = Counter()
+        """Of the invalid replies; like the two above over all sessions, since a warning is about the run."""
         self._has_warned = self._has_told_of_cuts = False
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
                 self._add(settle(self._by_id[record.episode_id], record))
+                self._see(record)
 
     def start(self) -> None:
         """Starts the clock and tells where the run stands."""
@@ -75,7 +78,7 @@ class ProgressCounter:
         self._trouble = None
         self._fresh += 1
         self._steps += len(record.steps)
-        self._reasons.update(step.invalid.reason for step in record.steps if step.invalid is not None)
+        self._see(record)
         outcome = None
         if record.end == "error":
             self._errors += 1
@@ -99,15 +102,16 @@ class ProgressCounter:
     def _warning(self) -> str | None:
         """Returns the sentence on invalid replies, once, when they are more than half after the first episodes."""
         invalid = self._reasons.total()
-        is_due = self._fresh >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._steps
+        is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
         if self._has_warned or not is_due:
             return None
         self._has_warned = True
         reasons = ", ".join(f"{count} {reason}" for reason, count in self._reasons.most_common(SAID_REASONS))
+        share = f"{100 * invalid / self._seen_replies:.0f} %"
         return (
-            f"{invalid} of {self._steps} replies ({100 * invalid / self._steps:.0f} %) are invalid after {self._fresh} "
-            f"episodes; most frequent: {reasons}. This run measures that more than anything else: `vigil prompt` shows "
-            "what is asked for, docs/models.md what may help."
+            f"{invalid} of {self._seen_replies} replies ({share}) are invalid after {self._seen_episodes} episodes; "
+            f"most frequent: {reasons}. This run measures that more than anything else: `vigil prompt` shows what is "
+            "asked for, docs/models.md what may help."
         )
 
     def _cut(self, record: EpisodeRecord) -> str | None:
@@ -121,6 +125,12 @@ class ProgressCounter:
             "request after that, although a dialogue only grows. It seems to cut what does not fit into its context "
             f"(or leaves out what it had cached). Start it with a larger one: {CONTEXT_OPTIONS}."
         )
+
+    def _see(self, record: EpisodeRecord) -> None:
+        """Counts replies, for the warning about them."""
+        self._seen_episodes += 1
+        self._seen_replies += len(record.steps)
+        self._reasons.update(step.invalid.reason for step in record.steps if step.invalid is not None)
 
     def _add(self, outcome: Outcome) -> None:
         self._done += 1

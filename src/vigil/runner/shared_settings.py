@@ -5,11 +5,11 @@ from typing import Annotated
 
 from vigil.actions import Coordinates
 from vigil.episode import Family, families_named
+from vigil.observation import Quality
 from vigil.profile import PromptVariant
 from vigil.prompt_file import read_prompt_file
-from vigil.runner.models.providers import Thinking
+from vigil.reasoning import Thinking
 from vigil.setting import Setting
-from vigil.sim import Quality
 
 PackName = Annotated[str | Path, Setting("A pack's folder, or the name of a packaged one.", metavar="PACK")]
 PackPlace = Annotated[str | Path | None, Setting("Where the pack is now.", metavar="PACK", unset="as recorded")]

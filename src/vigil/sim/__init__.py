@@ -4,16 +4,14 @@ An engine is imported when a simulator of it is made, so that nothing else needs
 """
 
 from collections.abc import Callable
-from typing import Literal
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
+from vigil.observation import Quality
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.engines.fake import FakeEngine
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.thor.start import thor_simulator
-
-Quality = Literal["default", "fast"]
 
 
 def _fake(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:

@@ -18,6 +18,7 @@ from vigil.authoring.drafting.sources import MIXED, SECRET_SEEDS, Filed, Seeded,
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, RecordError, SettingError
+from vigil.house import House
 from vigil.housegen import spec_for
 from vigil.pack import Pack
 from vigil.sim.privileged import PrivilegedSimulator
@@ -112,10 +113,38 @@ def test_a_house_that_cannot_be_had_is_a_rejection(tmp_path: Path, monkeypatch: 
 def test_ids_have_the_papers_form_and_follow_the_content(starter: Pack) -> None:
     episode = starter.episodes[0]
     moved = episode.model_copy(update={"instruction": "Something else."})
-    name = draft_id(episode, "Fridge")
-    assert name.startswith(f"procthor_fridge_seed{episode.provenance.seed:03d}_{episode.family.lower()}_")
-    assert name == draft_id(episode.model_copy(update={"id": "other"}), "Fridge") != draft_id(moved, "Fridge")
+    house = starter.house_of(episode)
+    name = draft_id(episode, "Fridge", house)
+    assert name.startswith(f"vigil_fridge_seed{episode.provenance.seed:03d}_{episode.family.lower()}_")
+    other = episode.model_copy(update={"id": "other"})
+    assert name == draft_id(other, "Fridge", house) != draft_id(moved, "Fridge", house)
     Episode.model_validate({**dict(episode), "id": name})
+
+
+@pytest.mark.parametrize(
+    ("metadata", "name", "begins"),
+    [
+        ({"schema": "1.0.0", "roomSpecId": "kitchen"}, "procthor-10k_val_7", "procthor_fridge_house007_"),
+        ({"schema": "1.0.0", "roomSpecId": "kitchen"}, "mine", "procthor_fridge_house000_"),
+        ({"schema": "1.0.0", "roomSpecId": "x", "generator": {"name": "other"}}, "h_12345", "house_fridge_house12345_"),
+        ({}, "made_by_hand_2", "house_fridge_house002_"),
+    ],
+)
+def test_ids_say_who_made_the_house(starter: Pack, metadata: dict, name: str, begins: str) -> None:
+    episode = starter.episodes[0]
+    provenance = episode.provenance.model_copy(update={"seed": None})
+    house = House(name, {**starter.house_of(episode).data, "metadata": metadata})
+    assert draft_id(episode.model_copy(update={"provenance": provenance}), "Fridge", house).startswith(begins)
+
+
+def test_spread_houses_are_asked_for_one_family_each(source: Filed, tmp_path: Path) -> None:
+    files = [tmp_path / f"{name}.json" for name in "abc"]
+    for path in files:
+        path.write_bytes(source.path.read_bytes())
+    drafts = DraftsFile(tmp_path / "drafts.jsonl")
+    settings = GenerationSettings(("PG", "SV"), per_house=1, tried=1, is_spread=True)
+    generate_drafts(drafts, filed(map(str, files)), settings)
+    assert [(row.house, row.family) for row in drafts.read().done] == [("a", "PG"), ("b", "SV"), ("c", "PG")]
 
 
 def test_seeds_take_their_specs_in_turn() -> None:
@@ -144,12 +173,12 @@ def test_houses_come_from_files_and_lines(starter: Pack, tmp_path: Path) -> None
     houses = sorted((starter.folder / "houses").iterdir())[:2]
     lines = tmp_path / "many.jsonl"
     lines.write_bytes(b"".join(path.read_bytes() for path in houses))
-    found = filed([lines])
+    found = filed([str(lines)])
     assert [source.name for source in found] == ["many_1", "many_2"]
-    assert found[1].house().data == filed([houses[1]])[0].house().data
-    assert len(filed([lines], limit=1)) == 1
+    assert found[1].house().data == filed([str(houses[1])])[0].house().data
+    assert len(filed([str(lines)], limit=1)) == 1
     with pytest.raises(SettingError, match="does not exist"):
-        filed([tmp_path / "no.json"])
+        filed([str(tmp_path / "no.json")])
 
 
 def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: Filed) -> None:

@@ -183,7 +183,7 @@ def test_a_cloud_is_asked_with_its_credentials_in_its_own_format(cloud: Cloud, m
 
 def test_the_table_says_which_providers_are_played_against_a_stand_in() -> None:
     tried = {*CHAT, *(in_table(one) for one in (*OTHERS, *(cloud.model for cloud in CLOUDS)))}
-    assert {name for name, one in PROVIDERS.items() if one.is_tried} - {"mockllm"} == tried
+    assert {name for name, one in PROVIDERS.items() if one.is_in_tests} - {"mockllm"} == tried
 
 
 def test_every_openai_style_name_plays_every_form_of_reasoning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,8 @@ from vigil.record import EpisodeRecord
 from vigil.runner.workers.messages import Assignment, Play, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.worker import RequestHandler, WorkerChannel
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 
 class Told(WorkerChannel):
     """Takes what a worker says while it works."""

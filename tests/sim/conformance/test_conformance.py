@@ -5,7 +5,7 @@ from thor_line import in_process
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.sim import BACKENDS, make_simulator
-from vigil.sim.conformance.checks import CHECKS, Check
+from vigil.sim.conformance.checks import CHECKS, ConformanceCheck
 from vigil.sim.conformance.trial import Trial
 from vigil.sim.thor.differences import CANNOT_HOLD
 
@@ -22,7 +22,7 @@ def trial(request):
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
-def test_backend_conforms(trial: Trial, check: Check):
+def test_backend_conforms(trial: Trial, check: ConformanceCheck):
     if trial.simulator.name.startswith("thor/") and check.__name__ in CANNOT_HOLD:
         with pytest.raises(AssertionError):
             check(trial)

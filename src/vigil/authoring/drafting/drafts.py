@@ -1,6 +1,7 @@
 """Drafts: a file of proposed episodes that hold, and of those that do not, each with the rule that it breaks.
 
     {"line": "header", ...}      who proposes, and with which settings
+    {"line": "house", ...}       which house of which dataset or file, and its hash
     {"line": "draft", ...}       a valid episode with its solution and the facts that packs are balanced over
     {"line": "rejected", ...}    what was proposed in vain, and why
     {"line": "done", ...}        a family in a house is finished, with counts
@@ -10,6 +11,7 @@ what follows the last `done` line was interrupted and is cut off when the file i
 """
 
 import hashlib
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -23,6 +25,7 @@ from vigil.actions import Action
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, SettingError
 from vigil.house import House, canonical_json
+from vigil.housegen.document import maker_of
 from vigil.jsonl import AppendFile, parse, read_lines
 from vigil.jsonl import Line as JsonLine
 
@@ -45,6 +48,22 @@ class Header(_Line):
     simulator: str
     per_house: int
     tried: int
+
+
+class HouseOrigin(_Line):
+    """Where a house is from that the project did not generate; a pack pins it by this."""
+
+    line: Literal["house"] = "house"
+    name: str
+    """Its name in packs."""
+    dataset: str
+    """Of a dataset, or the name of a file."""
+    split: str | None = None
+    index: int | None = None
+    """Line of the file, or place in the split, from 0; None for the only house of a file."""
+    revision: str | None = None
+    sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+    """Of its canonical JSON."""
 
 
 class DraftFacts(_Line):
@@ -85,7 +104,7 @@ class Rejection(_Line):
     instruction: str = ""
 
 
-class Done(_Line):
+class FamilyDone(_Line):
     """A family in a house is finished."""
 
     line: Literal["done"] = "done"
@@ -97,8 +116,8 @@ class Done(_Line):
     seconds: float
 
 
-Line = Draft | Rejection | Done
-_LINE: TypeAdapter[Header | Line] = TypeAdapter(Annotated[Header | Line, Field(discriminator="line")])
+DraftLine = HouseOrigin | Draft | Rejection | FamilyDone
+_LINE: TypeAdapter[Header | DraftLine] = TypeAdapter(Annotated[Header | DraftLine, Field(discriminator="line")])
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +127,8 @@ class Proposed:
     header: Header
     drafts: tuple[Draft, ...]
     rejections: tuple[Rejection, ...]
-    done: tuple[Done, ...]
+    done: tuple[FamilyDone, ...]
+    origins: tuple[HouseOrigin, ...] = ()
 
     @property
     def reasons(self) -> dict[str, dict[str, int]]:
@@ -152,7 +172,7 @@ class DraftsFile:
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
         return House.load(path)
 
-    def _continue(self, file: AppendFile, header: Header) -> tuple[Done, ...]:
+    def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
         """Returns what is done in the file, which then ends with it."""
         first = _bytes_of(header)
         if first.startswith(b"".join(line.data for line in file.lines.whole) + file.lines.torn):
@@ -179,7 +199,8 @@ class DraftsFile:
             rows[0],
             tuple(row for row in rows if isinstance(row, Draft)),
             tuple(row for row in rows if isinstance(row, Rejection)),
-            tuple(row for row in rows if isinstance(row, Done)),
+            tuple(row for row in rows if isinstance(row, FamilyDone)),
+            tuple(row for row in rows if isinstance(row, HouseOrigin)),
         )
 
 
@@ -192,22 +213,32 @@ class DraftsWriter:
     done: frozenset[tuple[str, Family]]
     """Which families were done in which houses when the file was opened."""
 
-    def add(self, house: House | None, lines: Iterable[Line]) -> None:
+    def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
         """Appends what was proposed in a house; None where there is no house. Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
         self.file.append(*map(_bytes_of, lines))
 
 
-def draft_id(episode: Episode, category: str) -> str:
+def draft_id(episode: Episode, category: str, house: House) -> str:
     """Returns an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id."""
     dumped = episode.model_dump(mode="json", exclude={"id", "provenance"})
     digest = hashlib.sha256(canonical_json(dumped)).hexdigest()
-    seed = episode.provenance.seed or 0
-    return f"procthor_{category.lower()}_seed{seed:03d}_{episode.family.lower()}_{digest[:DIGITS]}"
+    return f"{id_stem(episode, category, house)}_{episode.family.lower()}_{digest[:DIGITS]}"
 
 
-def _bytes_of(line: Header | Line) -> bytes:
+def id_stem(episode: Episode, category: str, house: House) -> str:
+    """Returns how ids begin: who made the house, what the episode is about, and the house's seed or number.
+
+    Generated houses have a seed; others are numbered by what their name ends in, 0 where that is no number.
+    """
+    seed = episode.provenance.seed
+    number = re.search(r"\d{0,9}$", house.name, re.ASCII)
+    which = f"seed{seed:03d}" if seed is not None else f"house{int((number and number[0]) or 0):03d}"
+    return f"{maker_of(house)}_{category.lower()}_{which}"
+
+
+def _bytes_of(line: Header | DraftLine) -> bytes:
     return canonical_json(line.model_dump(mode="json")) + b"\n"
 
 

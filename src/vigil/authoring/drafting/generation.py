@@ -17,7 +17,16 @@ import numpy as np
 
 from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.drafts import (
+    Draft,
+    DraftFacts,
+    DraftLine,
+    DraftsFile,
+    FamilyDone,
+    Header,
+    Rejection,
+    draft_id,
+)
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import Source
@@ -49,6 +58,12 @@ class GenerationSettings:
     """Drafts validated of each family in each house, shared out likewise."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
+    is_spread: bool = False
+    """Whether each house is asked for one family alone, in turn: more houses in the same time."""
+
+    def families_in(self, index: int) -> tuple[Family, ...]:
+        """Returns which families the house at a place in the list of houses is asked for."""
+        return (self.families[index % len(self.families)],) if self.is_spread else self.families
 
     def header(self, simulator: str, author: str) -> Header:
         """Returns the first line of the drafts file."""
@@ -78,7 +93,7 @@ class GenerationProgress:
 
 
 Unit = tuple[Source, tuple[Family, ...]]
-Found = tuple[House | None, list[Line]]
+Found = tuple[House | None, list[DraftLine]]
 
 
 def generate_drafts(
@@ -99,9 +114,9 @@ def generate_drafts(
     author = proposer[0] if proposer else AUTHOR
     with file.writing(settings.header(settings.backend, author)) as writer:
         units: list[Unit] = []
-        for source in wanted:
+        for index, source in enumerate(wanted):
             missing: tuple[Family, ...] = tuple(
-                family for family in settings.families if (source.name, family) not in writer.done
+                family for family in settings.families_in(index) if (source.name, family) not in writer.done
             )
             if missing:
                 units.append((source, missing))
@@ -171,7 +186,8 @@ class DraftGenerator:
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(_without_house(source.name, families, str(error), time.monotonic() - begun))
-        lines: list[Line] = []
+        origin = source.origin(house)
+        lines: list[DraftLine] = [] if origin is None else [origin]
         for family in families:
             begun = time.monotonic()
             found = list(self._family(context, family))
@@ -180,7 +196,9 @@ class DraftGenerator:
             kept = sum(isinstance(line, Draft) for line in found)
             seconds = round(time.monotonic() - begun, 2)
             lines.append(
-                Done(family=family, house=house.name, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds)
+                FamilyDone(
+                    family=family, house=house.name, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds
+                )
             )
         return house, lines
 
@@ -217,7 +235,9 @@ class DraftGenerator:
             )
         facts = facts_of(context, episode, verdict.actions)
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(verdict.actions)})
-        named = episode.model_copy(update={"id": draft_id(episode, facts.category), "provenance": provenance})
+        named = episode.model_copy(
+            update={"id": draft_id(episode, facts.category, context.house), "provenance": provenance}
+        )
         return Draft(kind=kind, episode=named, actions=verdict.actions, facts=facts)
 
 
@@ -238,7 +258,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
     )
 
 
-def _without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[Line]:
+def _without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
     for family in families:
         yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)
-        yield Done(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))
+        yield FamilyDone(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))

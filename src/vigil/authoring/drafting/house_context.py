@@ -8,16 +8,16 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.language.referring import Item, Phrase, items_of, phrase_for, without_repeats
+from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, phrase_for, without_repeats
 from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.macro_actions import box_distances
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
 from vigil.goals import Goal
 from vigil.house import House
+from vigil.housegen.document import seed_of
 from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, ObjectState, Setup
@@ -93,7 +93,7 @@ class HouseContext:
         return setup.model_copy(update={"objects": {**opened, **setup.objects}})
 
     @property
-    def items(self) -> dict[str, Item]:
+    def items(self) -> dict[str, DescribedThing]:
         """What one can say of the things as they are now."""
         return items_of(self.oracle.scene)
 
@@ -183,8 +183,6 @@ class HouseContext:
     def draft(self, family: Family, ask: TaskSpec) -> Episode:
         """Returns an episode in this house that nobody has validated yet."""
         spec = FAMILIES[family]
-        generator = self.house.document.metadata.get("generator")
-        seed = generator.get("seed") if isinstance(generator, dict) else None
         return Episode(
             id="draft",
             family=family,
@@ -197,7 +195,7 @@ class HouseContext:
             max_steps=spec.max_steps,
             max_invalid=spec.max_invalid,
             difficulty=ask.difficulty,
-            provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed if isinstance(seed, int) else None),
+            provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed_of(self.house)),
         )
 
 

@@ -1,13 +1,20 @@
-"""Where houses come from: files of houses, or seeds for the project's own generator."""
+"""Where houses come from: files of houses, ProcTHOR-10K, or seeds for the project's own generator."""
 
 import gzip
-from collections.abc import Iterable, Iterator
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import groupby, islice
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from vigil.errors import SettingError
+from vigil.authoring.drafting.drafts import HouseOrigin
+from vigil.authoring.drafting.procthor import DATASET, REVISION, is_dataset, named, split_file
+from vigil.errors import HouseError, SettingError, did_you_mean
 from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.strict_json import read_json
@@ -20,6 +27,9 @@ MIXED = (
 """What `mixed` stands for: a fifth of one room, three tenths of two, a fifth of three and of four, a tenth of more."""
 SECRET_SEEDS = range(100_000, 1_000_000)
 """Of houses that are drawn by a seed."""
+_T = TypeVar("_T")
+OnDownload = Callable[[str], None]
+"""Is told what is downloaded, before it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +48,9 @@ class Seeded:
         """Returns the house. Raises SettingError where the seed yields none."""
         return generate(self.seed, spec_for(self.spec))
 
+    def origin(self, house: House) -> None:
+        """Returns nothing: the house itself names its generator and seed."""
+
 
 @dataclass(frozen=True, slots=True)
 class Filed:
@@ -45,20 +58,44 @@ class Filed:
 
     path: Path
     line: int | None = None
+    called: str = ""
+    """Its name, where that does not follow from the file's."""
+    dataset: str = ""
+    """What the file is of; else it is called by the file's name."""
+    split: str | None = None
+    revision: str | None = None
 
     @property
     def name(self) -> str:
         """The house's name."""
-        return self.path.stem if self.line is None else f"{self.path.name.split('.')[0]}_{self.line}"
+        return self.called or (self.path.stem if self.line is None else f"{self.path.name.split('.')[0]}_{self.line}")
 
     def house(self) -> House:
         """Returns the house. Raises HouseError."""
         if self.line is None:
-            return House.load(self.path)
-        for number, text in enumerate(_lines(self.path), start=1):
-            if number == self.line:
-                return House(self.name, _document(self.path, number, text))
-        raise SettingError(f"House file {str(self.path)!r} has no line {self.line}.")
+            return House(self.name, House.load(self.path).data)
+        for text in islice(lines_of(self.path), self.line - 1, self.line):
+            return self.parsed(text)
+        raise HouseError(f"House {self.name!r}: {str(self.path)!r} has no line {self.line}.")
+
+    def parsed(self, text: bytes) -> House:
+        """Returns the house that its line is. Raises HouseError."""
+        try:
+            return House(self.name, read_json(text))
+        except ValueError as error:
+            place = f"line {self.line} of {str(self.path)!r}"
+            raise HouseError(f"House {self.name!r}: {place} is not JSON: {error}.") from None
+
+    def origin(self, house: House) -> HouseOrigin:
+        """Returns what a pack tells of where the house is from."""
+        return HouseOrigin(
+            name=self.name,
+            dataset=self.dataset or self.path.name,
+            split=self.split,
+            index=None if self.line is None else self.line - 1,
+            revision=self.revision,
+            sha256=house.sha256,
+        )
 
 
 Source = Seeded | Filed
@@ -80,8 +117,15 @@ def drawn(seed: int, count: int, specs: Iterable[str]) -> list[Source]:
 
     Raises SettingError.
     """
-    order = np.random.default_rng([len(SECRET_SEEDS), seed]).permutation(len(SECRET_SEEDS))
-    return _in_turn([SECRET_SEEDS[int(index)] for index in order[:count]], specs)
+    return _in_turn(drawn_of(SECRET_SEEDS, seed, count), specs)
+
+
+def drawn_of(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
+    """Returns so many of some things, drawn by `seed`; more begin with the same. All as they stand, without `count`."""
+    if count is None:
+        return list(choice)
+    order = np.random.default_rng([len(choice), seed]).permutation(len(choice))
+    return [choice[int(index)] for index in order[:count]]
 
 
 def _in_turn(seeds: Iterable[int], specs: Iterable[str]) -> list[Source]:
@@ -91,34 +135,87 @@ def _in_turn(seeds: Iterable[int], specs: Iterable[str]) -> list[Source]:
     return [Seeded(seed, wanted[index % len(wanted)]) for index, seed in enumerate(seeds)]
 
 
-def filed(paths: Iterable[Path], limit: int | None = None) -> list[Source]:
-    """Returns the houses in files (JSON, or one a line in .jsonl and .jsonl.gz), at most `limit` of each file.
+def filed(places: Iterable[str], limit: int | None = None, report: OnDownload = lambda line: None) -> list[Filed]:
+    """Returns the houses at some places, at most `limit` of each.
 
-    Raises SettingError.
+    A place is a file (JSON, or one house a line in .jsonl and .jsonl.gz), or houses of ProcTHOR-10K by name; `report`
+    is told what is downloaded. Raises SettingError.
     """
-    found: list[Source] = []
-    for path in paths:
-        if not path.is_file():
-            raise SettingError(f"House file {str(path)!r} does not exist.")
-        if path.suffix in (".jsonl", ".gz"):
-            most = MOST_LINES if limit is None else limit
-            found += [Filed(path, number) for number, _ in zip(range(1, most + 1), _lines(path), strict=False)]
-        else:
-            found.append(Filed(path))
-    names = [source.name for source in found]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise SettingError(f"Several houses have the name {twice[0]!r}; rename the files.")
+    found: list[Filed] = []
+    for place in places:
+        found += islice(_of_dataset(place, report) if is_dataset(place) else _of_file(place), limit)
+    twice = next((name for name, count in Counter(source.name for source in found).items() if count > 1), None)
+    if twice is not None:
+        raise SettingError(f"Several houses have the name {twice!r}; rename the files, or name each house once.")
     return found
 
 
-def _lines(path: Path) -> Iterator[str]:
-    with gzip.open(path, "rt") if path.suffix == ".gz" else path.open() as lines:
-        yield from lines
+def house_at(place: str, report: OnDownload) -> House:
+    """Returns the one house in a JSON file, or of ProcTHOR-10K by name. Raises HouseError or SettingError."""
+    if not is_dataset(place):
+        return House.load(Path(place))
+    count = len(named(place).indices)
+    if count > 1:
+        raise SettingError(f"{place!r} names {count} houses; name one, e.g. {DATASET}:{named(place).split}:0.")
+    (source,) = filed([place], report=report)
+    return source.house()
 
 
-def _document(path: Path, number: int, text: str) -> dict:
+def read_all(sources: Iterable[Filed]) -> Iterator[tuple[Filed, House | HouseError]]:
+    """Yields each house, or why it is none; a file with a house a line is read once, in the order of its lines."""
+    for path, group in groupby(sources, key=lambda source: source.path):
+        left = {source.line: source for source in group}
+        if None in left:
+            yield left[None], _tried(left[None].house)
+            continue
+        fault = "there are fewer lines in it"
+        try:
+            for number, text in enumerate(lines_of(path), start=1):
+                source = left.pop(number, None)
+                if source is not None:
+                    yield source, _tried(partial(source.parsed, text))
+                if not left:
+                    break
+        except HouseError as error:
+            fault = str(error)
+        for source in left.values():
+            yield source, HouseError(f"House {source.name!r}, line {source.line} of {str(path)!r}: {fault}.")
+
+
+def _tried(make: Callable[[], House]) -> House | HouseError:
     try:
-        return read_json(text)
-    except ValueError as error:
-        raise SettingError(f"Line {number} of {str(path)!r} is not JSON: {error}.") from None
+        return make()
+    except HouseError as error:
+        return error
+
+
+def lines_of(path: Path) -> Iterator[bytes]:
+    """Yields the lines of a file, compressed or not. Raises HouseError."""
+    try:
+        with gzip.open(path, "rb") if path.suffix == ".gz" else path.open("rb") as lines:
+            yield from lines
+    except (OSError, EOFError, zlib.error) as error:
+        raise HouseError(f"House file {str(path)!r} cannot be read: {error}.") from None
+
+
+def _of_dataset(place: str, report: OnDownload) -> list[Filed]:
+    wanted = named(place)
+    return dataset_houses(wanted.split, wanted.indices, report)
+
+
+def dataset_houses(split: str, indices: Iterable[int], report: OnDownload, revision: str = REVISION) -> list[Filed]:
+    """Returns houses of ProcTHOR-10K; none is read yet. Raises SettingError."""
+    path = split_file(split, report, revision)
+    return [Filed(path, index + 1, f"{DATASET}_{split}_{index}", DATASET, split, revision) for index in indices]
+
+
+def _of_file(place: str) -> Iterator[Filed]:
+    path = Path(place)
+    if not path.is_file():
+        hint = did_you_mean(place.partition(":")[0], [DATASET])
+        raise SettingError(f"House file {place!r} does not exist.{hint}")
+    if path.suffix not in (".jsonl", ".gz"):
+        yield Filed(path)
+        return
+    for number, _ in zip(range(1, MOST_LINES + 1), lines_of(path), strict=False):
+        yield Filed(path, number)

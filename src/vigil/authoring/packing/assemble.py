@@ -7,13 +7,13 @@ enters. For a new version of a pack, what is kept of the old one enters before a
 import hashlib
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.authoring.drafting.drafts import Draft, DraftsFile
+from vigil.authoring.drafting.drafts import Draft, DraftsFile, HouseOrigin
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.strata import count_strata, stratum_of, text_guess
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
@@ -74,9 +74,11 @@ class PackRequest:
     families: tuple[Family, ...] = tuple(FAMILIES)
     is_seed_secret: bool = False
     """Whether the pack tells no more of the seed than its hash."""
+    asset_database_sha256: str | None = None
+    """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
 
 
-Check = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
+CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
 """Replays candidates. Returns episode id -> findings, for those that do not hold."""
 
 
@@ -186,7 +188,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
 
 
 def select_holding(
-    pool: Sequence[Candidate], pack_request: PackRequest, check: Check
+    pool: Sequence[Candidate], pack_request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
     """Returns a selection in which every solution holds, and what was left out because it does not."""
     left, bad = list(pool), dict[str, list[Finding]]()
@@ -207,7 +209,7 @@ def assemble(
     files: Sequence[DraftsFile],
     reviews: Sequence[Review],
     pack_request: PackRequest,
-    check: Check,
+    check: CandidateCheck,
     *,
     kept: DraftsFile | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
@@ -248,7 +250,9 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
     read = [file.read() for file in files]
     headers = [proposed.header for proposed in read]
     offered = sorted({draft.episode.id for proposed in read for draft in proposed.drafts})
+    origins = {origin.name: origin for proposed in read for origin in proposed.origins}
     return {
+        **_house_facts(chosen, origins, pack_request),
         "aliases": list(pack_request.aliases),
         "authors": sorted({header.author for header in headers}),
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
@@ -264,6 +268,16 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         "text_guess_sv": text_guess(members),
         "vigil": vigil.__version__,
     }
+
+
+def _house_facts(
+    chosen: Sequence[Candidate], origins: Mapping[str, HouseOrigin], pack_request: PackRequest
+) -> dict[str, Any]:
+    """Returns where houses are from that were not generated, and what gave their things sizes, as far as there is."""
+    names = sorted({candidate.episode.house.name for candidate in chosen} & origins.keys())
+    sources = {name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names}
+    facts = {"asset_database_sha256": pack_request.asset_database_sha256, "house_sources": sources}
+    return {name: fact for name, fact in facts.items() if fact}
 
 
 def seed_sha256(name: str, seed: int) -> str:

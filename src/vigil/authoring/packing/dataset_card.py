@@ -3,6 +3,7 @@
 The card is no part of the pack's hash: it is written anew when baselines have been measured on the frozen pack.
 """
 
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -147,10 +148,21 @@ def _making(meta: Mapping[str, Any]) -> str:
             "- Each episode passed every rule of VIGIL's validation, and its recorded solution was replayed.",
             f"- Reviewed by a person: {reviews['person']}; by a model alone: {reviews['model']}; by nobody: "
             f"{reviews['none']}.",
+            *_sources(meta),
             *guessed,
             "",
         ]
     )
+
+
+def _sources(meta: Mapping[str, Any]) -> list[str]:
+    """Returns which datasets houses are from that were not generated."""
+    rows = meta.get("house_sources", {}).values()
+    named = Counter(" ".join(filter(None, (row["dataset"], row.get("split"), row.get("revision")))) for row in rows)
+    if not named:
+        return []
+    told = ", ".join(f"{count} of {name}" for name, count in sorted(named.items()))
+    return [f"- Houses of others, each pinned in the manifest: {told}. Their own licence holds for them."]
 
 
 def _counts(found: Mapping[str, int]) -> str:

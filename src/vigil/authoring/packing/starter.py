@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vigil.actions import Action
+from vigil.authoring.drafting.drafts import id_stem
 from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.packing.dataset_card import write_card
@@ -112,10 +113,10 @@ class Selected:
         """Whether another episode about a category is welcome."""
         return not self.family_categories[family, category] and self.categories[category] < CATEGORY_USES
 
-    def add(self, episode: Episode, actions: tuple[Action, ...], category: str) -> None:
+    def add(self, episode: Episode, actions: tuple[Action, ...], category: str, house: House) -> None:
         """Takes over a valid episode, under its final id."""
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(actions)})
-        episode_id = self._id(episode, category)
+        episode_id = self._id(episode, category, house)
         self.episodes.append(episode.model_copy(update={"id": episode_id, "provenance": provenance}))
         self.solutions.append(Solution(episode_id=episode_id, actions=actions))
         self.uses[episode.house.name] += 1
@@ -123,9 +124,9 @@ class Selected:
         self.categories[category] += 1
         self.family_categories[episode.family, category] += 1
 
-    def _id(self, episode: Episode, category: str) -> str:
+    def _id(self, episode: Episode, category: str, house: House) -> str:
         taken = {each.id for each in self.episodes}
-        plain = f"procthor_{category.lower()}_seed{episode.provenance.seed or 0:03d}"
+        plain = id_stem(episode, category, house)
         family = f"{plain}_{episode.family.lower()}"
         more = (f"{family}{number}" for number in range(2, len(taken) + 3))
         return next(each for each in (plain, family, *more) if each not in taken)
@@ -197,7 +198,7 @@ def _fill(
                     continue
                 verdict = validator.validate(draft, house)
                 if verdict.is_valid:
-                    chosen.add(draft, verdict.actions, category)
+                    chosen.add(draft, verdict.actions, category, house)
                     return chosen.episodes[-1]
     raise EpisodeError(f"No house yields episode {number + 1} of kind {slot.family} {slot.kind}; add houses.")
 

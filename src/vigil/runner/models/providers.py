@@ -8,11 +8,10 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any, Literal
+from typing import Any
 
 from vigil.errors import did_you_mean
 
-Thinking = Literal["on", "off", "default"]
 Fields = Mapping[str, Any]
 """Settings of sampling, as `RunSettings` names them."""
 
@@ -65,8 +64,9 @@ class Provider:
     """The extra of `vigil-bench` that brings the client; empty where none is needed."""
     client: str = ""
     """The module of that client."""
-    is_tried: bool = True
-    """Whether the tests play it against a stand-in server; their environment does not have every client."""
+    is_in_tests: bool = True
+    """Whether the tests play it against a stand-in server. They do not have every client: the others were played so by
+    hand, once."""
 
     @property
     def is_installed(self) -> bool:
@@ -241,7 +241,7 @@ PROVIDERS: dict[str, Provider] = {
         signs_in=True,
         extra="azure",
         client="azure.ai.inference",
-        is_tried=False,
+        is_in_tests=False,
     ),
     "mistral": Provider(
         "Mistral",
@@ -258,7 +258,7 @@ PROVIDERS: dict[str, Provider] = {
         signs_in=True,
         extra="mistral",
         client="mistralai",
-        is_tried=False,
+        is_in_tests=False,
     ),
     "grok": Provider(
         "xAI Grok",

@@ -273,10 +273,11 @@ class EmbeddedSimulator:
         return thing
 
     def _flush(self) -> None:
-        state = self._now().state
-        changed = state.flush()
+        loaded = self._now()
+        changed = loaded.state.flush()
         if changed:
-            self._engine.update(state.scene, changed)
+            self._engine.update(loaded.state.scene, changed)
+            loaded.sight.forget()
 
     def _walk(self, action: Navigate) -> Effect:
         state = self._now().state

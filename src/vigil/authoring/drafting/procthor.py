@@ -1,0 +1,127 @@
+"""ProcTHOR-10K: houses of Ai2's dataset by split and index. The package `prior` downloads it once.
+
+    procthor-10k              the split train
+    procthor-10k:val          another split
+    procthor-10k:test:7       one house; indices are the dataset's, from 0
+    procthor-10k:test:0-99    houses 0 to 99
+
+The revision is pinned. `prior` would read all splits; here only the lines that are asked for are decoded.
+"""
+
+import re
+import sys
+from collections.abc import Callable
+from contextlib import chdir, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vigil.errors import SettingError, cut, did_you_mean
+
+DATASET, OWNER = "procthor-10k", "allenai"
+REVISION = "439193522244720b86d8c81cde2e51e3a4d150cf"
+"""The commit of the houses for AI2-THOR 5.0 and later."""
+FORM = f"{DATASET}[:SPLIT[:INDEX]], e.g. {DATASET}:val:7 or {DATASET}:val:0-99"
+GZIP_MAGIC = b"\x1f\x8b"
+MAX_REASON_CHARS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Split:
+    """What the pinned revision holds of a split."""
+
+    houses: int
+    megabytes: float
+
+
+SPLITS = {"train": Split(10_000, 53.3), "val": Split(1_000, 5.1), "test": Split(1_000, 5.0)}
+
+
+@dataclass(frozen=True, slots=True)
+class NamedHouses:
+    """Houses of the dataset that a text names."""
+
+    split: str
+    indices: range
+
+
+def is_dataset(text: str) -> bool:
+    """Says whether a text is meant as houses of the dataset, and not as a file."""
+    return text.partition(":")[0] == DATASET
+
+
+def named(text: str) -> NamedHouses:
+    """Returns which houses a text such as `procthor-10k:val:0-99` names. Raises SettingError."""
+    _, _, rest = text.partition(":")
+    name, _, index = rest.partition(":")
+    name = name if ":" in text else "train"
+    if name not in SPLITS:
+        hint = did_you_mean(f"{DATASET}:{name}", [f"{DATASET}:{split}" for split in SPLITS])
+        raise SettingError(f"{text!r}: the dataset has no split {name!r}.{hint} Splits: {', '.join(SPLITS)}.")
+    last = SPLITS[name].houses - 1
+    if not text.count(":") > 1:
+        return NamedHouses(name, range(last + 1))
+    found = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", index, re.ASCII)
+    if found is None:
+        raise SettingError(f"{text!r}: {index!r} is no index. Houses are named by {FORM}.")
+    low, high = int(found[1]), int(found[2] or found[1])
+    if low > high or high > last:
+        raise SettingError(f"{text!r}: split {name!r} has houses 0 to {last}, and a range begins with the smaller.")
+    return NamedHouses(name, range(low, high + 1))
+
+
+def split_file(split: str, report: Callable[[str], None], revision: str = REVISION) -> Path:
+    """Returns the file with a split's houses, one a line; downloads the dataset where it is not there.
+
+    `report` is told beforehand what is downloaded. Raises SettingError without `prior`, or when it fails.
+    """
+    prior = _prior()
+    folder = Path(prior.DATASET_DIR) / OWNER / DATASET
+    path = folder / revision / f"{split}.jsonl.gz"
+    if not _is_fetched(path):
+        megabytes = sum(each.megabytes for each in SPLITS.values())
+        report(
+            f"{DATASET}, revision {revision[:7]}, is downloaded once: about {megabytes:.0f} MB from "
+            f"github.com/{OWNER}/{DATASET}, by the package prior, with git and git-lfs, into {folder}."
+        )
+        _download(prior, folder, revision)
+    if not _is_fetched(path):
+        raise SettingError(f"{str(path)!r} is missing or not whole after the download. {_remedy(folder)}")
+    return path
+
+
+def _is_fetched(path: Path) -> bool:
+    """Says whether a file is there, and not only Git LFS's note of it."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
+
+
+def _download(prior: Any, folder: Path, revision: str) -> None:
+    try:
+        with chdir("."), redirect_stdout(sys.stderr):  # prior stays in its own folder when it fails
+            prior.load_dataset(DATASET, revision=revision, entity=OWNER)
+    except Exception as error:  # prior lets through whatever git, GitHub and the file system raise
+        reason = cut(f"{type(error).__name__} {error}".strip(), MAX_REASON_CHARS)
+        raise SettingError(f"{DATASET} could not be downloaded ({reason}). {_remedy(folder)}") from error
+
+
+def _remedy(folder: Path) -> str:
+    return (
+        f"Look whether this machine reaches github.com and has git and git-lfs; or copy the folder {str(folder)!r} "
+        "from one that has the dataset, which then needs no network."
+    )
+
+
+def _prior() -> Any:
+    try:
+        import prior  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise SettingError(
+            f"{DATASET} is read by the package prior, which is not installed. Give: "
+            'pip install "vigil-bench[procthor]"; or give a file of houses.'
+        ) from None
+    except KeyError:
+        raise SettingError(f"{DATASET} is kept in ~/.prior, and the variable HOME is not set. Set it.") from None
+    return prior

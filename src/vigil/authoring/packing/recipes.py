@@ -1,0 +1,214 @@
+"""Recipes: from which houses, with which seed and options a pack is made, and the SHA-256 that it must come out with.
+
+Houses of others are not shipped; a recipe names each by its place in a dataset and its hash, so that whoever has the
+dataset makes the same bytes. Recipes that come with the package lie in `vigil/recipes`.
+"""
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from hashlib import sha256
+from importlib.metadata import version
+from importlib.resources import files
+from itertools import groupby
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from vigil.authoring.drafting.drafts import HouseOrigin
+from vigil.authoring.drafting.procthor import DATASET
+from vigil.authoring.drafting.sources import Filed, dataset_houses, read_all
+from vigil.authoring.packing.assemble import PackRequest
+from vigil.episode import Family
+from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
+from vigil.pack import NAME_PATTERN
+from vigil.strict_json import read_json
+from vigil.versions import PackVersions
+
+PACKAGED = Path(str(files("vigil") / "recipes"))
+LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
+"""Whose versions may move a float, and with it a pack's bytes."""
+
+
+class Recipe(BaseModel):
+    """All that a pack on houses of others is made from, but for the houses."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    schema_version: int = 1
+    name: str = Field(pattern=NAME_PATTERN)
+    """Of the pack."""
+    houses_from: str = ""
+    """Where the dataset is to be had, for people."""
+    seed: int
+    families: tuple[Family, ...]
+    per_family: int = Field(ge=1)
+    house_uses: int = Field(ge=1)
+    backend: str
+    asset_database_sha256: str | None = None
+    """Of AI2-THOR's asset database; None when things have the typical sizes of their kinds."""
+    versions: PackVersions
+    made_with: dict[str, str]
+    """Python and libraries, with which the bytes came out."""
+    pack_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
+    drafted_in: int | None = Field(default=None, ge=1)
+    """How many of the houses, drawn by the seed, episodes are proposed in; None for all."""
+    is_spread: bool = False
+    """Whether each is asked for one family alone, in turn."""
+    houses: tuple[HouseOrigin, ...] = Field(min_length=1)
+
+    @property
+    def request(self) -> PackRequest:
+        """The pack to assemble."""
+        return PackRequest(
+            self.name,
+            self.per_family,
+            self.seed,
+            self.house_uses,
+            families=self.families,
+            asset_database_sha256=self.asset_database_sha256,
+        )
+
+    def notes(self) -> list[str]:
+        """Returns what here differs from where the recipe was made, and may change the bytes."""
+        here = made_with()
+        told = [
+            f"{name} {was} (here {here.get(name)})" for name, was in self.made_with.items() if here.get(name) != was
+        ]
+        versions = self.versions.note(f"Recipe {self.name!r}")
+        return [
+            *([versions] if versions else []),
+            *([f"The recipe was made with {', '.join(told)}: the bytes may differ."] if told else []),
+        ]
+
+    def save(self, path: Path) -> None:
+        """Writes the recipe, a house a line."""
+        rows = [house.model_dump_json(exclude={"line"}, exclude_none=True) for house in self.houses]
+        head = self.model_dump_json(indent=1, exclude={"houses"})
+        path.write_text(head.removesuffix("\n}") + ',\n "houses": [\n  ' + ",\n  ".join(rows) + "\n ]\n}\n", "utf-8")
+
+    @classmethod
+    def load(cls, place: str) -> "Recipe":
+        """Returns the recipe in a file, or the packaged one of that name. Raises SettingError."""
+        packaged = {path.stem: path for path in sorted(PACKAGED.glob("*.json"))}
+        path = packaged.get(place, Path(place))
+        if not path.is_file():
+            names = ", ".join(packaged)
+            raise SettingError(
+                f"Recipe {place!r} is no file.{did_you_mean(place, packaged)} Packaged recipes: {names}."
+            )
+        try:
+            return cls.model_validate(read_json(path.read_bytes()))
+        except ValidationError as error:
+            raise SettingError(f"Recipe {str(path)!r}: {first_fault(error)}.") from None
+        except ValueError as error:
+            raise SettingError(f"Recipe {str(path)!r} is not JSON: {error}.") from None
+
+
+def recipe_of(
+    pack_request: PackRequest,
+    origins: Iterable[HouseOrigin],
+    pack_sha256: str,
+    *,
+    backend: str,
+    drafted_in: int | None,
+    is_spread: bool,
+) -> Recipe:
+    """Returns the recipe of a pack that nobody reviewed, whose houses are all of others."""
+    return Recipe(
+        name=pack_request.name,
+        seed=pack_request.seed,
+        families=pack_request.families,
+        per_family=pack_request.per_family,
+        house_uses=pack_request.house_uses,
+        backend=backend,
+        asset_database_sha256=pack_request.asset_database_sha256,
+        versions=PackVersions.here(),
+        made_with=made_with(),
+        pack_sha256=pack_sha256,
+        drafted_in=drafted_in,
+        is_spread=is_spread,
+        houses=tuple(origins),
+    )
+
+
+def made_with() -> dict[str, str]:
+    """Returns the versions here of Python and of what may move a float."""
+    return {"python": ".".join(map(str, sys.version_info[:2])), **{name: version(name) for name in LIBRARIES}}
+
+
+def check_assets(recipe: Recipe, path: Path | None) -> None:
+    """Raises SettingError when things would have other sizes than the recipe's."""
+    wanted, given = recipe.asset_database_sha256, file_sha256(path)
+    if wanted == given:
+        return
+    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give --assets with that file."
+    raise SettingError(
+        f"Recipe {recipe.name!r} was made {_with(wanted)}, and this would be made {_with(given)}: things would have "
+        f"other sizes. {do}"
+    )
+
+
+def _with(database: str | None) -> str:
+    return "without an asset database" if database is None else f"with the asset database of SHA-256 {database[:12]}"
+
+
+def file_sha256(path: Path | None) -> str | None:
+    """Returns the hash of a file's bytes; None without a file. Raises SettingError."""
+    if path is None:
+        return None
+    try:
+        return sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise SettingError(f"{str(path)!r} cannot be read: {error.strerror}.") from None
+
+
+def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[Filed]:
+    """Returns the recipe's houses: of ProcTHOR-10K by themselves, others out of the files `given`.
+
+    Raises SettingError when a file is missing.
+    """
+    found: list[Filed] = []
+    for (dataset, split, revision), group in groupby(
+        recipe.houses, lambda each: (each.dataset, each.split, each.revision)
+    ):
+        rows = list(group)
+        if dataset == DATASET:
+            found += dataset_houses(split or "", [row.index or 0 for row in rows], report, revision or "")
+            continue
+        path = _file(dataset, given, sum(row.dataset != DATASET for row in recipe.houses) == len(rows))
+        found += [Filed(path, None if row.index is None else row.index + 1, row.name, dataset) for row in rows]
+    return found
+
+
+def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
+    """Returns which of the given files holds a dataset: the one of its name, or the only one there is."""
+    same = [place for place in given if Path(place).name == dataset]
+    if not same and is_only_one and len(given) == 1:
+        same = list(given)
+    if not same or not Path(same[0]).is_file():
+        raise SettingError(f"The recipe takes houses of {dataset!r}: give that file with --houses.")
+    return Path(same[0])
+
+
+def origins_of(sources: Iterable[Filed]) -> list[HouseOrigin]:
+    """Returns where each house is from, with its hash. Raises HouseError at the first that is none."""
+    found: list[HouseOrigin] = []
+    for source, house in read_all(sources):
+        if isinstance(house, HouseError):
+            raise house
+        found.append(source.origin(house))
+    return found
+
+
+def check_houses(recipe: Recipe, sources: Iterable[Filed]) -> None:
+    """Raises PackMismatch that names the first house which is not the recipe's."""
+    wanted = {row.name: row.sha256 for row in recipe.houses}
+    for number, (source, house) in enumerate(read_all(sources), start=1):
+        place = f"house {number} of the {len(wanted)} of recipe {recipe.name!r}, {source.name!r}"
+        if isinstance(house, HouseError):
+            raise PackMismatch(f"The first that is missing is {place}: {house}")
+        if house.sha256 != wanted[source.name]:
+            raise PackMismatch(
+                f"The first that differs is {place}: SHA-256 {house.sha256}, the recipe's {wanted[source.name]}. "
+                "It is another version of the dataset; take the one that the recipe names."
+            )

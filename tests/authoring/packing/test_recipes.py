@@ -1,0 +1,147 @@
+"""Recipes: the same houses give the same bytes; other houses, sizes or files are named."""
+
+import gzip
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from prior_stand_in import Prior, as_procthor_writes
+from typer.testing import CliRunner, Result
+
+from vigil.authoring.drafting.procthor import REVISION
+from vigil.authoring.packing.recipes import PACKAGED, Recipe, made_with
+from vigil.cli import app
+from vigil.errors import EpisodeError, PackMismatch, SettingError
+from vigil.housegen import generate, spec_for
+from vigil.pack import Pack
+
+MADE = ("--family", "PG", "--per-family", "1", "--seed", "5", "--workers", "1")
+
+
+def vigil(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["pack", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def lines() -> list[bytes]:
+    """Two houses as ProcTHOR writes them."""
+    return [as_procthor_writes(generate(seed, spec_for("bathroom")).data) for seed in (4, 6)]
+
+
+@pytest.fixture(scope="module")
+def made(lines: list[bytes], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a file of houses, a pack made of it, and the pack's recipe."""
+    folder = tmp_path_factory.mktemp("recipes")
+    (folder / "two.jsonl.gz").write_bytes(gzip.compress(b"\n".join(lines), mtime=0))
+    done = vigil("make", "--name", "two", "--houses", folder / "two.jsonl.gz", *MADE, "--out", folder / "pack")
+    assert done.exit_code == 0, done.output
+    return folder
+
+
+def with_drafts(made: Path, out: Path) -> Path:
+    """Puts the finished drafts of the pack beside `out`, which is returned: what continues them drafts nothing."""
+    shutil.copy(made / "pack.drafts.jsonl", out.with_name(f"{out.name}.drafts.jsonl"))
+    shutil.copytree(made / "pack.drafts.houses", out.with_name(f"{out.name}.drafts.houses"))
+    return out
+
+
+def test_the_pack_tells_where_its_houses_are_from(made: Path) -> None:
+    pack = Pack.load(made / "pack")
+    (episode,) = pack.episodes
+    assert episode.id.startswith("procthor_")
+    assert f"_house00{episode.house.name[-1]}_pg_" in episode.id
+    number = int(episode.house.name.removeprefix("two_"))
+    expected = {"dataset": "two.jsonl.gz", "index": number - 1, "sha256": episode.house.sha256}
+    assert pack.manifest.meta["house_sources"] == {episode.house.name: expected}
+    assert pack.manifest.meta["seed"] == 5
+
+
+def test_the_recipe_holds_hashes_and_no_house(made: Path) -> None:
+    text = (made / "pack.recipe.json").read_text()
+    recipe = Recipe.load(str(made / "pack.recipe.json"))
+    assert [house.name for house in recipe.houses] == ["two_1", "two_2"]
+    assert recipe.pack_sha256 == Pack.load(made / "pack").sha256
+    assert recipe.made_with == made_with()
+    assert "floorPolygon" not in text
+    assert recipe.notes() == []
+
+
+def test_whoever_has_the_houses_makes_the_same_bytes(made: Path, lines: list[bytes], tmp_path: Path) -> None:
+    """Under another file name, written with other spaces."""
+    renamed = tmp_path / "mine.jsonl"
+    renamed.write_text("".join(f"{json.dumps(json.loads(line), indent=None)}\n" for line in lines))
+    done = vigil("remake", made / "pack.recipe.json", "--houses", renamed, "--out", tmp_path / "again")
+    assert done.exit_code == 0, done.output
+    assert "2 houses are those of recipe 'two'" in done.stdout
+    assert "the same bytes" in done.stdout
+    files = [path.relative_to(made / "pack") for path in sorted((made / "pack").rglob("*")) if path.is_file()]
+    assert all((made / "pack" / file).read_bytes() == (tmp_path / "again" / file).read_bytes() for file in files)
+
+
+def test_the_first_house_that_differs_is_named(made: Path, lines: list[bytes], tmp_path: Path) -> None:
+    changed = lines[1].replace(b'"horizon": ', b'"horizon": 1', 1)
+    assert changed != lines[1]
+    (tmp_path / "two.jsonl").write_bytes(lines[0] + b"\n" + changed + b"\n")
+    done = vigil("remake", made / "pack.recipe.json", "--houses", tmp_path / "two.jsonl", "--out", tmp_path / "o")
+    assert isinstance(done.exception, PackMismatch)
+    assert "The first that differs is house 2 of the 2 of recipe 'two', 'two_2'" in str(done.exception)
+    assert not (tmp_path / "o").exists()
+    (tmp_path / "one.jsonl").write_bytes(lines[0] + b"\n")
+    done = vigil("remake", made / "pack.recipe.json", "--houses", tmp_path / "one.jsonl", "--out", tmp_path / "o")
+    assert "The first that is missing is house 2 of the 2" in str(done.exception)
+
+
+def test_other_bytes_are_told(made: Path, tmp_path: Path) -> None:
+    recipe = Recipe.load(str(made / "pack.recipe.json"))
+    other = recipe.model_copy(update={"pack_sha256": "0" * 64, "made_with": {**recipe.made_with, "numpy": "0.1"}})
+    other.save(tmp_path / "other.json")
+    out = with_drafts(made, tmp_path / "o")
+    done = vigil("remake", tmp_path / "other.json", "--houses", made / "two.jsonl.gz", "--out", out)
+    assert done.exit_code == 2
+    assert f"not the recipe's bytes: its pack has sha256 {'0' * 64}" in done.stdout
+    assert "numpy 0.1 (here" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["pack.recipe.json"], ["'two.jsonl.gz'", "--houses"]),
+        (["pack.recipe.json", "--houses", "nothing.jsonl"], ["'two.jsonl.gz'", "--houses"]),
+        (["pack.recipe.json", "--houses", "two.jsonl.gz", "--assets", "two.jsonl.gz"], ["without", "VIGIL_ASSETS"]),
+        (["no_such_recipe"], ["'no_such_recipe' is no file", *(path.stem for path in PACKAGED.glob("*.json"))]),
+        (["two.jsonl.gz"], ["is not JSON"]),
+        (["pack/manifest.json"], ["manifest.json'"]),
+    ],
+)
+def test_what_is_no_recipe_or_lacks_something_is_named(
+    made: Path, arguments: list[str], words: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(made)
+    done = vigil("remake", *arguments, "--out", "o")
+    assert isinstance(done.exception, SettingError)
+    for word in words:
+        assert word in str(done.exception)
+
+
+def test_a_recipe_of_procthor_10k_asks_for_no_file(
+    lines: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "prior", Prior(tmp_path / "datasets", lines))
+    done = vigil("make", "--name", "p", "--houses", "procthor-10k:val:1", *MADE, "--out", tmp_path / "pack")
+    assert done.exit_code == 0, done.output
+    assert "63 MB" in done.stderr
+    recipe = Recipe.load(str(tmp_path / "pack.recipe.json"))
+    assert [(row.dataset, row.split, row.index) for row in recipe.houses] == [("procthor-10k", "val", 1)]
+    assert recipe.houses[0].revision == REVISION
+    again = vigil("remake", tmp_path / "pack.recipe.json", "--out", with_drafts(tmp_path, tmp_path / "again"))
+    assert again.exit_code == 0, again.output
+    assert "the same bytes" in again.stdout
+
+
+def test_too_few_drafts_are_no_recipe(made: Path, tmp_path: Path) -> None:
+    arguments = ["--name", "n", "--houses", made / "two.jsonl.gz", *MADE, "--per-family", "90"]
+    done = vigil("make", *arguments, "--out", with_drafts(made, tmp_path / "pack"))
+    assert isinstance(done.exception, EpisodeError)
+    assert not list(tmp_path.glob("*.recipe.json"))
