@@ -305,7 +305,7 @@ def _summary(file: DraftsFile) -> None:
     print(f"{file.path}: {len(proposed.drafts)} drafts, {len(proposed.rejections)} rejected")
 
 
-def _sources(houses: list[str], seeds: str | None, rooms: str, limit: int | None) -> list[Source]:
+def _sources(houses: list[str], seeds: str | None, rooms: str, limit: int | None) -> Sequence[Source]:
     if bool(houses) == (seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
     return filed(houses, limit, tell) if seeds is None else seeded(seeds, _specs(rooms))
