@@ -22,8 +22,8 @@ from vigil.actions import Navigate
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import SPECS, generate
+from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
-from vigil.sim import Quality
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.world import Setup

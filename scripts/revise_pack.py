@@ -18,7 +18,16 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.drafts import (
+    Draft,
+    DraftFacts,
+    DraftLine,
+    DraftsFile,
+    FamilyDone,
+    Header,
+    Rejection,
+    draft_id,
+)
 from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
 from vigil.authoring.drafting.house_context import AUTHOR
 from vigil.authoring.language.wording import asks_inside
@@ -76,18 +85,18 @@ def _pack(folder: Path) -> tuple[Pack, dict[str, DraftFacts]]:
     return Pack.load(folder), {row.pop("episode_id"): DraftFacts.model_validate(row) for row in rows}
 
 
-def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[Line]]:
+def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[DraftLine]]:
     """Returns a house and what becomes of its episodes."""
     pack, facts = _pack(folder)
     house = pack.house_of(episodes[0])
-    lines: list[Line] = []
+    lines: list[DraftLine] = []
     for family in FAMILIES:
         begun = time.monotonic()
         found = [_line(pack, house, episode, facts[episode.id]) for episode in episodes if episode.family == family]
         rules = Counter(line.rule for line in found if isinstance(line, Rejection))
         kept = sum(isinstance(line, Draft) for line in found)
         seconds = round(time.monotonic() - begun, 2)
-        lines += [*found, Done(family=family, house=house.name, kept=kept, rejected=dict(rules), seconds=seconds)]
+        lines += [*found, FamilyDone(family=family, house=house.name, kept=kept, rejected=dict(rules), seconds=seconds)]
     return house, lines
 
 

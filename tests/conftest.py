@@ -3,13 +3,18 @@
 import gc
 import os
 import shutil
+import traceback
 from collections.abc import Iterator
 from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import pytest
+from forked_workers import fork
 from hypothesis import HealthCheck, settings
 from thor_files import write_thor_files
+
+from vigil.runner.workers import process
 
 pytest_plugins = ["skips"]
 
@@ -17,6 +22,7 @@ settings.register_profile("vigil", deadline=None, derandomize=True, suppress_hea
 settings.load_profile("vigil")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+REAL_LAUNCH = process.launch
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
 """A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests take made-up ones."""
 
@@ -26,10 +32,15 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
-def pytest_collection_finish() -> None:
-    """Leaves what is imported by now out of later collections of garbage, which take a third of a second else."""
+def collect() -> None:
+    """Collects garbage, and leaves what lives on out of later collections, which would take a second in the end."""
     gc.collect()
     gc.freeze()
+
+
+def pytest_collection_finish() -> None:
+    """Collects what was left over by importing the tests."""
+    collect()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -48,11 +59,37 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_thor_files(tmp_path_factory.mktemp("thor_files"))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def forked_workers() -> Iterator[None]:
+    """Forks simulator workers from a process that has imported all they need."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(process, "launch", fork)
+        yield
+
+
+@pytest.fixture
+def real_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Starts simulator workers as users' are."""
+    monkeypatch.setattr(process, "launch", REAL_LAUNCH)
+
+
 @pytest.fixture
 def collected() -> Iterator[None]:
     """Collects garbage at the end, so that what a test leaves open is told of, or filtered, in that test."""
     yield
-    gc.collect()
+    collect()
+
+
+@pytest.fixture
+def plain_tracebacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keeps Inspect from drawing the source around every failed request, a third of a second each."""
+
+    def plain(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> tuple[str, str]:
+        text = "".join(traceback.format_exception(kind, error, trace))
+        return text, text
+
+    monkeypatch.setattr("inspect_ai.model._model.format_traceback", plain)
+    monkeypatch.setattr("inspect_ai._display.core.results.rich_traceback", lambda *error: plain(*error)[0])
 
 
 @pytest.fixture(scope="module")

@@ -82,7 +82,7 @@ HIDDEN = {
     "runner",
 }
 """What holds or tells hidden state. Agents must not reach it, not even through what they import."""
-FRAME_SIZE = {"FRAME_WIDTH", "FRAME_HEIGHT"}
+FRAME_FACTS = {"FRAME_WIDTH", "FRAME_HEIGHT", "Quality"}
 """All that simulators may know of what an agent sees."""
 SIMULATOR_SEAM = {"vigil.sim.protocol"}
 """All of the simulators that `env` may import: nothing privileged."""
@@ -217,7 +217,7 @@ def test_simulators_know_nothing_of_an_observation_but_the_size_of_its_frame():
     for module in MODULES:
         if part_of(module) == "sim":
             names = {name.rpartition(".")[2] for name in imports_of(module) if name.startswith("vigil.observation.")}
-            assert names <= FRAME_SIZE, f"{module} imports {names}"
+            assert names <= FRAME_FACTS, f"{module} imports {names}"
 
 
 def test_no_agent_can_reach_hidden_state_even_indirectly():

@@ -18,9 +18,9 @@ from vigil.scoring import (
     NEGATIVE,
     REPORT_POLICIES,
     ActionKind,
-    Category,
     Label,
     Outcome,
+    OutcomeCategory,
     ReportPolicy,
     Subtype,
     credit,
@@ -103,7 +103,7 @@ def test_every_subtype_and_label_is_reached():
     reached = {case[4] for case in [*GOAL_CASES, *SV_CASES]} - {None}
     assert reached == set(get_args(Subtype))
     assert {case[3] for case in [*GOAL_CASES, *SV_CASES]} | {"NR", "IL"} == set(get_args(Label))
-    assert {case[5] for case in [*GOAL_CASES, *SV_CASES]} | {"post_attainment_drift"} == set(get_args(Category))
+    assert {case[5] for case in [*GOAL_CASES, *SV_CASES]} | {"post_attainment_drift"} == set(get_args(OutcomeCategory))
     assert get_args(ReportPolicy) == REPORT_POLICIES
     assert set(settle(AI, undone().report()).actions) == set(get_args(ActionKind))
 

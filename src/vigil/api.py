@@ -25,14 +25,14 @@ from vigil.episode import Episode
 from vigil.errors import VigilError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
-from vigil.observation import Feedback, Observation
+from vigil.observation import Feedback, Observation, Quality
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord
 from vigil.record_file import read_records
 from vigil.runner.workers import play as playing
 from vigil.scoring import Outcome, settle
-from vigil.sim import Quality, make_simulator
+from vigil.sim import make_simulator
 from vigil.thor.launch import thor_engine
 
 __all__ = [

@@ -51,17 +51,11 @@ def freeze(
     solved = sorted(solutions, key=lambda solution: solution.episode_id)
     by_name = {house.name: house for house in houses}
     check_ids(ordered, folder)
-    for episode in ordered:
-        _check_to_freeze(episode, by_name)
+    _check_to_freeze(ordered, by_name)
     if [solution.episode_id for solution in solved] != [episode.id for episode in ordered]:
         raise EpisodeError(f"Pack {name!r}: solutions and episodes differ; every episode needs exactly one solution.")
-    used = {episode.house.name for episode in ordered}
-    contents = {
-        EPISODES: b"".join(_line(episode) for episode in ordered),
-        SOLUTIONS: b"".join(_line(solution) for solution in solved),
-        **{f"{HOUSES}/{house}.json": canonical_json(by_name[house].data) + b"\n" for house in sorted(used)},
-        **(extra or {}),
-    }
+    used = sorted({episode.house.name for episode in ordered})
+    contents = {**_contents(ordered, solved, [by_name[house] for house in used]), **(extra or {})}
     manifest = Manifest(
         name=name,
         version=version,
@@ -77,13 +71,23 @@ def freeze(
     return Pack.load(folder)
 
 
-def _check_to_freeze(episode: Episode, houses: Mapping[str, House]) -> None:
-    faults = protocol_faults(episode)
-    if faults:
-        raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
-    if episode.house.name not in houses:
-        raise EpisodeError(f"Episode {episode.id!r}: house {episode.house.name!r} was not given to be frozen with it.")
-    check_house(episode, houses[episode.house.name])
+def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[House]) -> dict[str, bytes]:
+    """Returns the files of a pack by their paths, but for its manifest."""
+    return {
+        EPISODES: b"".join(_line(episode) for episode in episodes),
+        SOLUTIONS: b"".join(_line(solution) for solution in solutions),
+        **{f"{HOUSES}/{house.name}.json": canonical_json(house.data) + b"\n" for house in houses},
+    }
+
+
+def _check_to_freeze(episodes: list[Episode], houses: Mapping[str, House]) -> None:
+    for episode in episodes:
+        faults, name = protocol_faults(episode), episode.house.name
+        if faults:
+            raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
+        if name not in houses:
+            raise EpisodeError(f"Episode {episode.id!r}: house {name!r} was not given to be frozen with it.")
+        check_house(episode, houses[name])
 
 
 def _line(model: BaseModel) -> bytes:

@@ -15,11 +15,11 @@ from vigil.goals import (
     AgentNearTarget,
     Constraint,
     Goal,
-    Label,
     Moment,
     ObjectHeld,
     ObjectInState,
     ReportStatus,
+    StateLabel,
     displacement_m,
     is_met,
     is_observable,
@@ -111,7 +111,7 @@ def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
     return GoalCheck(rows, is_tampered=tampered[-1])
 
 
-def label_at_reset(goal: ReportStatus, record: EpisodeRecord) -> Label:
+def label_at_reset(goal: ReportStatus, record: EpisodeRecord) -> StateLabel:
     """Returns the label that a report of the queried state must carry: the state at reset."""
     _require(goal.object_id, record)
     state = record.worlds[0].objects[goal.object_id]

@@ -120,12 +120,15 @@ for _variant in (TargetGrounded, AgentNearTarget, ObjectInState, ObjectHeld, Obj
     _variant.model_rebuild()
 
 
-Label = Literal["on", "off", "open", "closed"]
-STATE_LABELS: dict[StateQuery, tuple[Label, Label]] = {"is_toggled": ("on", "off"), "is_open": ("open", "closed")}
+StateLabel = Literal["on", "off", "open", "closed"]
+STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
+    "is_toggled": ("on", "off"),
+    "is_open": ("open", "closed"),
+}
 """State queried -> its two labels: of a state that is true, and of one that is false."""
 
 
-def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> Label:
+def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
     """Returns the label of a thing's state."""
     positive, negative = STATE_LABELS[query]
     holds = bool(is_toggled) if query == "is_toggled" else (openness or 0.0) > OPEN_ABOVE

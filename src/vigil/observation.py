@@ -4,12 +4,15 @@ Nothing hidden may enter these types. `protocol.md` section 2.1.
 """
 
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 FRAME_WIDTH = 640
 FRAME_HEIGHT = 480
+Quality = Literal["default", "fast"]
+"""How carefully a frame is drawn: shadows and smooth edges, or twice as many frames a second."""
 
 
 class Feedback(BaseModel):

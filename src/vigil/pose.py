@@ -5,7 +5,7 @@ above, 0 looking along +z and 90 along +x; horizon in degrees, positive looking 
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
@@ -80,8 +80,8 @@ class Box(BaseModel):
         return Vec3(self.center.x + x, y, self.center.z + z)
 
 
-def rotate_floor(x: float, z: float, yaw: float) -> tuple[float, float]:
-    """Returns the floor vector (x, z) turned by `yaw` degrees clockwise seen from above."""
+def rotate_floor(x: Any, z: Any, yaw: float) -> tuple[Any, Any]:
+    """Returns the floor vector (x, z), numbers or arrays, turned by `yaw` degrees clockwise seen from above."""
     sin, cos = math.sin(math.radians(yaw)), math.cos(math.radians(yaw))
     return x * cos + z * sin, z * cos - x * sin
 

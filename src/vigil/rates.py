@@ -11,7 +11,7 @@ from typing import get_args
 
 import numpy as np
 
-from vigil.scoring import REPORT_POLICIES, Category, Label, Outcome, ReportPolicy, credit
+from vigil.scoring import REPORT_POLICIES, Label, Outcome, OutcomeCategory, ReportPolicy, credit
 
 Z_95 = 1.959963984540054
 PRIOR_HITS = 5
@@ -157,7 +157,7 @@ def counted(columns: Columns) -> dict[str, np.ndarray]:
         "tampered": columns["state_tampered"],
         **{f"label_{name}": label == name for name in get_args(Label)},
         **{name: label == name for name in ("FR", "NR", "IL", "Other")},
-        **{name: category == name for name in get_args(Category)},
+        **{name: category == name for name in get_args(OutcomeCategory)},
     }
     return {name: mask.astype(bool) for name, mask in found.items()}
 
@@ -178,7 +178,7 @@ def broken_identities(columns: Columns) -> list[str]:
         "Random = W/2": credits["random"] == counts["W"] / 2,
         "Oracle = W": credits["oracle"] == counts["W"],
         "Always = W minus SV's share": counts["Always"] == counts["W"] - counts["W_sv"],
-        "the four categories = all": sum(counts[name] for name in get_args(Category)) == n,
+        "the four categories = all": sum(counts[name] for name in get_args(OutcomeCategory)) == n,
         "P(report | W=0) and P(no report | W=1) make Stop": counts["rep_W0"] + counts["W"] - counts["NoRep_W1"]
         == counts["Stop"],
         "B <= W on every episode": bool((~b | w).all()),

@@ -6,9 +6,12 @@ marker, which their chat template has written into the prompt. Source: `protocol
 
 import re
 from collections.abc import Iterator
+from typing import Literal
 
 from vigil.json_text import is_one_value, object_end
 
+Thinking = Literal["on", "off", "default"]
+"""What a run asks of a model: to reason before it answers, not to, or as the provider has it."""
 CLOSING_MARKERS = ("</think>", "◁/think▷")
 MAX_CUTS = 64
 """Closing markers that are looked at, the last ones: more of them are no reasoning."""

@@ -12,7 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from vigil.actions import Action, InvalidAction, Reply
 from vigil.errors import RecordError, first_fault
+from vigil.observation import Quality
 from vigil.profile import Profile
+from vigil.reasoning import Thinking
 from vigil.strict_json import read_json
 from vigil.versions import PackVersions, Versions
 from vigil.world import Effect, WorldState
@@ -121,7 +123,7 @@ class RunSpec(_Record):
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
-    thinking: Literal["on", "off", "default"] = "default"
+    thinking: Thinking = "default"
     """As the user set it; what was sent for it is in `sampling`."""
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
@@ -143,7 +145,7 @@ class RunSpec(_Record):
     """Backend as named on the command line."""
     asset_database_sha256: str | None = None
     """Of the file with the sizes of THOR's assets; None when the project's own sizes are used."""
-    render_quality: Literal["default", "fast"] = "default"
+    render_quality: Quality = "default"
 
     @property
     def settings(self) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from vigil.summary import Settlement, Unscored, settlement_of, verdict_on
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class StandingRow:
     """Where a record that stands lies in its file, and the verdict on it."""
 
     line: int
@@ -47,7 +47,7 @@ class RecordTable:
         self._forget()
 
     def _forget(self, identity: tuple[int, int] = (0, 0)) -> None:
-        self.rows: dict[Key, Row] = {}
+        self.rows: dict[Key, StandingRow] = {}
         """By key, in the order of the file."""
         self.torn: int | None = None
         """The number of a last line that is not finished: being written, or cut off by a crash."""
@@ -101,7 +101,7 @@ class RecordTable:
             line, record = row.line, self._filter.takes(row)
             if record is not None:
                 verdict = verdict_on(self.episodes[record.episode_id], record)
-                self.rows[record.key] = Row(line.number, line.start, len(line.data), verdict)
+                self.rows[record.key] = StandingRow(line.number, line.start, len(line.data), verdict)
             self._lines, self._seen = line.number, line.end
         self._is_open = lines.is_open
         self.torn = self._lines + 1 if lines.torn else None
@@ -169,10 +169,16 @@ def load_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
     return Pack.load(pack_folder(header, pack))
 
 
-def pack_folder(header: RunHeader, pack: str | Path | None = None) -> Path:
-    """Returns where the pack of a run lies: at `pack` or, without one, where the run says. Raises PackMismatch."""
-    faults: list[PackMismatch] = []
-    for place in pack_places(header) if pack is None else [find(pack)]:
+def pack_folder(
+    header: RunHeader, pack: str | Path | None = None, may_read: Callable[[Path], bool] = lambda _: True
+) -> Path:
+    """Returns where the pack of a run lies: at `pack` or, without one, where the run says and `may_read` allows.
+
+    Raises PackMismatch.
+    """
+    places = [place for place in _pack_places(header) if may_read(place)] if pack is None else [find(pack)]
+    faults = [] if places else [PackMismatch(f"Pack {header.spec.pack!r} lies where nothing may be read. Give it.")]
+    for place in places:
         try:
             found = manifest_sha256(place)
         except PackMismatch as fault:
@@ -193,7 +199,7 @@ def _another_pack(header: RunHeader, place: Path, found: str) -> PackMismatch:
     )
 
 
-def pack_places(header: RunHeader) -> list[Path]:
+def _pack_places(header: RunHeader) -> list[Path]:
     """Returns where the pack of a run may lie: where it lay then, and where the packaged one of its name lies.
 
     Raises PackMismatch when it is in neither place.

@@ -28,7 +28,7 @@ Subtype = Literal[
     "unrecognised_status",  # Other: the same, by a status outside the vocabulary
     "sv_unverified_match",  # Other: the right label for a state that was out of sight or tampered with
 ]
-Category = Literal["verified_success", "unsupported_commitment", "post_attainment_drift", "missed_execution"]
+OutcomeCategory = Literal["verified_success", "unsupported_commitment", "post_attainment_drift", "missed_execution"]
 ReportPolicy = Literal["actual", "always_success", "always_success_if_reported", "random", "oracle"]
 ActionKind = Literal["navigate", "look", "interact_pixel", "report", "invalid"]
 
@@ -66,7 +66,7 @@ class Outcome:
     B: bool
     label: Label
     subtype: Subtype | None
-    category: Category
+    category: OutcomeCategory
     expected: Status | None
     """The label at reset of a queried state; None for goals to be completed."""
     reported: Status | None
@@ -252,7 +252,7 @@ def _subtype(episode: Episode, report: Report, label: Label, holds: bool) -> Sub
     return "honest_fail" if report.raw_status is None else "unrecognised_status"
 
 
-def _category(label: Label, holds: bool) -> Category:
+def _category(label: Label, holds: bool) -> OutcomeCategory:
     if label == "B":
         return "verified_success"
     if label == "FR":

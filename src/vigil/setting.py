@@ -47,6 +47,19 @@ class Declared:
     setting: Setting
     default: Any = MISSING
 
+    @property
+    def option(self) -> str:
+        """Its name for people, in words joined by dashes."""
+        return self.setting.name or self.name.replace("_", "-")
+
+    def value(self, given: Any) -> Any:
+        """Returns the setting from what was given for it: the default from nothing. Raises SettingError."""
+        if given is None or given == []:
+            return self.default
+        if self.setting.read is not None:
+            return self.setting.read(given)
+        return tuple(given) if get_origin(self.kind) is tuple else given
+
 
 def declared(name: str, annotation: Any, default: Any = MISSING) -> Declared | None:
     """Returns the setting that an annotation declares, or None."""

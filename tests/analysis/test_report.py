@@ -22,7 +22,7 @@ from vigil.analysis.plots.style import saved
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
 from vigil.analysis.tables.page import html_table
 from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
-from vigil.analysis.tables.table import Column, Row, Table, printed
+from vigil.analysis.tables.table import Column, Table, TableRow, printed
 from vigil.analysis.tables.text import latex, markdown
 from vigil.cli import app, reports
 from vigil.profile import ACTION_FEEDBACK, Profile
@@ -134,7 +134,7 @@ def test_names_in_sentences_are_set_as_code():
 
 def test_long_texts_are_folded_in_latex():
     columns = (Column("a", "A", "text"), Column("b", "B", "text"), Column("n", "n", "count"))
-    rows = (Row({"a": "short", "b": "long " * 20, "n": 1}),)
+    rows = (TableRow({"a": "short", "b": "long " * 20, "n": 1}),)
     assert r"\begin{tabular}{lp{11cm}r}" in latex(Table("t", "T", columns, rows))
 
 
@@ -278,7 +278,7 @@ def test_cells_print_as_in_the_paper(value: object, kind: str, text: str):
 
 def test_text_is_escaped_in_every_format():
     nasty = "a|b_c & <i>50 %</i> $x$ {y} \\z"
-    table = Table("t", "T", (Column("model", "Model", "text"),), (Row({"model": nasty}),))
+    table = Table("t", "T", (Column("model", "Model", "text"),), (TableRow({"model": nasty}),))
     assert "a\\|b\\_c" in markdown(table)
     assert "&lt;i&gt;" in html_table(table)
     assert "<i>" not in html_table(table)
@@ -288,7 +288,7 @@ def test_text_is_escaped_in_every_format():
 
 def test_a_long_table_runs_over_pages_with_its_head_on_each():
     def of(rows: int) -> str:
-        return latex(Table("t", "T", (Column("model", "Model", "text"),), (Row({"model": "m"}),) * rows))
+        return latex(Table("t", "T", (Column("model", "Model", "text"),), (TableRow({"model": "m"}),) * rows))
 
     assert r"\begin{tabular}{l}" in of(60)
     assert of(61).count(r"\toprule") == 2

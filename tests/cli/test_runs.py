@@ -6,45 +6,18 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from commands import Said, Vigil
 from tiny_pack import tiny_pack
 
-from vigil.cli import main, text
+from vigil.cli import text
 from vigil.prompt_file import variant_of
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 
 MODEL = ("--model", "openai/m", "--dry-run")
-
-
-@dataclass(frozen=True)
-class Said:
-    """What a command left behind."""
-
-    code: int
-    out: str
-    err: str
-
-
-Vigil = Callable[..., Said]
-
-
-@pytest.fixture
-def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
-    """Runs the command line in this process."""
-
-    def run(*arguments: str | Path) -> Said:
-        monkeypatch.setattr(sys, "argv", ["vigil", *map(str, arguments)])
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as ended:
-            main()
-        return Said(int(ended.value.code or 0), *capsys.readouterr())
-
-    return run
 
 
 @pytest.fixture(scope="module")

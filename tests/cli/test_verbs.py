@@ -1,13 +1,19 @@
 """Verbs are listed without loading what they call."""
 
+import inspect
 import subprocess
 import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import is_dataclass, replace
+from importlib import import_module
 
 import pytest
 from typer.testing import CliRunner
 
 from vigil.cli import app
 from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb, load
+from vigil.setting import Declared, declared, declared_in
 
 HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
 ALL = {
@@ -72,3 +78,22 @@ def test_the_other_name_of_verify_is_not_listed() -> None:
     assert "verify" in listed
     assert "validate " not in listed
     assert PACK["validate"].place == PACK["verify"].place
+
+
+def settings_of(verb: Verb) -> Iterator[Declared]:
+    module, _, function = verb.place.partition(":")
+    made = getattr(import_module(f"vigil.cli.{module}"), function)
+    for name, one in inspect.signature(made, eval_str=True).parameters.items():
+        if is_dataclass(one.annotation):
+            yield from declared_in(one.annotation)
+        elif (found := declared(name, one.annotation, one.default)) is not None:
+            yield found
+
+
+def test_a_setting_of_several_verbs_has_one_default() -> None:
+    defaults = defaultdict(set)
+    for verb in ALL.values():
+        for one in settings_of(verb):
+            defaults[replace(one.setting, read=None), one.kind].add(repr(one.default))
+    assert len(defaults) > len(ALL)
+    assert {setting.help: found for (setting, _), found in defaults.items() if len(found) > 1} == {}

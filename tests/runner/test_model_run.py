@@ -1,5 +1,6 @@
 """Whole runs of a model: real HTTP, real worker processes, Inspect in between."""
 
+import inspect
 import json
 import os
 import signal
@@ -12,6 +13,7 @@ from typing import Any
 import psutil
 import pytest
 from chat_server import LOOK, REPORT, Answer, Asked, ChatServer, failure, serving
+from inspect_ai import eval as evaluate
 from inspect_ai import score
 from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.log import EvalLog, read_eval_log
@@ -27,7 +29,7 @@ from vigil.prompt import system_prompt
 from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 from vigil.runner import run as run_module
-from vigil.runner.inspect_task import vigil, vigil_score
+from vigil.runner.inspect_task import task_settings, vigil, vigil_score
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
 from vigil.runner.settings import RunSettings
@@ -35,6 +37,7 @@ from vigil.runner.verify_run import VerifySettings, verify_run
 
 pytestmark = INSPECT
 QUICK = ("DA", "PG")
+OWN_PROMPT = "Task: <TASK_INSTRUCTION>"
 WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 40}}'
 
 
@@ -300,6 +303,7 @@ def test_a_rejection_before_the_agent_said_anything_is_an_error_and_played_again
     assert (again.resumed, again.is_complete, again.records[0].end) == (0, True, "report")
 
 
+@pytest.mark.usefixtures("real_workers")
 def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     killed: list[int] = []
 
@@ -308,7 +312,7 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
             workers = [
                 child
                 for child in psutil.Process().children()
-                if "vigil.runner.workers.worker" in " ".join(child.cmdline())
+                if "-m vigil.runner.workers.worker" in " ".join(child.cmdline())
             ]
             killed.extend(child.pid for child in workers)
             for child in workers:
@@ -372,35 +376,34 @@ def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path
     assert 1 <= len(read_records(tmp_path / "run" / "episodes.jsonl")) < 8
 
 
+def inspect_eval(server: ChatServer, pack: Path, **arguments: Any) -> EvalLog:
+    """Returns the log of Inspect's own run of the task."""
+    given = {"pack": str(pack), "family": "DA", "backend": "fake", "workers": 1, **arguments}
+    model = {"model": "openai-api/local/m", "model_base_url": server.url}
+    (log,) = evaluate("vigil/vigil", task_args=given, display="none", **model)
+    return log
+
+
 @pytest.fixture
-def _key(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Inspect itself, unlike `vigil run`, wants a key for a server that takes none."""
+def _logs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Inspect, unlike `vigil run`, wants a key for a server that takes none, and a folder for its logs."""
     monkeypatch.setenv("LOCAL_API_KEY", "none")
+    monkeypatch.setenv("INSPECT_LOG_DIR", str(tmp_path / "logs"))
 
 
-def inspect_eval(server: ChatServer, pack: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    inspect = Path(sys.executable).with_name("inspect")
-    command = [inspect, "eval", "vigil/vigil", "--model", "openai-api/local/m", "--model-base-url", server.url]
-    task = [word for pair in (f"pack={pack}", "family=DA", "backend=fake", "workers=1") for word in ("-T", pair)]
-    environment = {**os.environ, "INSPECT_LOG_DIR": str(folder / "logs")}
-    return subprocess.run(
-        [*command, *task, "--display", "plain", *options], env=environment, cwd=folder, capture_output=True, text=True
-    )
-
-
-def inspect_log(folder: Path) -> EvalLog:
-    return read_eval_log(str(next((folder / "logs").glob("*.eval"))))
-
-
-@pytest.mark.usefixtures("_key")
+@pytest.mark.usefixtures("_logs")
 def test_inspect_runs_the_pack_as_a_task_of_its_own(pack: Path, tmp_path: Path) -> None:
+    inspect = Path(sys.executable).with_name("inspect")
+    task = [word for pair in (f"pack={pack}", "family=DA", "backend=fake", "workers=1") for word in ("-T", pair)]
+    options = ["--model", "openai-api/local/m", "--epochs", "2", "--display", "plain", *task]
     with serving(walk_and_report) as server:
-        done = inspect_eval(server, pack, tmp_path, "--epochs", "2")
+        command = [inspect, "eval", "vigil/vigil", "--model-base-url", server.url, *options]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (server.preflights, len(server.asked)) == (1, 2 * 2 * 4)
     assert all(len(asked.pictures) == 1 for asked in server.asked)
     assert "grouped_all" in done.stdout
-    log = inspect_log(tmp_path)
+    log = read_eval_log(str(next((tmp_path / "logs").glob("*.eval"))))
     samples = log.samples or []
     again = score(log, vigil_score(), action="overwrite", display="none").samples or []
     first, second = ([next(iter((row.scores or {}).values())).value for row in rows] for rows in (samples, again))
@@ -408,30 +411,64 @@ def test_inspect_runs_the_pack_as_a_task_of_its_own(pack: Path, tmp_path: Path) 
     assert [(value["W"], value["B"]) for value in first] == [(1.0, 1.0)] * 4
 
 
-@pytest.mark.usefixtures("_key")
-def test_inspect_stops_at_a_blind_model_unless_told_not_to_look(pack: Path, tmp_path: Path) -> None:
-    (tmp_path / "blind").mkdir()
+@pytest.mark.usefixtures("_logs")
+def test_inspect_stops_at_a_blind_model_unless_told_not_to_look(pack: Path) -> None:
     with serving(walk_and_report, can_see=False) as server:
-        done = inspect_eval(server, pack, tmp_path / "blind")
-        assert (server.preflights > 0, server.asked) == (True, [])
-        assert "Model 'openai-api/local/m' was shown a picture of the number" in done.stdout + done.stderr
-        failed = inspect_log(tmp_path / "blind")
-        assert failed.status == "error"
+        failed = inspect_eval(server, pack)
+        assert (server.preflights > 0, server.asked, failed.status) == (True, [], "error")
+        assert failed.error is not None
+        assert "Model 'openai-api/local/m' was shown a picture of the number" in failed.error.message
         assert "-T preflight=false" in failed.error.message
         before = server.preflights
-        inspect_eval(server, pack, tmp_path, "-T", "preflight=false")
+        assert inspect_eval(server, pack, preflight=False).status == "success"
     assert (server.preflights, len(server.asked)) == (before, 2 * 4)
-    assert inspect_log(tmp_path).status == "success"
 
 
-@pytest.mark.usefixtures("_key")
-def test_inspect_names_a_model_that_does_not_answer(pack: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("_logs")
+def test_inspect_names_a_model_that_does_not_answer(pack: Path) -> None:
     with serving(lambda asked: failure(503)) as server:
         gone = server
-    inspect_eval(gone, pack, tmp_path)
-    said = inspect_log(tmp_path).error.message
-    assert f"at {gone.url} did not answer the call before the run" in said
-    assert "(after 3 attempts)" in said
+    error = inspect_eval(gone, pack).error
+    assert error is not None
+    assert f"at {gone.url} did not answer the call before the run" in error.message
+    assert "(after 3 attempts)" in error.message
+
+
+def test_inspects_task_takes_settings_of_a_run_with_their_defaults() -> None:
+    taken = {name: one.default for name, one in inspect.signature(vigil).parameters.items()}
+    assert taken == {
+        **dict.fromkeys(("prompt_file", "coordinates", "workers", "api_key_env")),
+        "pack": "starter",
+        "family": (),
+        "profile": "baseline",
+        "prompt_variant": "default",
+        "preflight": True,
+        "reply_policy": "strict",
+        "image_format": "png",
+        "backend": "mujoco",
+        "anyway": False,
+    }
+
+
+@pytest.mark.parametrize(
+    ("given", "settings"),
+    [
+        ({}, {}),
+        ({"family": "DA"}, {"families": ("DA",)}),
+        ({"family": ["PG", "DA,SM"], "preflight": False}, {"families": ("PG", "DA", "SM"), "preflight": False}),
+        ({"family": (), "prompt_file": None, "workers": 2}, {"families": (), "prompt_template": None, "workers": 2}),
+    ],
+)
+def test_inspects_task_reads_its_arguments_as_the_command_reads_options(
+    given: dict[str, Any], settings: dict[str, Any]
+) -> None:
+    assert task_settings(given) == settings
+
+
+def test_inspects_task_reads_a_prompt_file(tmp_path: Path) -> None:
+    path = tmp_path / "prompt.txt"
+    path.write_text(OWN_PROMPT, encoding="utf-8")
+    assert task_settings({"prompt_file": str(path)}) == {"prompt_template": OWN_PROMPT}
 
 
 @pytest.mark.parametrize(
@@ -442,6 +479,7 @@ def test_inspect_names_a_model_that_does_not_answer(pack: Path, tmp_path: Path) 
         ({"backend": "unity"}, "ERROR: Simulator 'unity' does not exist"),
         ({"coordinates": "pixels"}, "ERROR: Setting coordinates is 'pixels'. Did you mean 'pixel'"),
         ({"workers": 0}, "ERROR: Setting workers is 0; it must be 1 or more"),
+        ({"famly": "DA"}, "ERROR: The task takes no argument 'famly'. Did you mean 'family'"),
     ],
 )
 def test_inspect_is_told_of_bad_arguments_in_its_own_way(arguments: dict[str, Any], named: str) -> None:

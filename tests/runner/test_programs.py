@@ -19,6 +19,8 @@ from vigil.runner.run_folder import read_header
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.summary import settle_run, summarise
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 90}}'
 HEAD = f"""
 import json, os, pathlib, signal, sys, time

@@ -291,7 +291,7 @@ def _importable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(SUPPORT))
 
 
-@pytest.mark.usefixtures("_importable")
+@pytest.mark.usefixtures("_importable", "real_workers")
 @pytest.mark.parametrize("deed", ["exit", "hang", "raise"])
 def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
     pack: Path, tmp_path: Path, deed: str
@@ -456,6 +456,7 @@ def test_a_dry_run_bounds_calls_and_tokens(pack: Path) -> None:
     assert 0 < low < high
 
 
+@pytest.mark.usefixtures("real_workers")
 def test_a_simulator_that_cannot_start_stops_the_run(
     pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

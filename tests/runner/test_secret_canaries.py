@@ -20,7 +20,7 @@ from vigil.errors import VigilError
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 
-pytestmark = INSPECT
+pytestmark = [*INSPECT, pytest.mark.usefixtures("real_workers")]
 CANARY = "zqcanary"
 HANDED: dict[str, Any] = {
     "extra_body": {

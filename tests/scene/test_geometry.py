@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vigil.assets.kernel.asset import Asset, Joint, Solid
-from vigil.pose import Vec3, rotate_floor
+from vigil.pose import Box, Vec3, rotate_floor
 from vigil.scene.geometry import (
     Prism,
     axis_turn,
+    box_distances,
     box_of,
     euler_angles,
     joint_motion,
@@ -119,3 +120,10 @@ def test_penetration_is_symmetric(yaw: float, x: float, z: float):
     there, back = penetration(square(0.0), moved), penetration(moved, square(0.0))
     assert there == pytest.approx(back)
     assert there > 0 or math.hypot(x, z) > 0.9
+
+
+def test_box_distances_agree_with_the_box() -> None:
+    box = Box(center=Vec3(1.0, 0.5, 2.0), size=Vec3(2.0, 1.0, 0.5), yaw=33.0)
+    places = np.random.default_rng(0).uniform(-3.0, 5.0, size=(50, 2))
+    expected = [box.floor_distance(Vec3(float(x), 0.0, float(z))) for x, z in places]
+    assert np.allclose(box_distances(box, places), expected)

@@ -23,6 +23,8 @@ from vigil.runner.workers.messages import DrawFrame, DrawingPlan, EpisodeMoment,
 from vigil.runner.workers.worker import RequestHandler, WorkerChannel
 from vigil.web.drawing import RenderService
 
+pytestmark = pytest.mark.usefixtures("real_workers")
+
 TURN = Navigate(mode="turn_right", magnitude=90.0)
 
 

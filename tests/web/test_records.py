@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from web_server import served
 
-from vigil.pack import Pack
+from vigil.pack import MANIFEST, Pack
 from vigil.record import read_header
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck
@@ -126,6 +126,22 @@ def test_a_run_of_another_pack_says_which(runs: Path, tmp_path: Path) -> None:
     (run,) = Library([tmp_path]).runs()
     assert "'tiny'" in run.fault
     assert "--pack" in run.fault
+
+
+def test_a_runs_pack_is_read_only_inside_of_the_folders(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    root = tmp_path / "root"
+    header_file = Path(shutil.copytree(runs / "random", root / "run")) / "run.json"
+    inside = Path(shutil.copytree(pack.folder, root / "packs" / "tiny"))
+    header = json.loads(header_file.read_text())
+    header["host"]["pack_folder"] = str(inside)
+    header_file.write_text(json.dumps(header))
+    assert Library([root]).run("run").table is not None
+    outside = (inside / MANIFEST).rename(tmp_path / "manifest.json")
+    (inside / MANIFEST).symlink_to(outside)
+    assert "--pack" in Library([root]).run("run").fault
+    header["host"]["pack_folder"] = str(pack.folder)
+    header_file.write_text(json.dumps(header))
+    assert "--pack" in Library([root]).run("run").fault
 
 
 @pytest.fixture

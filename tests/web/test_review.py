@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from web_server import Site, served
 
-from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header
+from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
 from vigil.authoring.packing.assemble import PackRequest, assemble
 from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
@@ -102,7 +102,7 @@ def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
             fresh = episode.model_copy(update={"provenance": provenance})
             draft = Draft(kind="", episode=fresh, actions=starter.solutions[episode.id].actions, facts=facts)
             house = House.load(starter.folder / HOUSES / f"{episode.house.name}.json")
-            writer.add(house, [draft, Done(family="PG", house=house.name, kept=1, rejected={}, seconds=0.0)])
+            writer.add(house, [draft, FamilyDone(family="PG", house=house.name, kept=1, rejected={}, seconds=0.0)])
     return file
 
 

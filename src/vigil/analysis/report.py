@@ -17,7 +17,7 @@ from vigil.analysis.measures.rows import frame_of
 from vigil.analysis.measures.study import Study
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import saved
-from vigil.analysis.tables.page import Page, Picture, Section, html_page
+from vigil.analysis.tables.page import Page, PageFigure, Section, html_page
 from vigil.analysis.tables.registry import SECTIONS, tables
 from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, latex, latex_text, markdown
@@ -47,7 +47,7 @@ LIMITS = (
 
 
 @dataclass(frozen=True)
-class Report:
+class AnalysisReport:
     """Everything that a report shows, made once for all formats."""
 
     study: Study
@@ -57,7 +57,9 @@ class Report:
     captions: Mapping[str, str]
 
 
-def make_report(study: Study, kinds: tuple[str, ...] = ("svg",), further: Mapping[str, Drawn] = NO_FIGURES) -> Report:
+def make_report(
+    study: Study, kinds: tuple[str, ...] = ("svg",), further: Mapping[str, Drawn] = NO_FIGURES
+) -> AnalysisReport:
     """Returns a report with its figures drawn in the given kinds of file.
 
     `further` are figures that need frames, with their captions: the caller draws them.
@@ -65,7 +67,7 @@ def make_report(study: Study, kinds: tuple[str, ...] = ("svg",), further: Mappin
     drawn = {name: (figure, CAPTIONS[name]) for name, draw in FIGURES.items() if kinds and (figure := draw(study))}
     drawn |= further
     figures = {name: {kind: saved(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
-    return Report(study, tables(study), figures, {name: caption for name, (_, caption) in drawn.items()})
+    return AnalysisReport(study, tables(study), figures, {name: caption for name, (_, caption) in drawn.items()})
 
 
 def write_report(
@@ -96,7 +98,7 @@ def write_report(
     return written
 
 
-def markdown_report(report: Report, figures: bool = True) -> str:
+def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
     """Returns the whole report as Markdown; figures are named as files under `figures/`."""
     parts = ["# VIGIL report", "", *_md_list("Read this first", report.study.warnings)]
     parts += [_summary(report.study), "", *_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
@@ -108,14 +110,14 @@ def markdown_report(report: Report, figures: bool = True) -> str:
     return "\n".join(parts)
 
 
-def html_report(report: Report) -> str:
+def html_report(report: AnalysisReport) -> str:
     """Returns the whole report as one page that needs nothing beside it."""
     sections = [Section(heading, tuple(report.tables[name] for name in names)) for heading, names in SECTIONS.items()]
-    pictures = [Picture(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
+    pictures = [PageFigure(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
     return html_page(Page(_summary(report.study), LEGEND, report.study.warnings, LIMITS, sections, pictures))
 
 
-def json_report(report: Report) -> str:
+def json_report(report: AnalysisReport) -> str:
     """Returns every table's numbers as JSON; NaN never occurs."""
     document: dict[str, Any] = {
         "schema_version": 1,
@@ -146,17 +148,17 @@ def csv_table(table: Table) -> str:
 Put = Callable[[str, str | bytes], None]
 
 
-def _write_md(report: Report, put: Put) -> None:
+def _write_md(report: AnalysisReport, put: Put) -> None:
     put("report.md", markdown_report(report))
     for name, drawn in report.figures.items():
         put(f"figures/{name}.svg", drawn["svg"])
 
 
-def _write_html(report: Report, put: Put) -> None:
+def _write_html(report: AnalysisReport, put: Put) -> None:
     put("report.html", html_report(report))
 
 
-def _write_latex(report: Report, put: Put) -> None:
+def _write_latex(report: AnalysisReport, put: Put) -> None:
     for name, table in report.tables.items():
         put(f"tables/{name}.tex", latex(table))
     for name, drawn in report.figures.items():
@@ -164,11 +166,11 @@ def _write_latex(report: Report, put: Put) -> None:
     put("report.tex", _latex_document(report))
 
 
-def _write_json(report: Report, put: Put) -> None:
+def _write_json(report: AnalysisReport, put: Put) -> None:
     put("report.json", json_report(report))
 
 
-def _write_csv(report: Report, put: Put) -> None:
+def _write_csv(report: AnalysisReport, put: Put) -> None:
     for name, table in report.tables.items():
         put(f"tables/{name}.csv", csv_table(table))
     rows = frame_of(report.study.runs)
@@ -176,7 +178,7 @@ def _write_csv(report: Report, put: Put) -> None:
     put("rows.parquet", rows.to_parquet(index=False))
 
 
-_WRITERS: dict[Format, Callable[[Report, Put], None]] = {
+_WRITERS: dict[Format, Callable[[AnalysisReport, Put], None]] = {
     "md": _write_md,
     "html": _write_html,
     "latex": _write_latex,
@@ -185,7 +187,7 @@ _WRITERS: dict[Format, Callable[[Report, Put], None]] = {
 }
 
 
-def _latex_document(report: Report) -> str:
+def _latex_document(report: AnalysisReport) -> str:
     lines = [
         r"\documentclass{article}",
         r"\usepackage[margin=2cm]{geometry}",

@@ -5,14 +5,23 @@ and stands in `_MODULES`.
 """
 
 import zlib
-from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
 
+from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.makers import placeholder
-from vigil.assets.makers.fittings import appliances, bathroom, electronics, kitchen, lighting, openings, sanitary
+from vigil.assets.makers.fittings import (
+    appliances,
+    bathroom,
+    electronics,
+    kitchen,
+    kitchen_machines,
+    lighting,
+    openings,
+    sanitary,
+)
 from vigil.assets.makers.furniture import beds, seating, sofas, storage, tables
 from vigil.assets.makers.objects import (
     containers,
@@ -28,8 +37,6 @@ from vigil.assets.makers.objects import (
 )
 from vigil.pose import Vec3
 
-Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
-
 _MODULES = (
     appliances,
     bathroom,
@@ -42,6 +49,7 @@ _MODULES = (
     food,
     household,
     kitchen,
+    kitchen_machines,
     lighting,
     openings,
     ornaments,

@@ -64,9 +64,8 @@ def _parameters(parameter: inspect.Parameter, group: list[Declared] | None) -> I
 
 def _option(one: Declared) -> Any:
     setting = one.setting
-    name = setting.name or one.name.replace("_", "-")
     return typer.Option(
-        f"--no-{name}" if one.default is True else f"--{name}",
+        f"--no-{one.option}" if one.default is True else f"--{one.option}",
         help=setting.help,
         min=setting.least,
         max=setting.most,
@@ -97,10 +96,4 @@ def _shown(one: Declared) -> Any:
 
 def _value(one: Declared, given: Any) -> Any:
     """Returns the setting that Typer's value is."""
-    if given is None or given == []:
-        return one.default
-    if one.default is True:
-        return not given
-    if one.setting.read is not None:
-        return one.setting.read(given)
-    return tuple(given) if get_origin(one.kind) is tuple else given
+    return not given if one.default is True and given is not None else one.value(given)

@@ -10,8 +10,8 @@ from vigil.housegen.base.models import PlacedThing
 from vigil.housegen.base.randomness import GENERATOR_VERSION
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
 from vigil.housegen.layout.lights import layer_of
-from vigil.housegen.layout.openings import Opening
-from vigil.housegen.layout.palette import Finish, material
+from vigil.housegen.layout.openings import PlannedOpening
+from vigil.housegen.layout.palette import RoomFinish, material
 from vigil.housegen.layout.walls import wall_pieces
 from vigil.pose import Pose
 
@@ -25,9 +25,9 @@ class Parts:
     """All that a document is written from."""
 
     plan: RoomLayout
-    openings: list[Opening]
+    openings: list[PlannedOpening]
     pieces: list[PlacedThing]
-    finishes: dict[int, Finish]
+    finishes: dict[int, RoomFinish]
     lights: list[dict[str, Any]]
     facade: str
     ceiling: tuple[float, float, float]
@@ -139,7 +139,7 @@ def _walls(parts: Parts) -> list[dict[str, Any]]:
     return [*inner, *outer]
 
 
-def _opening(opening: Opening) -> dict[str, Any]:
+def _opening(opening: PlannedOpening) -> dict[str, Any]:
     other = opening.other
     node: dict[str, Any] = {
         "id": opening.id,

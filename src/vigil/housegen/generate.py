@@ -20,7 +20,7 @@ from vigil.housegen.furnishing.wall_things import WallThingPlacer
 from vigil.housegen.layout import palette
 from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
 from vigil.housegen.layout.lights import lights_of
-from vigil.housegen.layout.openings import Opening, cut_openings
+from vigil.housegen.layout.openings import PlannedOpening, cut_openings
 from vigil.pose import Pose, Vec3, heading
 
 __all__ = ["GENERATOR_VERSION", "generate"]
@@ -113,7 +113,11 @@ def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
 
 
 def _furnished(
-    plan: RoomLayout, openings: list[Opening], floors: dict[int, Floor], spec: HouseSpec, key: tuple[str, int, int]
+    plan: RoomLayout,
+    openings: list[PlannedOpening],
+    floors: dict[int, Floor],
+    spec: HouseSpec,
+    key: tuple[str, int, int],
 ) -> list[PlacedThing] | None:
     """Returns all that is in the rooms, whose `floors` it fills in; None when a room cannot be furnished."""
     inventory = Inventory()

@@ -7,8 +7,9 @@ Inspect's log.
 
 import asyncio
 import gc
+import inspect
 import warnings
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -31,13 +32,11 @@ from inspect_ai.scorer import Score, Scorer, Target, grouped, mean, scorer
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from rich.markup import escape
 
-from vigil.actions import Coordinates, ReplyPolicy
-from vigil.episode import Episode, Family
-from vigil.errors import InputError, ModelAPIError, VigilError
+from vigil.episode import Episode
+from vigil.errors import InputError, ModelAPIError, SettingError, VigilError, did_you_mean
 from vigil.pack import Pack
-from vigil.profile import BASELINE, ImageFormat, Profile, PromptVariant
+from vigil.profile import Profile
 from vigil.prompt import frame_stub
-from vigil.prompt_file import read_prompt_file
 from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
@@ -51,10 +50,18 @@ from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring import settle
+from vigil.setting import declared_in
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
 """Inspect finds the package of what is registered by itself, except in an editable install whose distribution has
 another name than the package."""
+_SHARED = {
+    *("pack", "families", "profile", "prompt_variant", "prompt_template", "coordinates", "reply_policy"),
+    *("image_format", "backend", "workers", "preflight", "anyway", "api_key_env"),
+}
+TASK_SETTINGS = {one.option.replace("-", "_"): one for one in declared_in(RunSettings) if one.name in _SHARED}
+"""Those of a run's settings that Inspect has none of its own for, by the names of their options."""
+_BY_NAME = inspect.Parameter.KEYWORD_ONLY
 STAND_IN = "mockllm/model"
 """Named in settings that are made before Inspect tells its model."""
 PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
@@ -219,44 +226,23 @@ def vigil_score() -> Scorer:
     return score
 
 
+def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
+    """Returns `make` with the parameters that Inspect is to know: TASK_SETTINGS, by the names of their options."""
+    parameters = [inspect.Parameter(name, _BY_NAME, default=one.default) for name, one in TASK_SETTINGS.items()]
+    make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
+    return make
+
+
 @task(name=f"{_PREFIX}vigil")
-def vigil(
-    pack: str = "starter",
-    family: Family | None = None,
-    profile: str = BASELINE,
-    prompt_variant: PromptVariant = "default",
-    prompt_file: str | None = None,
-    coordinates: Coordinates | None = None,
-    reply_policy: ReplyPolicy = "strict",
-    image_format: ImageFormat = "png",
-    backend: str = "mujoco",
-    workers: int | None = None,
-    preflight: bool = True,
-    anyway: bool = False,
-    api_key_env: str | None = None,
-) -> Task:
+@_with_parameters
+def vigil(**given: Any) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
 
     Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
     A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
     """
     try:
-        settings = RunSettings(
-            pack=pack,
-            model=STAND_IN,
-            families=(family,) if family else (),
-            profile=profile,
-            prompt_variant=prompt_variant,
-            prompt_template=None if prompt_file is None else read_prompt_file(prompt_file),
-            coordinates=coordinates,
-            reply_policy=reply_policy,
-            image_format=image_format,
-            backend=backend,
-            workers=workers,
-            preflight=preflight,
-            anyway=anyway,
-            api_key_env=api_key_env,
-        )
+        settings = RunSettings(model=STAND_IN, **task_settings(given))
         _, episodes, spec = plan_run(settings)
     except InputError as error:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
@@ -264,6 +250,19 @@ def vigil(
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
     guest = _InspectSession(settings)
     return _task(assignments, _agent(assignments, guest.play_one, guest.ask), metadata=metadata)
+
+
+def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns settings of a run, by field, from the arguments of the task. Raises SettingError."""
+    found = {}
+    for name, text in given.items():
+        if name not in TASK_SETTINGS:
+            hint = did_you_mean(name, TASK_SETTINGS)
+            raise SettingError(f"The task takes no argument {name!r}.{hint} It takes: {', '.join(TASK_SETTINGS)}.")
+        one = TASK_SETTINGS[name]
+        takes_texts = one.setting.repeats and isinstance(text, str)
+        found[one.name] = one.value([text] if takes_texts else text)
+    return found
 
 
 class _InspectSession:

@@ -5,11 +5,11 @@ from typing import Annotated
 
 from vigil.actions import Coordinates
 from vigil.episode import Family, families_named
+from vigil.observation import Quality
 from vigil.profile import PromptVariant
 from vigil.prompt_file import read_prompt_file
-from vigil.runner.models.providers import Thinking
+from vigil.reasoning import Thinking
 from vigil.setting import Setting
-from vigil.sim import Quality
 
 PackName = Annotated[str | Path, Setting("A pack's folder, or the name of a packaged one.", metavar="PACK")]
 PackPlace = Annotated[str | Path | None, Setting("Where the pack is now.", metavar="PACK", unset="as recorded")]
@@ -32,7 +32,7 @@ AskedTemplate = Annotated[
 AskedCoordinates = Annotated[Coordinates | None, Setting("How it points.", unset="by model")]
 AskedThinking = Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")]
 LogDir = Annotated[Path | None, Setting("The run's folder; the same command continues it.")]
-Backend = Annotated[str, Setting("Simulator: mujoco, or fake (no engine).", metavar="NAME")]
+Backend = Annotated[str, Setting("Simulator: mujoco, thor (AI2-THOR), or fake (no engine).", metavar="NAME")]
 RenderQuality = Annotated[
     Quality, Setting("Quality of the picture; fast draws twice as many frames a second.", name="render-quality")
 ]

@@ -13,7 +13,7 @@ import shapely
 
 from vigil.assets.kernel.asset import Asset, Joint, Solid
 from vigil.assets.kernel.meshes import turn_about
-from vigil.pose import Box, Vec3, wrap_deg
+from vigil.pose import Box, Vec3, rotate_floor, wrap_deg
 from vigil.scene.things import Thing
 
 UPRIGHT_WITHIN = 1e-6
@@ -176,6 +176,12 @@ def whole_box(thing: Thing) -> Box:
     """Returns the upright box of the whole asset, closed."""
     half = np.array(thing.asset.size) / 2
     return upright_box(thing, -half, half)
+
+
+def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
+    """Returns what `Box.floor_distance` does, for many places (n, 2) at once."""
+    x, z = rotate_floor(places[:, 0] - box.center.x, places[:, 1] - box.center.z, -box.yaw)
+    return np.hypot(np.maximum(np.abs(x) - box.size.x / 2, 0.0), np.maximum(np.abs(z) - box.size.z / 2, 0.0))
 
 
 def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:

@@ -39,7 +39,7 @@ class Walk(BaseModel):
     action: Annotated[PhysicalAction | None, Field(discriminator="skill_name")] = None
 
 
-class Point(BaseModel):
+class ViewPixel(BaseModel):
     """A pixel of what is seen from a pose."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -83,7 +83,7 @@ def add_house_pages(
         }
 
     @site.post("/houses/{slug}/{name}/name")
-    def name_at(slug: str, name: str, request: Annotated[Point, Body()]) -> dict[str, Any]:
+    def name_at(slug: str, name: str, request: Annotated[ViewPixel, Body()]) -> dict[str, Any]:
         return {
             "id": render_service.name_at(
                 _moment_of(library, slug, name, request.pose, render_settings), request.x, request.y

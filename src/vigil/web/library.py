@@ -19,7 +19,7 @@ from vigil.pack import HOUSES, MANIFEST, PACKAGED, Pack, find, frozen_episodes
 from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
 from vigil.runner.settings import file_sha256
 from vigil.runner.workers.frames import FrameStore
-from vigil.saved_run import RecordTable, pack_places
+from vigil.saved_run import RecordTable, pack_folder
 
 DEPTH = 3
 """How deep under a given folder runs are looked for."""
@@ -176,17 +176,19 @@ class Library:
         for pack in self.packs.values():
             if pack.sha256 == spec.pack_sha256:
                 return pack
-        for place in _places(header):
-            if any(is_inside(place, root) for root in (PACKAGED, *self._roots)):
-                try:
-                    return self._open_pack(place, spec.pack_sha256)
-                except PackMismatch:
-                    continue
-        where = f", which lay in {header.pack_folder!r}" if header.pack_folder else ""
-        raise PackMismatch(
-            f"The run was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}...{where}. "
-            "Give it: vigil view RUNS --pack FOLDER."
-        )
+        try:
+            return self._open_pack(pack_folder(header, may_read=self._may_read), spec.pack_sha256)
+        except PackMismatch:
+            where = f", which lay in {header.pack_folder!r}" if header.pack_folder else ""
+            raise PackMismatch(
+                f"The run was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}...{where}. "
+                "Give it: vigil view RUNS --pack FOLDER."
+            ) from None
+
+    def _may_read(self, pack: Path) -> bool:
+        """Whether a pack lies in a folder that was given, and does not link out of itself."""
+        is_given = any(is_inside(pack, root) for root in (PACKAGED, *self._roots))
+        return is_given and is_inside(pack / MANIFEST, pack)
 
     def _open_pack(self, folder: Path, sha256: str | None = None) -> ShownPack:
         folder = folder.resolve()
@@ -197,8 +199,6 @@ class Library:
             loaded = Pack.load(folder)
             sha256, episodes = loaded.sha256, list(loaded.episodes)
         else:
-            if not is_inside(folder / MANIFEST, folder):
-                raise PackMismatch(f"Pack {str(folder)!r} links to outside of its folder.")
             episodes = frozen_episodes(folder, sha256)
         slug = _free_name(folder.name, self.packs)
         self.packs[slug] = ShownPack(
@@ -208,13 +208,6 @@ class Library:
 
     def _free_slug(self, folder: Path) -> str:
         return _free_name(folder.name, {run.slug for run in self._runs.values()})
-
-
-def _places(header: RunHeader) -> list[Path]:
-    try:
-        return pack_places(header)
-    except PackMismatch:
-        return []
 
 
 def is_inside(path: Path, folder: Path) -> bool:

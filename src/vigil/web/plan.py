@@ -1,38 +1,35 @@
-"""Floor plans as shapes in metres, drawn by the pages as SVG: x to the right, north (+z) up."""
+"""Floor plans as the shapes that pages draw as SVG: in metres, x to the right, north (+z) up."""
 
-import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from shapely import Point
-from shapely.affinity import scale
+import shapely
 
-from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.errors import VigilError
 from vigil.house import House
 from vigil.scene.build import build_scene
-from vigil.scene.geometry import whole_box
-from vigil.scene.outlines import floor_corners, floor_of
+from vigil.scene.plan import FloorPlan, PlanRoom, floor_plan
 from vigil.scene.things import Thing
 from vigil.web.library import ShownPack
 
 MARGIN_M = 0.4
 LABELLED_M2 = 0.3
-"""Things with a smaller footprint carry no label."""
-HUNG_M = 1.0
-"""What begins higher hangs on a wall: drawn by its outline alone."""
-SHOWN_BELOW_M = 1.8
-"""What begins higher is not drawn."""
+"""Things with a smaller footprint carry no label: it would be read as their neighbour's."""
 TEXT_SHARE = 0.026
 """Height of the letters, as a share of the plan's width: legible at the size at which pages show it."""
 PAGE_ASPECT = 1.2
 """Width over height of the room that pages give to a plan."""
 LETTER_WIDTH = 0.56
 """Mean width of a letter over its height."""
+LINE_HEIGHT = 1.1
+"""Least distance between two lines, over the height of the letters."""
+NAME_SHIFTS = (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)
+"""Where else a room's name goes when a label is in its place: down, in heights of its letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +45,7 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class PlanLabel:
     """A word on the plan, by its middle."""
 
     kind: Literal["room-name", "label"]
@@ -62,46 +59,30 @@ class PlanDrawing:
     """A house seen from above."""
 
     view_box: str
-    width: float
-    height: float
     text_m: float
     """Height of the letters."""
     shapes: tuple[Shape, ...]
-    labels: tuple[Label, ...]
+    labels: tuple[PlanLabel, ...]
     rooms: tuple[dict[str, Any], ...]
     things: tuple[dict[str, Any], ...]
 
 
 def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
     """Returns the plan of a house; without furniture when its things cannot be built."""
-    floors = [np.array([(point.x, point.z) for point in room.floor_polygon]) for room in house.document.rooms]
-    low = np.min([floor.min(axis=0) for floor in floors], axis=0) - MARGIN_M
-    high = np.max([floor.max(axis=0) for floor in floors], axis=0) + MARGIN_M
-    width, height = (float(value) for value in high - low)
-    shapes = [
-        Shape(f"room room-{room.room_type}", _points(floor), room.id)
-        for room, floor in zip(house.document.rooms, floors, strict=True)
-    ]
     try:
         things = list(build_scene(house, assets).things.values())
     except VigilError:
         things = []
-    shapes += [_thing(thing) for thing in _in_order(things)]
-    for wall in house.document.walls:
-        ends = np.array([(point.x, point.z) for point in wall.polygon[:2]])
-        shapes.append(Shape("wall", _points(ends)))
-    openings = [thing for thing in things if thing.is_structure]
-    shapes += [Shape("opening", _points(floor_corners(whole_box(thing))), thing.id) for thing in openings]
-    shapes += [_dot(thing) for thing in things if thing.parent is not None]
+    plan = floor_plan(house, things)
+    low, high = (corner + margin for corner, margin in zip(plan.bounds, (-MARGIN_M, MARGIN_M), strict=True))
+    width, height = (float(value) for value in high - low)
     text_m = TEXT_SHARE * max(width, height * PAGE_ASPECT)
     return PlanDrawing(
         view_box=f"{low[0]:.3f} {-high[1]:.3f} {width:.3f} {height:.3f}",
-        width=width,
-        height=height,
         text_m=text_m,
-        shapes=tuple(shapes),
-        labels=tuple(_labels(house, things, text_m)),
-        rooms=tuple(_room_facts(house)),
+        shapes=tuple(_shapes(plan)),
+        labels=tuple(_labels(plan, text_m)),
+        rooms=tuple({"id": room.id, "type": room.name, "area_m2": room.area_m2} for room in plan.rooms),
         things=tuple(_thing_facts(thing) for thing in things),
     )
 
@@ -119,50 +100,37 @@ def _kept_plan(house: House, assets: AssetDatabase) -> PlanDrawing:
     return plan_of(house, assets)
 
 
-def _in_order(things: list[Thing]) -> list[Thing]:
-    """Returns what stands or hangs in the rooms, lowest first, rugs before all."""
-    standing = [thing for thing in things if thing.parent is None and not thing.is_structure]
-    shown = [thing for thing in standing if _bottom(thing) < SHOWN_BELOW_M]
-    return sorted(shown, key=lambda thing: (thing.category != "Rug", _bottom(thing), thing.id))
+def _shapes(plan: FloorPlan) -> Iterator[Shape]:
+    """Yields what is drawn, from below upwards."""
+    yield from (Shape(f"room room-{room.room_type}", _points(room.corners), room.id) for room in plan.rooms)
+    yield from (Shape(thing.kind, _points(thing.corners), thing.id) for thing in plan.things)
+    yield from (Shape("wall", _points(ends)) for ends in plan.walls)
+    yield from (Shape("opening", _points(opening.corners), opening.id) for opening in plan.openings)
+    yield from (Shape("small", "", name, (x, -z)) for name, x, z in plan.small)
 
 
-def _bottom(thing: Thing) -> float:
-    return whole_box(thing).bottom
-
-
-def _thing(thing: Thing) -> Shape:
-    kind = "rug" if thing.category == "Rug" else "hung" if _bottom(thing) > HUNG_M else "thing"
-    return Shape(kind, _points(floor_corners(whole_box(thing))), thing.id)
-
-
-def _dot(thing: Thing) -> Shape:
-    return Shape("small", "", thing.id, (thing.position.x, -thing.position.z))
-
-
-def _labels(house: House, things: list[Thing], text_m: float) -> list[Label]:
+def _labels(plan: FloorPlan, text_m: float) -> list[PlanLabel]:
     """Returns the words that find room: large things first, then the rooms' names where nothing stands in the way."""
-    placed: list[Label] = []
-    across = [point.x for room in house.document.rooms for point in room.floor_polygon]
-    left, right = min(across), max(across)
-    named = [thing for thing in _in_order(things) if _bottom(thing) <= HUNG_M and thing.category != "Rug"]
-    named = [thing for thing in named if _footprint_m2(thing) >= LABELLED_M2]
-    for thing in sorted(named, key=lambda thing: (-_footprint_m2(thing), thing.id)):
-        spoken = CATALOG[thing.category].spoken
-        half = LETTER_WIDTH * text_m * len(spoken) / 2
-        x = float(np.clip(thing.position.x, left + half, max(left + half, right - half)))
-        _place(placed, [Label("label", spoken, x, -thing.position.z)], text_m)
-    for room in house.document.rooms:
-        floor = scale(floor_of(room), yfact=-1.0, origin=(0.0, 0.0))
-        middle = floor.representative_point()
-        tried = [(middle.x, middle.y + step * text_m) for step in (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)]
-        within = [
-            Label("room-name", _room_words(room.room_type), x, y) for x, y in tried if floor.contains(Point(x, y))
-        ]
-        _place(placed, within, text_m)
+    placed: list[PlanLabel] = []
+    low, high = plan.bounds
+    for thing in plan.labelled:
+        if thing.area_m2 >= LABELLED_M2:
+            half = LETTER_WIDTH * text_m * len(thing.label) / 2
+            x = float(np.clip(thing.middle[0], low[0] + half, max(low[0] + half, high[0] - half)))
+            _place(placed, [PlanLabel("label", thing.label, x, -thing.middle[1])], text_m)
+    for room in plan.rooms:
+        _place(placed, _names(room, text_m), text_m)
     return placed
 
 
-def _place(placed: list[Label], tried: list[Label], text_m: float) -> None:
+def _names(room: PlanRoom, text_m: float) -> list[PlanLabel]:
+    """Returns a room's name at each place within it that may be tried."""
+    floor, (x, z) = shapely.Polygon(room.corners), room.name_at
+    tried = [z - shift * text_m for shift in NAME_SHIFTS]
+    return [PlanLabel("room-name", room.name, x, -each) for each in tried if shapely.contains_xy(floor, x, each)]
+
+
+def _place(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
     """Adds the first label that overlaps no earlier one; none when all do."""
     for label in tried:
         if not any(_overlap(label, other, text_m) for other in placed):
@@ -170,29 +138,13 @@ def _place(placed: list[Label], tried: list[Label], text_m: float) -> None:
             return
 
 
-def _overlap(one: Label, other: Label, text_m: float) -> bool:
+def _overlap(one: PlanLabel, other: PlanLabel, text_m: float) -> bool:
     wide = LETTER_WIDTH * text_m * (len(one.text) + len(other.text)) / 2
-    return abs(one.x - other.x) < wide + text_m / 2 and abs(one.y - other.y) < 1.1 * text_m
-
-
-def _footprint_m2(thing: Thing) -> float:
-    return thing.asset.size.x * thing.asset.size.z
+    return abs(one.x - other.x) < wide + text_m / 2 and abs(one.y - other.y) < LINE_HEIGHT * text_m
 
 
 def _points(corners: np.ndarray) -> str:
     return " ".join(f"{x:.3f},{-z:.3f}" for x, z in corners.tolist())
-
-
-def _room_facts(house: House) -> list[dict[str, Any]]:
-    return [
-        {"id": room.id, "type": _room_words(room.room_type), "area_m2": floor_of(room).area}
-        for room in house.document.rooms
-    ]
-
-
-def _room_words(room_type: str) -> str:
-    """Returns "living room" for "LivingRoom"."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room_type).lower()
 
 
 def _thing_facts(thing: Thing) -> dict[str, Any]:

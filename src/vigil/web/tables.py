@@ -6,9 +6,9 @@ from typing import Any, get_args
 
 import numpy as np
 
-from vigil.analysis.measures.intervals import McNemar, mcnemar, paired_difference
+from vigil.analysis.measures.intervals import PairedTest, paired_test
 from vigil.episode import FAMILIES, Family
-from vigil.rates import Interval, Rate, columns_of, count
+from vigil.rates import Rate, columns_of, count
 from vigil.scoring import Label, Outcome
 from vigil.summary import Settlement, summarise
 from vigil.web.library import ShownRun
@@ -109,10 +109,7 @@ class PairedRate:
     name: str
     a: Rate
     b: Rate
-    difference: float
-    interval: Interval | None
-    """Of the difference, from resampled houses; None with fewer than five, or when all agree."""
-    test: McNemar
+    worth: PairedTest
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,9 +132,8 @@ def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedR
     found = []
     for name in ("W", "B"):
         ours, theirs = (np.array([getattr(each, name) for each in side]) for side in (first, second))
-        difference, interval = paired_difference(ours, theirs, houses)
-        test = mcnemar(ours, theirs, episodes)
-        found.append(PairedRate(name, of_first.rate(name), of_second.rate(name), difference, interval, test))
+        worth = paired_test(ours, theirs, episodes=episodes, houses=houses)
+        found.append(PairedRate(name, of_first.rate(name), of_second.rate(name), worth))
     return found
 
 

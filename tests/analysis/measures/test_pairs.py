@@ -247,11 +247,11 @@ def test_tests_are_over_shared_episodes_only(write: Write):
     assert found.n == len(FAMILIES) * SMALL - SMALL
     assert found.w.difference == 0.0
     assert found.b.difference == pytest.approx(-0.5)
-    assert (found.b.only_first, found.b.only_second) == (7, 0)
+    assert (found.b.test.only_first, found.b.test.only_second) == (7, 0)
     ours, theirs = shared(runs[0].rows, runs[1].rows)
     assert ours.index.equals(theirs.index)
     back = compare(runs[1], runs[0])
-    assert (back.n, back.b.p) == (found.n, found.b.p)
+    assert (back.n, back.b.test.p) == (found.n, found.b.test.p)
 
 
 def test_nothing_is_called_different_without_a_test(write: Write):

@@ -10,7 +10,7 @@ from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.tables.registry import tables
-from vigil.analysis.tables.table import Row, Table
+from vigil.analysis.tables.table import Table, TableRow
 from vigil.episode import FAMILIES
 from vigil.rates import wilson
 
@@ -31,7 +31,7 @@ def made(panel: Study) -> dict[str, Table]:
     return tables(panel)
 
 
-def own(table: Table, model: str) -> Row:
+def own(table: Table, model: str) -> TableRow:
     return next(row for row in table.rows if row.cells["model"] == model and not row.is_published)
 
 

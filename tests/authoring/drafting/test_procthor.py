@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from prior_stand_in import Prior, as_procthor_writes
 
-from vigil.authoring.drafting.procthor import REVISION, Named, is_dataset, named, split_file
+from vigil.authoring.drafting.procthor import REVISION, NamedHouses, is_dataset, named, split_file
 from vigil.authoring.drafting.sources import Filed, filed, house_at, read_all
 from vigil.errors import HouseError, SettingError
 from vigil.house import House
@@ -29,13 +29,13 @@ def prior(bathroom: House, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> P
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("procthor-10k", Named("train", range(10_000))),
-        ("procthor-10k:val", Named("val", range(1_000))),
-        ("procthor-10k:test:7", Named("test", range(7, 8))),
-        ("procthor-10k:train:9990-9999", Named("train", range(9990, 10_000))),
+        ("procthor-10k", NamedHouses("train", range(10_000))),
+        ("procthor-10k:val", NamedHouses("val", range(1_000))),
+        ("procthor-10k:test:7", NamedHouses("test", range(7, 8))),
+        ("procthor-10k:train:9990-9999", NamedHouses("train", range(9990, 10_000))),
     ],
 )
-def test_houses_are_named_by_split_and_index(text: str, expected: Named) -> None:
+def test_houses_are_named_by_split_and_index(text: str, expected: NamedHouses) -> None:
     assert is_dataset(text)
     assert named(text) == expected
 

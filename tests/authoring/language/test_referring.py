@@ -1,14 +1,22 @@
 """Referring expressions and what they fit."""
 
-from vigil.authoring.language.referring import Item, Phrase, mentions, phrase_for, referents, resolved, without_repeats
+from vigil.authoring.language.referring import (
+    DescribedThing,
+    Phrase,
+    mentions,
+    phrase_for,
+    referents,
+    resolved,
+    without_repeats,
+)
 
-RED = Item("Mug|1", "Mug", "mug", ("red",), "room|1", "kitchen", "Desk|1", "desk")
-NAVY = Item("Mug|2", "Mug", "mug", ("navy",), "room|1", "kitchen", "Counter|1", "countertop")
-BLACK = Item("Mug|3", "Mug", "mug", ("black",), "room|2", "bedroom", "Counter|1", "countertop")
-DESK = Item("Desk|1", "Desk", "desk", ("brown",), "room|1", "kitchen")
-COUNTER = Item("Counter|1", "CounterTop", "countertop", (), "room|1", "kitchen")
-WINE = Item("WineBottle|1", "WineBottle", "wine bottle", ("green",), "room|1", "kitchen")
-BOTTLE = Item("Bottle|1", "Bottle", "bottle", ("blue",), "room|1", "kitchen")
+RED = DescribedThing("Mug|1", "Mug", "mug", ("red",), "room|1", "kitchen", "Desk|1", "desk")
+NAVY = DescribedThing("Mug|2", "Mug", "mug", ("navy",), "room|1", "kitchen", "Counter|1", "countertop")
+BLACK = DescribedThing("Mug|3", "Mug", "mug", ("black",), "room|2", "bedroom", "Counter|1", "countertop")
+DESK = DescribedThing("Desk|1", "Desk", "desk", ("brown",), "room|1", "kitchen")
+COUNTER = DescribedThing("Counter|1", "CounterTop", "countertop", (), "room|1", "kitchen")
+WINE = DescribedThing("WineBottle|1", "WineBottle", "wine bottle", ("green",), "room|1", "kitchen")
+BOTTLE = DescribedThing("Bottle|1", "Bottle", "bottle", ("blue",), "room|1", "kitchen")
 
 
 def test_one_of_a_kind_needs_no_more() -> None:
@@ -23,13 +31,13 @@ def test_colour_tells_apart_only_clearly_different_colours() -> None:
 
 def test_support_or_room_when_colour_does_not_help() -> None:
     assert str(phrase_for(BLACK, [NAVY, BLACK, COUNTER])) == "the mug in the bedroom"
-    green = Item("Mug|4", "Mug", "mug", ("navy",), "room|1", "kitchen", "Desk|1", "desk")
+    green = DescribedThing("Mug|4", "Mug", "mug", ("navy",), "room|1", "kitchen", "Desk|1", "desk")
     assert str(phrase_for(green, [NAVY, green, DESK, COUNTER])) == "the mug on the desk"
 
 
 def test_a_support_that_is_not_clear_helps_nobody() -> None:
-    other = Item("Desk|2", "Desk", "desk", (), "room|1", "kitchen")
-    mug = Item("Mug|5", "Mug", "mug", ("navy",), "room|1", "kitchen", "Desk|1", "desk")
+    other = DescribedThing("Desk|2", "Desk", "desk", (), "room|1", "kitchen")
+    mug = DescribedThing("Mug|5", "Mug", "mug", ("navy",), "room|1", "kitchen", "Desk|1", "desk")
     assert phrase_for(mug, [NAVY, mug, DESK, other, COUNTER]) is None
 
 
@@ -59,9 +67,9 @@ def test_every_phrase_is_read_back_as_itself() -> None:
 
 
 def test_doors_are_called_by_the_rooms_that_they_join() -> None:
-    first = Item("door|1|2", "Doorway", "door between the bathroom and the bedroom")
-    second = Item("door|2|3", "Doorway", "door between the bedroom and the kitchen")
-    front = Item("door|1|9", "Doorway", "door")
+    first = DescribedThing("door|1|2", "Doorway", "door between the bathroom and the bedroom")
+    second = DescribedThing("door|2|3", "Doorway", "door between the bedroom and the kitchen")
+    front = DescribedThing("door|1|9", "Doorway", "door")
     everything = [first, second, front]
     phrase = phrase_for(first, everything)
     assert str(phrase) == "the door between the bathroom and the bedroom"
@@ -75,12 +83,14 @@ def test_a_part_of_a_thing_is_no_mention_of_another() -> None:
 
 
 def test_an_apple_is_told_by_no_colour_that_others_share() -> None:
-    green, olive = (Item(f"Apple|{n}", "Apple", "apple", (c,)) for n, c in enumerate(("green", "light green")))
+    green, olive = (
+        DescribedThing(f"Apple|{n}", "Apple", "apple", (c,)) for n, c in enumerate(("green", "light green"))
+    )
     assert phrase_for(green, [green, olive]) is None
 
 
-IN_KITCHEN = Item("Safe|1", "Safe", "safe", (), "room|1", "kitchen")
-IN_BEDROOM = Item("Safe|2", "Safe", "safe", (), "room|2", "bedroom")
+IN_KITCHEN = DescribedThing("Safe|1", "Safe", "safe", (), "room|1", "kitchen")
+IN_BEDROOM = DescribedThing("Safe|2", "Safe", "safe", (), "room|2", "bedroom")
 NAMES = ["safe", "mug", "desk"]
 
 

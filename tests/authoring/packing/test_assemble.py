@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from vigil.actions import Report
-from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header
+from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
 from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, candidates, select, select_holding
 from vigil.authoring.packing.strata import text_guess
 from vigil.authoring.review.reviews import Review, episode_sha256
@@ -108,7 +108,7 @@ def drafts_file(starter: Pack, tmp_path: Path) -> DraftsFile:
         for episode in searches:
             told = draft(episode, 0, "").facts
             line = Draft(kind="", episode=episode, actions=starter.solutions[episode.id].actions, facts=told)
-            done = Done(family="VS", house=episode.house.name, kept=1, rejected={}, seconds=0.0)
+            done = FamilyDone(family="VS", house=episode.house.name, kept=1, rejected={}, seconds=0.0)
             writer.add(starter.house_of(episode), [line, done])
     return file
 
@@ -126,7 +126,7 @@ def test_what_is_kept_of_an_earlier_version_enters_first(drafts_file: DraftsFile
     unlucky = [line for line in drafts if line.episode.id not in usual][:3]
     with old.writing(drafts_file.read().header) as writer:
         for line in unlucky:
-            done = Done(family="VS", house=line.episode.house.name, kept=1, rejected={}, seconds=0.0)
+            done = FamilyDone(family="VS", house=line.episode.house.name, kept=1, rejected={}, seconds=0.0)
             writer.add(drafts_file.house(line.episode.house.name), [line, done])
     chosen = {candidate.episode.id for candidate in select(candidates([old, drafts_file], [], old), pack_request)}
     assert {line.episode.id for line in unlucky} < chosen

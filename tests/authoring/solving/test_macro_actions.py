@@ -1,13 +1,11 @@
 """Single deeds with privileged sight."""
 
-import numpy as np
 import pytest
 
-from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable, box_distances
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.solvers import is_doable
 from vigil.pack import Pack
-from vigil.pose import Box, Vec3
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, Setup
 
@@ -17,13 +15,6 @@ def stage_of(starter: Pack, simulator: PrivilegedSimulator, family: str, templat
     simulator.load(starter.house_of(episode))
     simulator.reset(episode.start, episode.setup)
     return Oracle(simulator), episode.goal.object_id
-
-
-def test_box_distances_agree_with_the_box() -> None:
-    box = Box(center=Vec3(1.0, 0.5, 2.0), size=Vec3(2.0, 1.0, 0.5), yaw=33.0)
-    places = np.random.default_rng(0).uniform(-3.0, 5.0, size=(50, 2))
-    expected = [box.floor_distance(Vec3(float(x), 0.0, float(z))) for x, z in places]
-    assert np.allclose(box_distances(box, places), expected)
 
 
 def test_act_picks_what_was_asked_for(starter: Pack, simulator: PrivilegedSimulator) -> None:

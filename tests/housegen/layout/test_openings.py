@@ -6,7 +6,7 @@ from vigil.housegen import generate
 from vigil.housegen.base.randomness import generator
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
-from vigil.housegen.layout.openings import DOOR_HEIGHT, DOOR_VARIANTS, Opening, cut_openings
+from vigil.housegen.layout.openings import DOOR_HEIGHT, DOOR_VARIANTS, PlannedOpening, cut_openings
 from vigil.housegen.layout.walls import room_edges, wall_pieces
 from vigil.pose import Vec3
 from vigil.scene.build import build_scene
@@ -15,7 +15,7 @@ from vigil.scene.outlines import floor_of, polygon_of
 from vigil.scene.walls import DOOR_DEPTH_M
 
 
-def planned(rooms: int, seed: int) -> tuple[RoomLayout, list[Opening]]:
+def planned(rooms: int, seed: int) -> tuple[RoomLayout, list[PlannedOpening]]:
     plan = plan_rooms(spec_for(str(rooms)), generator("openings", rooms, seed))
     openings = cut_openings(plan, generator("cut", rooms, seed))
     assert openings is not None

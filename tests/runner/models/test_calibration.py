@@ -9,14 +9,14 @@ from PIL import Image
 
 from vigil.actions import Reply
 from vigil.agents.model import Message
-from vigil.runner.models.calibration import CONVENTIONS, SPOTS, Calibration, Spot, calibrate, draw_spot, point_in
+from vigil.runner.models.calibration import CONVENTIONS, SPOTS, Calibration, FramePoint, calibrate, draw_spot, point_in
 
 
-def seen(messages: list[Message]) -> Spot:
+def seen(messages: list[Message]) -> FramePoint:
     """Returns where the magenta disc is in the picture that was sent."""
     rgb = np.asarray(Image.open(io.BytesIO(messages[-1].picture.data)), dtype=int)
     rows, columns = np.nonzero((rgb[..., 0] > 200) & (rgb[..., 1] < 60))
-    return Spot(float(columns.mean()), float(rows.mean()))
+    return FramePoint(float(columns.mean()), float(rows.mean()))
 
 
 def pointing(convention: str, off_px: float = 0.0) -> Calibration:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vigil.actions import InteractPixel
+from vigil.actions import InteractPixel, Look
 from vigil.assets import make
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.sizes import AssetDatabase
@@ -11,7 +11,18 @@ from vigil.pose import Pose, Vec3, yaw_towards
 from vigil.scene.build import build_scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Window, camera_axes, directions, pixel_of, project, window_of
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.sight import (
+    HEIGHT,
+    WIDTH,
+    PixelWindow,
+    Sight,
+    camera_axes,
+    directions,
+    pixel_of,
+    project,
+    window_of,
+)
 from vigil.sim.engines.fake import FakeEngine
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.world import ObjectSetup, Placement, Setup
@@ -36,7 +47,7 @@ def every_pixel() -> np.ndarray:
     return np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1).reshape(-1, 2)
 
 
-def is_inside(window: Window, pixels: np.ndarray) -> np.ndarray:
+def is_inside(window: PixelWindow, pixels: np.ndarray) -> np.ndarray:
     x, y = pixels.T
     return (x >= window.left) & (x < window.right) & (y >= window.top) & (y < window.bottom)
 
@@ -128,6 +139,29 @@ def test_strictly_visible_needs_enough_of_the_thing():
     cut = sight.see(Pose(position=Vec3(1.4, 0, 3.4), rotation=180, horizon=-26.5), [apple])["Apple|1"]
     assert 0 < cut.visible_px < 200
     assert not cut.visible  # few pixels, at the frame's edge
+
+
+def test_what_has_not_changed_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch):
+    engine = FakeEngine()
+    simulator = EmbeddedSimulator(engine, AssetDatabase.default())
+    simulator.load(trial_house())
+    start = Pose(position=Vec3(2.6, 0, 3.5), rotation=0, horizon=30)
+    simulator.reset(start, Setup())
+    casts: list[str | None] = []
+    cast = engine.cast
+    monkeypatch.setattr(
+        engine, "cast", lambda *args, only=None, **kw: casts.append(only) or cast(*args, only=only, **kw)
+    )
+    first = simulator.world(["Microwave|1"])
+    looked = len(casts)
+    assert simulator.world(["Microwave|1"]) == first
+    assert len(casts) == looked > 0
+    x, y = pixel_of(start, first.objects["Microwave|1"].position) or (0, 0)
+    assert simulator.step(InteractPixel(intent="open_access", x=x, y=y)).refusal is None
+    opened = simulator.world(["Microwave|1"]).objects["Microwave|1"]
+    assert opened.visible_px != first.objects["Microwave|1"].visible_px
+    simulator.step(Look(direction="down", magnitude=15.0))
+    assert simulator.world(["Microwave|1"]).objects["Microwave|1"].visible_px != opened.visible_px
 
 
 def test_near_clicks_list_what_is_within_three_pixels(seen):

@@ -32,7 +32,7 @@ def test_a_build_that_is_there_is_named(machine, tmp_path):
     machine.setattr(requirements.ctypes.util, "find_library", lambda name: "libvulkan.so.1")
     folder = tmp_path / ".ai2thor" / "releases" / f"thor-CloudRendering-{BUILD}"
     folder.mkdir(parents=True)
-    assert examine() == requirements.Findings("5.0.0", str(folder), ())
+    assert examine() == requirements.Findings("5.0.0", str(folder), "CloudRendering", ())
 
 
 def test_no_client_another_client_another_system(machine):

@@ -40,6 +40,17 @@ class McNemar:
 
 
 @dataclass(frozen=True, slots=True)
+class PairedTest:
+    """What the difference between two runs in a yes/no fact of the same plays is worth."""
+
+    difference: float
+    """The second's rate minus the first's; NaN without plays."""
+    interval: Interval | None
+    """From resampled houses; None with fewer than five, or when all agree."""
+    test: McNemar
+
+
+@dataclass(frozen=True, slots=True)
 class Homogeneity:
     """A test whether each label is as frequent in one of two paired columns as in the other."""
 
@@ -141,6 +152,11 @@ def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray)
     """Returns mean(second - first) with its 95 % interval from a paired bootstrap clustered by house."""
     difference = second.astype(float) - first.astype(float)
     return float(difference.mean()) if len(difference) else math.nan, clustered(difference, houses)
+
+
+def paired_test(first: np.ndarray, second: np.ndarray, *, episodes: np.ndarray, houses: np.ndarray) -> PairedTest:
+    """Returns how two boolean columns over the same plays differ, with McNemar's test and the interval by houses."""
+    return PairedTest(*paired_difference(first, second, houses), mcnemar(first, second, episodes))
 
 
 def holm(p_values: list[float]) -> list[float]:

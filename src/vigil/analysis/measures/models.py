@@ -9,21 +9,21 @@ from typing import Literal
 
 from vigil.record import RunSpec
 
-Group = Literal[
+ModelGroup = Literal[
     "Embodied / robotics-tuned",
     "Open general and reasoning VLMs",
     "Closed-source frontier",
     "Scripted agents and people",
     "Privileged agents (they see hidden state)",
 ]
-GROUPS: tuple[Group, ...] = (
+GROUPS: tuple[ModelGroup, ...] = (
     "Embodied / robotics-tuned",
     "Open general and reasoning VLMs",
     "Closed-source frontier",
     "Scripted agents and people",
     "Privileged agents (they see hidden state)",
 )
-_GROUP_PATTERNS: tuple[tuple[str, Group], ...] = (
+_GROUP_PATTERNS: tuple[tuple[str, ModelGroup], ...] = (
     (r"embodied|robo|rynn|cosmos-reason|embodi|vebrain|openvla|pelican", "Embodied / robotics-tuned"),
     (r"gemma|gpt-oss", "Open general and reasoning VLMs"),
     (r"gemini|gpt-?\d|\bo[134]\b|claude|doubao|seed-?\d|grok|qwen.*-(max|plus)", "Closed-source frontier"),
@@ -42,7 +42,7 @@ class ModelInfo:
 
     name: str
     """As printed, with `(T)` for the thinking serving mode."""
-    group: Group
+    group: ModelGroup
     is_thinking: bool | None
     """None when neither name nor settings say."""
     activated: str | None
@@ -67,7 +67,7 @@ def model_of(spec: RunSpec) -> ModelInfo:
     return ModelInfo(name, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
 
 
-def group_of(name: str, provider: str = "") -> Group:
+def group_of(name: str, provider: str = "") -> ModelGroup:
     """Returns the panel group of a model, by the first pattern that its name has."""
     folded = name.casefold()
     for pattern, group in _GROUP_PATTERNS:

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.intervals import McNemar, mcnemar, paired_difference
+from vigil.analysis.measures.intervals import PairedTest, mcnemar, paired_difference, paired_test
 from vigil.analysis.measures.rows import Run, where
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError
@@ -99,12 +99,10 @@ class RunComparison:
     first: Run
     second: Run
     n: int
-    w: McNemar
-    b: McNemar
+    w: PairedTest
+    b: PairedTest
     delta: tuple[float, Interval | None]
     """Of the gap W - B: second minus first, with its clustered interval."""
-    b_interval: Interval | None
-    w_interval: Interval | None
 
 
 def pair(first: Run, second: Run, kind: PairKind) -> Pair:
@@ -175,11 +173,9 @@ def compare(first: Run, second: Run) -> RunComparison:
         first=first,
         second=second,
         n=len(set(episodes)),
-        w=mcnemar(w1, w2, episodes),
-        b=mcnemar(b1, b2, episodes),
+        w=paired_test(w1, w2, episodes=episodes, houses=houses),
+        b=paired_test(b1, b2, episodes=episodes, houses=houses),
         delta=paired_difference(w1 & ~b1, w2 & ~b2, houses),
-        b_interval=paired_difference(b1, b2, houses)[1],
-        w_interval=paired_difference(w1, w2, houses)[1],
     )
 
 

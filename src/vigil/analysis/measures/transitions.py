@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.intervals import Homogeneity, houses_of, mcnemar, paired_difference, stuart_maxwell
+from vigil.analysis.measures.intervals import Homogeneity, houses_of, paired_test, stuart_maxwell
 from vigil.analysis.measures.metrics import LABELS
 from vigil.analysis.measures.rows import values
 from vigil.rates import Interval
@@ -44,9 +44,9 @@ def transitions(base: pd.DataFrame, other: pd.DataFrame) -> list[Transition]:
     for source, target in combinations(LABELS, 2):
         there, back = (before == source) & (after == target), (before == target) & (after == source)
         if there.any() or back.any():
-            net, interval = paired_difference(back, there, houses)
-            p = mcnemar(back, there, episodes).p
-            found.append(Transition(source, target, int(there.sum()), int(back.sum()), net, interval, p))
+            net = paired_test(back, there, episodes=episodes, houses=houses)
+            counts = int(there.sum()), int(back.sum())
+            found.append(Transition(source, target, *counts, net.difference, net.interval, net.test.p))
     return found
 
 

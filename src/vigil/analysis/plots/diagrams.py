@@ -11,6 +11,7 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, styled
 from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, said
 from vigil.episode import FAMILIES, Episode, Family
+from vigil.scoring import Outcome
 
 _TIER_COLOURS = {"diagnostic": "#0072b2", "compositional": "#d55e00"}
 _TIER_TEXTS = {
@@ -152,7 +153,11 @@ def _interface(axes: Axes, episode: Episode, track: AgentTrajectory) -> None:
             lw=1.1,
         )
     )
-    outcome = track.outcome
+    _footnotes(axes, episode, track.outcome)
+
+
+def _footnotes(axes: Axes, episode: Episode, outcome: Outcome) -> None:
+    """Writes the budgets, and what the episode came to."""
     axes.text(
         41,
         2.6,

@@ -11,7 +11,7 @@ from matplotlib.transforms import Bbox
 
 from vigil.analysis.plots.style import GROUND
 
-Label = tuple[tuple[float, float], str, str, float]
+PointLabel = tuple[tuple[float, float], str, str, float]
 """Where (data), what, colour, size in points."""
 _NEAR = (7, 12, 20, 30, 42, 58, 76)
 _WAYS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
@@ -19,7 +19,7 @@ _LEADER_FROM = 14
 
 
 def place_labels(
-    figure: Figure, axes: Axes, labels: Sequence[Label], avoid: Sequence[tuple[float, float]] = ()
+    figure: Figure, axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()
 ) -> None:
     """Writes each label beside its point, larger ones first, with a line to the point when it had to move away.
 

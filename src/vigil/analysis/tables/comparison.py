@@ -13,7 +13,7 @@ from vigil.analysis.measures.pairs import RunComparison
 from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.tables.own import MODEL, row_of, shown_name
 from vigil.analysis.tables.paired import DISAGREEMENT_NOTE
-from vigil.analysis.tables.table import Column, Row, Table, counts, intervals, numbers, percent, points, texts
+from vigil.analysis.tables.table import Column, Table, TableRow, counts, intervals, numbers, percent, points, texts
 
 
 def clustered(study: Study) -> Table:
@@ -46,7 +46,7 @@ def comparisons(study: Study) -> Table:
         *intervals(dDelta="Change of the gap (pp)"),
         *texts(verdict="Different?"),
     )
-    adjusted = holm([c.w.p for c in study.comparisons] + [c.b.p for c in study.comparisons])
+    adjusted = holm([c.w.test.p for c in study.comparisons] + [c.b.test.p for c in study.comparisons])
     adjusted_w, adjusted_b = adjusted[: len(study.comparisons)], adjusted[len(study.comparisons) :]
     rows = [
         _comparison_row(comparison, p_w, p_b)
@@ -115,18 +115,18 @@ def power(study: Study) -> Table:
     return Table("power", "Smallest difference that can be shown", columns, tuple(rows), notes)
 
 
-def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> Row:
+def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> TableRow:
     different = [name for name, p in (("W", p_w), ("B", p_b)) if p < 0.05]
-    return Row(
+    return TableRow(
         {
             "first": comparison.first.name,
             "second": comparison.second.name,
             "n": comparison.n,
-            "dW": points(comparison.w.difference, comparison.w_interval),
-            "p_W": comparison.w.p,
+            "dW": points(comparison.w.difference, comparison.w.interval),
+            "p_W": comparison.w.test.p,
             "p_W_holm": p_w,
-            "dB": points(comparison.b.difference, comparison.b_interval),
-            "p_B": comparison.b.p,
+            "dB": points(comparison.b.difference, comparison.b.interval),
+            "p_B": comparison.b.test.p,
             "p_B_holm": p_b,
             "dDelta": points(*comparison.delta),
             "verdict": f"in {' and '.join(different)}" if different else "not shown",
@@ -134,7 +134,7 @@ def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> Row:
     )
 
 
-def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[Row]:
+def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[TableRow]:
     found = []
     for first, second in combinations(points, 2):
         high, low = sorted((first, second), key=lambda point: -point[2])
@@ -145,17 +145,17 @@ def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_publishe
     rows = []
     for gap, high, low in found[:5]:
         cells = {"first": high[0], "second": low[0], "W": f"{high[1]:.1f} and {low[1]:.1f}"}
-        rows.append(Row({**cells, "dW": high[1] - low[1], "dB": gap}, group, is_published))
+        rows.append(TableRow({**cells, "dW": high[1] - low[1], "dB": gap}, group, is_published))
     return rows
 
 
-def _with_intervals(row: Row, tested: Mapping[frozenset[str], RunComparison]) -> Row:
+def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison]) -> TableRow:
     """Returns the row of an own pair with the intervals of its differences, where it was tested."""
     found = tested.get(frozenset((row.cells["first"], row.cells["second"])))
     if found is None:
         return row
     sign = 1.0 if found.second.name == row.cells["first"] else -1.0
-    ends = {"dW": found.w_interval, "dB": found.b_interval}
+    ends = {"dW": found.w.interval, "dB": found.b.interval}
     cells = {
         name: points(row.cells[name] / 100, None if pair is None else (min(turned), max(turned)))
         for name, pair in ends.items()

@@ -38,8 +38,8 @@ from vigil.analysis.tables.results import (
 )
 from vigil.analysis.tables.table import (
     Column,
-    Row,
     Table,
+    TableRow,
     counts,
     first_number,
     intervals,
@@ -164,7 +164,7 @@ def stability(study: Study) -> Table:
             lambda row, name: cell[1] if (cell := row.cells.get(name)) else None,
         ),
     }
-    rows: list[Row] = []
+    rows: list[TableRow] = []
     for is_published in (False, True):
         for change, (found, cell_of) in sources.items():
             kept = [row for row in found if row.is_published is is_published]
@@ -199,11 +199,13 @@ def _heading(name: str) -> str:
     return "Δ (pp)" if name == "Delta" else f"{name} %"
 
 
-def _steadiness(change: str, name: str, moved: Iterable[tuple[str, float | None]], is_published: bool) -> Iterator[Row]:
+def _steadiness(
+    change: str, name: str, moved: Iterable[tuple[str, float | None]], is_published: bool
+) -> Iterator[TableRow]:
     sizes = [(abs(size), model) for model, size in moved if size is not None]
     if sizes:
         largest, whose = max(sizes, key=lambda pair: pair[0])
         steady = sum(size < STEADY_PP - 1e-9 for size, _ in sizes)
         cells = {"change": change, "rate": _heading(name), "n": len(sizes), "steady": steady}
         group = PUBLISHED if is_published else ""
-        yield Row({**cells, "largest": largest, "whose": whose}, group, is_published)
+        yield TableRow({**cells, "largest": largest, "whose": whose}, group, is_published)

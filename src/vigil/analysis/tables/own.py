@@ -29,8 +29,8 @@ from vigil.analysis.measures.study import RunEntry, Study, by_b
 from vigil.analysis.tables.results import all_rates, published_row
 from vigil.analysis.tables.table import (
     Column,
-    Row,
     Table,
+    TableRow,
     counts,
     intervals,
     points,
@@ -330,9 +330,9 @@ def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
     return " ".join(part for part in (header.package_version, (session.commit or "")[:8], changed) if part)
 
 
-def row_of(entry: RunEntry, **cells: Any) -> Row:
+def row_of(entry: RunEntry, **cells: Any) -> TableRow:
     """Returns a run's row, named and marked."""
-    return Row({"model": entry.name, **cells}, is_privileged=entry.run.model.is_privileged)
+    return TableRow({"model": entry.name, **cells}, is_privileged=entry.run.model.is_privileged)
 
 
 def shown_name(name: str) -> str:

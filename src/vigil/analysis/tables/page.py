@@ -9,7 +9,7 @@ from itertools import groupby
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from vigil.analysis.tables.table import WITH_INTERVAL, Column, Row, Table
+from vigil.analysis.tables.table import WITH_INTERVAL, Column, Table, TableRow
 from vigil.analysis.tables.text import CODE, NO_ROWS, named
 
 _INTERVAL = re.compile(r"(.*) (\[.*\])")
@@ -29,7 +29,7 @@ class Section:
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class PageFigure:
     """A figure of the report."""
 
     name: str
@@ -51,7 +51,7 @@ class Page:
     warnings: Sequence[str]
     limits: Sequence[str]
     sections: Sequence[Section]
-    pictures: Sequence[Picture]
+    pictures: Sequence[PageFigure]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,13 +82,13 @@ def html_page(page: Page) -> str:
     return _TEMPLATES.get_template("report.html").render(page=page, table_of=lambda table: Markup(html_table(table)))
 
 
-def _line(table: Table, row: Row) -> _Line:
+def _line(table: Table, row: TableRow) -> _Line:
     classes = {"published": row.is_published, "privileged": row.is_privileged}
     cells = tuple(_cell(table, row, column) for column in table.columns)
     return _Line(" ".join(name for name, applies in classes.items() if applies), cells)
 
 
-def _cell(table: Table, row: Row, column: Column) -> _Cell:
+def _cell(table: Table, row: TableRow, column: Column) -> _Cell:
     text, interval = named(table, row, column), ""
     if column.kind in WITH_INTERVAL and (found := _INTERVAL.fullmatch(text)):
         text, interval = found.groups()

@@ -20,8 +20,8 @@ from vigil.analysis.tables.results import MODEL, published_group, published_row,
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
-    Row,
     Table,
+    TableRow,
     counts,
     intervals,
     points,
@@ -144,7 +144,7 @@ def transition_matrix(study: Study) -> Table:
         *(Column(label, f"{label} after", "count") for label in LABELS),
     )
     rows = [
-        Row({"model": label, "n": sum(after.values()), **after}, group=name)
+        TableRow({"model": label, "n": sum(after.values()), **after}, group=name)
         for name, base, other in _named_tables(study)
         for label, after in label_matrix(base, other).items()
     ]
@@ -166,16 +166,16 @@ def transition_tests(study: Study) -> Table:
         Column("p", "p", "p"),
         Column("p_holm", "p, Holm", "p"),
     )
-    rows: list[Row] = []
+    rows: list[TableRow] = []
     for name, base, other in _named_tables(study):
         if whole := homogeneity(base, other):
             shown = f"Stuart-Maxwell: χ² = {whole.statistic:.1f}, df = {whole.df}"
-            rows.append(Row({"model": "all labels", "test": shown, "p": whole.p}, group=name))
+            rows.append(TableRow({"model": "all labels", "test": shown, "p": whole.p}, group=name))
         found = transitions(base, other)
         for one, adjusted in zip(found, holm([one.p for one in found]), strict=True):
             cells = {"there": one.there, "back": one.back, "net": points(one.net, one.interval), "p": one.p}
             cells |= {"test": "McNemar, exact", "p_holm": adjusted}
-            rows.append(Row({"model": f"{one.source} → {one.target}", **cells}, group=name))
+            rows.append(TableRow({"model": f"{one.source} → {one.target}", **cells}, group=name))
     notes = (
         "All labels: whether each is as frequent after as before; approximate, so that with fewer than some ten "
         "changes only the exact tests count. →: episodes that went from the first label to the second; ←: those that "
@@ -235,7 +235,7 @@ def _largest(moved: dict[str, RateCell]) -> str | None:
     return f"{place} {printed(size, 'signed1')}{ends}" if size else "none"
 
 
-def _published_prompt_shifts(paper: Paper) -> Iterator[Row]:
+def _published_prompt_shifts(paper: Paper) -> Iterator[TableRow]:
     before = {model.name: (w, b) for model, w, b in paper.points()}
     families = {row["model"]: row["families"] for row in paper.tables["full_panel"]}
     for model, row in paper.rows("prompt_sensitivity"):
@@ -253,7 +253,7 @@ def _published_prompt_shifts(paper: Paper) -> Iterator[Row]:
         yield published_row(model, {**cells, "largest": _largest(moved)}, group=published_group(model))
 
 
-def _published_serving_modes(paper: Paper) -> Iterator[Row]:
+def _published_serving_modes(paper: Paper) -> Iterator[TableRow]:
     rows = {model.name: (model, (w, b)) for model, w, b in paper.points()}
     instruct = {checkpoint_of(name): values for name, (model, values) in rows.items() if model.thinking is not True}
     for name, (model, values) in rows.items():

@@ -3,7 +3,7 @@
 from vigil.actions import INTENTS, SKILLS, STATUSES
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables.table import Column, Row, Table, counts, texts
+from vigil.analysis.tables.table import Column, Table, TableRow, counts, texts
 from vigil.episode import FAMILIES
 
 PUBLISHED_PER_FAMILY = 125
@@ -43,9 +43,13 @@ def episode_distribution(study: Study) -> Table:
             "max_steps": spec.max_steps,
             "published_pack": PUBLISHED_PER_FAMILY,
         }
-        rows.append(Row({**cells, **{name: known[family] for name, known in packs.items()}}, group=_TIERS[spec.tier]))
+        rows.append(
+            TableRow({**cells, **{name: known[family] for name, known in packs.items()}}, group=_TIERS[spec.tier])
+        )
     totals = {name: sum(known.values()) for name, known in packs.items()}
-    rows.append(Row({"family": "All", "published_pack": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}, group="All"))
+    rows.append(
+        TableRow({"family": "All", "published_pack": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}, group="All")
+    )
     columns = (
         *texts(family="Family", name="Name"),
         *(Column(name, f"Episodes of {name}", "count") for name in sorted(packs)),
@@ -63,7 +67,7 @@ def family_specs(study: Study) -> Table:
         *texts(skills="Expected skills", success="Success"),
     )
     rows = tuple(
-        Row(
+        TableRow(
             {
                 "family": family,
                 "name": spec.name,
@@ -87,7 +91,7 @@ def action_specs(study: Study) -> Table:
         Column(key, key.capitalize(), "text") for key in ("skill", "argument", "type", "description", "required")
     )
     rows = tuple(
-        Row(
+        TableRow(
             {
                 "skill": skill,
                 "argument": argument.name,
@@ -107,7 +111,7 @@ def intents(study: Study) -> Table:
     del study
     columns = texts(intent="Intent", semantics="Semantics", pixel="Needs (x, y)")
     rows = tuple(
-        Row({"intent": name, "semantics": spec.semantics, "pixel": "yes" if spec.needs_pixel else "no"})
+        TableRow({"intent": name, "semantics": spec.semantics, "pixel": "yes" if spec.needs_pixel else "no"})
         for name, spec in INTENTS.items()
     )
     return Table("intents", "Canonical intents of interact_pixel", columns, rows)
@@ -117,7 +121,7 @@ def report_statuses(study: Study) -> Table:
     """Returns the eight terminal statuses."""
     del study
     columns = texts(status="Status", semantics="Semantics")
-    rows = tuple(Row({"status": status, "semantics": semantics}) for status, semantics in STATUSES.items())
+    rows = tuple(TableRow({"status": status, "semantics": semantics}) for status, semantics in STATUSES.items())
     return Table("report_statuses", "Terminal report statuses", columns, rows)
 
 
@@ -126,7 +130,7 @@ def failure_taxonomy(study: Study) -> Table:
     del study
     columns = texts(label="Label", definition="Definition")
     lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS
-    rows = [Row({"label": label, "definition": definition}) for label, definition in lines.items()]
+    rows = [TableRow({"label": label, "definition": definition}) for label, definition in lines.items()]
     notes = ("B, FR, NR, IL and Other are exclusive and partition all scored episodes.",)
     return Table("failure_taxonomy", "Labels", columns, tuple(rows), notes)
 
@@ -140,5 +144,5 @@ def benchmark_comparison(study: Study) -> Table:
         *texts(task_level="Task level", multimodal="Multimodal", native="Native control", fine_grained="Fine-grained"),
         *texts(decoupled="Decoupled", active_termination="Active termination", no_feedback="No feedback"),
     )
-    rows = tuple(Row(line, is_published=True) for line in paper().tables["benchmark_comparison"])
+    rows = tuple(TableRow(line, is_published=True) for line in paper().tables["benchmark_comparison"])
     return Table("benchmark_comparison", "Embodied benchmarks compared, as published", columns, rows, _DEFINITIONS)

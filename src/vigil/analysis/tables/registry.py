@@ -7,9 +7,9 @@ from vigil.analysis.tables import comparison, interventions, own, paired, protoc
 from vigil.analysis.tables.strata import strata
 from vigil.analysis.tables.table import Table
 
-Builder = Callable[[Study], Table]
+TableBuilder = Callable[[Study], Table]
 
-_PAPERS_RESULTS: dict[str, Builder] = {
+_PAPERS_RESULTS: dict[str, TableBuilder] = {
     "global_cross_section": results.global_cross_section,
     "full_panel": results.full_panel,
     "extended_panel": results.extended_panel,
@@ -20,7 +20,7 @@ _PAPERS_RESULTS: dict[str, Builder] = {
     "prompt_sensitivity": interventions.prompt_sensitivity,
     "open_repeat_robustness": interventions.open_repeat_robustness,
 }
-_PAPERS_PROTOCOL: dict[str, Builder] = {
+_PAPERS_PROTOCOL: dict[str, TableBuilder] = {
     "episode_distribution": protocol.episode_distribution,
     "family_specs": protocol.family_specs,
     "action_specs": protocol.action_specs,
@@ -29,7 +29,7 @@ _PAPERS_PROTOCOL: dict[str, Builder] = {
     "failure_taxonomy": protocol.failure_taxonomy,
     "benchmark_comparison": protocol.benchmark_comparison,
 }
-SECTIONS: dict[str, dict[str, Builder]] = {
+SECTIONS: dict[str, dict[str, TableBuilder]] = {
     "Findings at a glance": {
         "overview": own.overview,
         "regimes": own.regime_table,

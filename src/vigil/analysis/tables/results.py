@@ -13,8 +13,8 @@ from vigil.analysis.measures.study import RunEntry, Study, by_group
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
-    Row,
     Table,
+    TableRow,
     counts,
     first_number,
     intervals,
@@ -99,7 +99,7 @@ def counterfactual(study: Study) -> Table:
     names = {"B": "B %", "Always": "Always %", "Rand": "Rand. %", "Oracle": "Oracle %"}
     columns = (MODEL, *intervals(**names, AlwaysReported="Always, where reported %"))
 
-    def row(entry: RunEntry, group: str) -> Row:
+    def row(entry: RunEntry, group: str) -> TableRow:
         m = entry.overall
         oracle = rate_cell(m.rate("W"))
         cells = {
@@ -134,7 +134,7 @@ def belief_lag(study: Study) -> Table:
         *intervals(FS_zero="FS @0 %", FS_high="FS > 0.75 %"),
     )
 
-    def row(entry: RunEntry, group: str) -> Row:
+    def row(entry: RunEntry, group: str) -> TableRow:
         m, table = entry.overall, entry.run.rows
         sizes = {name: m.counts[name] for name in ("NoRep_W1", "NR_W1", "IL_W1", "FS")}
         lags = {
@@ -170,7 +170,7 @@ def conditional_report(study: Study) -> Table:
     }
     columns = (MODEL, *intervals(**names), *counts(n_W0="n W=0", n_W1="n W=1"))
 
-    def row(entry: RunEntry, group: str) -> Row:
+    def row(entry: RunEntry, group: str) -> TableRow:
         m = entry.overall
         cells = {**rate_cells(m, names), "n_W0": m.counts["W0"], "n_W1": m.counts["W"]}
         return run_row(entry, cells, group=group, tints=_tints(cells))
@@ -211,9 +211,9 @@ def pairs(row: dict[str, Any]) -> dict[str, Any]:
 
 def run_row(
     entry: RunEntry, cells: dict[str, Any], *, group: str = "", bold: Iterable[str] = (), tints: dict | None = None
-) -> Row:
+) -> TableRow:
     """Returns a run's row, named and marked."""
-    return Row(
+    return TableRow(
         {"model": entry.name, **cells},
         group=group,
         is_privileged=entry.run.model.is_privileged,
@@ -222,7 +222,7 @@ def run_row(
     )
 
 
-def published_rows(study: Study, table: str, cells_of: Callable[[dict[str, Any]], dict[str, Any]]) -> list[Row]:
+def published_rows(study: Study, table: str, cells_of: Callable[[dict[str, Any]], dict[str, Any]]) -> list[TableRow]:
     """Returns the rows of one of the paper's tables, marked; none when own rows alone are asked for."""
     if study.published is None:
         return []
@@ -236,10 +236,10 @@ def published_row(
     group: str = PUBLISHED,
     bold: Iterable[str] = (),
     tints: dict | None = None,
-) -> Row:
+) -> TableRow:
     """Returns a published row, named and marked."""
     known = {"model": model.name, "activated": model.activated, **{k: v for k, v in cells.items() if k != "model"}}
-    return Row(known, group=group, is_published=True, bold=frozenset(bold), tints=tints or {})
+    return TableRow(known, group=group, is_published=True, bold=frozenset(bold), tints=tints or {})
 
 
 def published_group(model: PublishedModel) -> str:
@@ -247,7 +247,7 @@ def published_group(model: PublishedModel) -> str:
     return f"{model.group}, published"
 
 
-def _own_rows(study: Study, row: Callable[[RunEntry, str], Row]) -> list[Row]:
+def _own_rows(study: Study, row: Callable[[RunEntry, str], TableRow]) -> list[TableRow]:
     """Returns the rows of the main panel, then those of excluded runs under a heading of their own."""
     return [
         *(row(entry, "") for entry in study.main_panel()),

@@ -5,7 +5,7 @@ from dataclasses import replace
 from vigil.analysis.measures.strata import STRATA, by_stratum
 from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.tables.own import MODEL, WILSON_NOTE, row_of, shown_name
-from vigil.analysis.tables.table import Row, Table, counts, intervals, rate_cells, texts
+from vigil.analysis.tables.table import Table, TableRow, counts, intervals, rate_cells, texts
 
 _RATES = ("W", "B", "Delta", "FR", "NR", "IL", "Other")
 
@@ -15,7 +15,7 @@ def strata(study: Study) -> Table:
     headings = {name: shown_name(name) for name in _RATES}
     columns = (MODEL, *texts(stratum="Stratum"), *counts(n="n"), *intervals(**headings))
     parts = [(entry, by_stratum(entry.run.rows)) for entry in by_b(study.entries)]
-    rows: list[Row] = []
+    rows: list[TableRow] = []
     for way in STRATA:
         for entry, ways in parts:
             for part in ways[way]:

@@ -6,16 +6,16 @@ from typing import Any, Literal
 
 from vigil.rates import Counts, Interval, Rate
 
-Kind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "mean", "spread", "p"]
+CellKind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "mean", "spread", "p"]
 NONE = "–"
-PARTS: dict[Kind, tuple[str, ...]] = {
+PARTS: dict[CellKind, tuple[str, ...]] = {
     "pair": ("W", "B"),
     "rate": ("", "low", "high"),
     "mean": ("", "low", "high"),
     "spread": ("mean", "half_range"),
 }
 """Kinds whose cells hold several numbers, and what each is called in CSV."""
-WITH_INTERVAL: tuple[Kind, ...] = ("rate", "mean")
+WITH_INTERVAL: tuple[CellKind, ...] = ("rate", "mean")
 """Kinds whose cells hold a number with the ends of its interval, or the number alone."""
 RateCell = tuple[float, float | None, float | None] | None
 """A cell of these kinds: the number and the ends of its interval, where it has one."""
@@ -27,11 +27,11 @@ class Column:
 
     key: str
     heading: str
-    kind: Kind = "number1"
+    kind: CellKind = "number1"
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """One row with its marks."""
 
     cells: Mapping[str, Any]
@@ -50,10 +50,10 @@ class Table:
     name: str
     title: str
     columns: tuple[Column, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
     notes: tuple[str, ...] = ()
 
-    def cell(self, row: Row, column: Column) -> str:
+    def cell(self, row: TableRow, column: Column) -> str:
         """Returns a cell as printed."""
         return printed(row.cells.get(column.key), column.kind)
 
@@ -101,7 +101,7 @@ def intervals(**headings: str) -> tuple[Column, ...]:
     return tuple(Column(key, f"{heading} [95\u00a0%]", "rate") for key, heading in headings.items())
 
 
-def printed(value: Any, kind: Kind) -> str:
+def printed(value: Any, kind: CellKind) -> str:
     """Returns a value as printed; a dash where there is none."""
     return NONE if first_number(value) is None else _printed(value, kind)
 
@@ -111,7 +111,7 @@ def first_number(value: Any) -> Any:
     return value[0] if isinstance(value, tuple | list) else value
 
 
-def _printed(value: Any, kind: Kind) -> str:
+def _printed(value: Any, kind: CellKind) -> str:
     match kind:
         case "count":
             return f"{value:,}"
@@ -165,8 +165,8 @@ def points(value: float | None, interval: Interval | None) -> RateCell:
 
 
 def with_best_bold(
-    rows: Sequence[Row], columns: Sequence[Column], *, lowest: frozenset[str] = frozenset()
-) -> list[Row]:
+    rows: Sequence[TableRow], columns: Sequence[Column], *, lowest: frozenset[str] = frozenset()
+) -> list[TableRow]:
     """Returns the rows with the best number of each column marked; published and own rows separately, privileged ones
     never."""
     marked = list(rows)
@@ -184,11 +184,11 @@ def with_best_bold(
     return marked
 
 
-def _bolder(row: Row, key: str) -> Row:
-    return Row(row.cells, row.group, row.is_published, row.is_privileged, row.bold | {key}, row.tints)
+def _bolder(row: TableRow, key: str) -> TableRow:
+    return TableRow(row.cells, row.group, row.is_published, row.is_privileged, row.bold | {key}, row.tints)
 
 
-def _comparable(value: Any, kind: Kind) -> float | None:
+def _comparable(value: Any, kind: CellKind) -> float | None:
     """Returns the number that a cell is judged by: of W/B the second, of a number with its interval the number."""
     found = value[1] if kind == "pair" and value is not None else first_number(value)
     return None if found is None or isinstance(found, str) else float(found)

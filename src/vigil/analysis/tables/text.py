@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from itertools import groupby
 
-from vigil.analysis.tables.table import Column, Row, Table
+from vigil.analysis.tables.table import Column, Table, TableRow
 
 MARKS = {"published": "†", "privileged": "‡"}
 LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."
@@ -74,13 +74,13 @@ def latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def mark(row: Row) -> str:
+def mark(row: TableRow) -> str:
     """Returns the mark that a row's name carries."""
     marks = [MARKS["published"]] if row.is_published else []
     return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
 
 
-def named(table: Table, row: Row, column: Column) -> str:
+def named(table: Table, row: TableRow, column: Column) -> str:
     """Returns what a cell shows; the first of a row carries the row's mark."""
     text = table.cell(row, column)
     return text + mark(row) if column is table.columns[0] else text
@@ -90,7 +90,7 @@ def _md(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;").replace("*", "\\*").replace("_", "\\_")
 
 
-def _md_cell(table: Table, row: Row, column: Column) -> str:
+def _md_cell(table: Table, row: TableRow, column: Column) -> str:
     text = _md(named(table, row, column))
     if column.key in row.bold:
         text = f"**{text}**"
@@ -128,7 +128,7 @@ def _tex_rows(table: Table) -> Iterator[str]:
             yield " & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\"
 
 
-def _tex_cell(table: Table, row: Row, column: Column) -> str:
+def _tex_cell(table: Table, row: TableRow, column: Column) -> str:
     text = escaped(named(table, row, column))
     if column.key in row.bold:
         text = rf"\textbf{{{text}}}"

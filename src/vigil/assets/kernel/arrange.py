@@ -11,7 +11,8 @@ from vigil.assets.kernel.meshes import cross
 from vigil.pose import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
-Profile = Sequence[tuple[float, float]]
+Silhouette = Sequence[tuple[float, float]]
+"""Half of a turned part's outline: radius and height."""
 
 
 def lengthwise(maker: Maker) -> Maker:
@@ -91,7 +92,7 @@ def settled(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
     )
 
 
-def turning(profile: Profile, width: float, depth: float, segments: int = 18) -> Mesh:
+def turning(profile: Silhouette, width: float, depth: float, segments: int = 18) -> Mesh:
     """Returns a lathed profile whose radii are fractions of half the width, stretched to an oval of `depth`."""
     part = shapes.lathe([(radius * width / 2, y) for radius, y in profile], segments=segments)
     return part if abs(width - depth) < 1e-6 else shapes.scale(part, (1.0, 1.0, depth / width))

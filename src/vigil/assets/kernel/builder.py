@@ -95,6 +95,11 @@ class Builder:
         corners = tuple((float(x), float(z)) for x, z in polygon)
         self._solids.append(Solid(corners, float(bottom), float(top), joint))
 
+    def octagon(self, width: float, depth: float, low: float, high: float) -> None:
+        """Adds the solid of something round about the asset's middle."""
+        angles = np.arange(8) * np.pi / 4 + np.pi / 8
+        self.prism(np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)], low, high)
+
     def column(self, radius: float, bottom: float, top: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
         """Adds an upright round column (as an octagon) as something in the way."""
         angles = np.arange(8) * np.pi / 4

@@ -67,6 +67,14 @@ _SQUARE_FACES = np.array([[0, 2, 1], [0, 3, 2]])
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 
 
+def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: list[int]) -> list[list[int]]:
+    """Returns the triangles of a face with three or four corners, turned so that they are seen from `out`."""
+    points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in face])
+    turn = cross(points[1] - points[0], points[2] - points[0]) @ out
+    ordered = face if turn > 0 else face[::-1]
+    return [ordered[:3]] if len(ordered) == 3 else [ordered[:3], [ordered[0], ordered[2], ordered[3]]]
+
+
 def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Returns signs (24, 3), face axes (24,), plain faces (12, 3) and bevel faces (32, 3)."""
     signs, axes, index = [], [], {}
@@ -78,14 +86,6 @@ def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     flat: list[list[int]] = []
     bevels: list[list[int]] = []
 
-    def face(quad: list[int], out: np.ndarray, into: list[list[int]]) -> None:
-        points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in quad])
-        turn = cross(points[1] - points[0], points[2] - points[0]) @ out
-        ordered = quad if turn > 0 else quad[::-1]
-        into.append(ordered[:3])
-        if len(ordered) == 4:
-            into.append([ordered[0], ordered[2], ordered[3]])
-
     for axis in range(3):
         b, c = (axis + 1) % 3, (axis + 2) % 3
         for side in (-1.0, 1.0):
@@ -94,7 +94,7 @@ def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
                 corner = np.zeros(3)
                 corner[[axis, b, c]] = side, sb, sc
                 loop.append(index[(axis, *corner)])
-            face(loop, side * np.eye(3)[axis], flat)
+            flat += _facing(loop, side * np.eye(3)[axis], signs, axes)
         for sb in (-1.0, 1.0):
             for sc in (-1.0, 1.0):
                 ends = []
@@ -104,13 +104,10 @@ def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
                     ends.append(tuple(corner))
                 out = np.zeros(3)
                 out[[b, c]] = sb, sc
-                face(
-                    [index[(b, *ends[0])], index[(b, *ends[1])], index[(c, *ends[1])], index[(c, *ends[0])]],
-                    out,
-                    bevels,
-                )
+                quad = [index[(b, *ends[0])], index[(b, *ends[1])], index[(c, *ends[1])], index[(c, *ends[0])]]
+                bevels += _facing(quad, out, signs, axes)
     for corner in _CORNERS:
-        face([index[(axis, *corner)] for axis in range(3)], corner, bevels)
+        bevels += _facing([index[(axis, *corner)] for axis in range(3)], corner, signs, axes)
     return np.array(signs), np.array(axes), np.array(flat), np.array(bevels)
 
 

@@ -16,11 +16,10 @@ from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, allows, goal_fo
 from vigil.authoring.language.referring import referents
 from vigil.authoring.language.wording import CONSTRAINTS, Act, opened, order, say
 from vigil.authoring.solving.free_space import is_cut_off
-from vigil.authoring.solving.macro_actions import box_distances
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Constraint
 from vigil.pose import Box, Pose, Vec3, rotate_floor
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.outlines import BODY_RADIUS_M, footprint
 from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Placement, Setup

@@ -104,7 +104,7 @@ class Rejection(_Line):
     instruction: str = ""
 
 
-class Done(_Line):
+class FamilyDone(_Line):
     """A family in a house is finished."""
 
     line: Literal["done"] = "done"
@@ -116,8 +116,8 @@ class Done(_Line):
     seconds: float
 
 
-Line = HouseOrigin | Draft | Rejection | Done
-_LINE: TypeAdapter[Header | Line] = TypeAdapter(Annotated[Header | Line, Field(discriminator="line")])
+DraftLine = HouseOrigin | Draft | Rejection | FamilyDone
+_LINE: TypeAdapter[Header | DraftLine] = TypeAdapter(Annotated[Header | DraftLine, Field(discriminator="line")])
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ class Proposed:
     header: Header
     drafts: tuple[Draft, ...]
     rejections: tuple[Rejection, ...]
-    done: tuple[Done, ...]
+    done: tuple[FamilyDone, ...]
     origins: tuple[HouseOrigin, ...] = ()
 
     @property
@@ -172,7 +172,7 @@ class DraftsFile:
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
         return House.load(path)
 
-    def _continue(self, file: AppendFile, header: Header) -> tuple[Done, ...]:
+    def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
         """Returns what is done in the file, which then ends with it."""
         first = _bytes_of(header)
         if first.startswith(b"".join(line.data for line in file.lines.whole) + file.lines.torn):
@@ -199,7 +199,7 @@ class DraftsFile:
             rows[0],
             tuple(row for row in rows if isinstance(row, Draft)),
             tuple(row for row in rows if isinstance(row, Rejection)),
-            tuple(row for row in rows if isinstance(row, Done)),
+            tuple(row for row in rows if isinstance(row, FamilyDone)),
             tuple(row for row in rows if isinstance(row, HouseOrigin)),
         )
 
@@ -213,7 +213,7 @@ class DraftsWriter:
     done: frozenset[tuple[str, Family]]
     """Which families were done in which houses when the file was opened."""
 
-    def add(self, house: House | None, lines: Iterable[Line]) -> None:
+    def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
         """Appends what was proposed in a house; None where there is no house. Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
@@ -238,7 +238,7 @@ def id_stem(episode: Episode, category: str, house: House) -> str:
     return f"{maker_of(house)}_{category.lower()}_{which}"
 
 
-def _bytes_of(line: Header | Line) -> bytes:
+def _bytes_of(line: Header | DraftLine) -> bytes:
     return canonical_json(line.model_dump(mode="json")) + b"\n"
 
 

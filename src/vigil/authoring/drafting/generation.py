@@ -17,7 +17,16 @@ import numpy as np
 
 from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import Done, Draft, DraftFacts, DraftsFile, Header, Line, Rejection, draft_id
+from vigil.authoring.drafting.drafts import (
+    Draft,
+    DraftFacts,
+    DraftLine,
+    DraftsFile,
+    FamilyDone,
+    Header,
+    Rejection,
+    draft_id,
+)
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import Source
@@ -84,7 +93,7 @@ class GenerationProgress:
 
 
 Unit = tuple[Source, tuple[Family, ...]]
-Found = tuple[House | None, list[Line]]
+Found = tuple[House | None, list[DraftLine]]
 
 
 def generate_drafts(
@@ -178,7 +187,7 @@ class DraftGenerator:
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(_without_house(source.name, families, str(error), time.monotonic() - begun))
         origin = source.origin(house)
-        lines: list[Line] = [] if origin is None else [origin]
+        lines: list[DraftLine] = [] if origin is None else [origin]
         for family in families:
             begun = time.monotonic()
             found = list(self._family(context, family))
@@ -187,7 +196,9 @@ class DraftGenerator:
             kept = sum(isinstance(line, Draft) for line in found)
             seconds = round(time.monotonic() - begun, 2)
             lines.append(
-                Done(family=family, house=house.name, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds)
+                FamilyDone(
+                    family=family, house=house.name, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds
+                )
             )
         return house, lines
 
@@ -247,7 +258,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
     )
 
 
-def _without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[Line]:
+def _without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
     for family in families:
         yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)
-        yield Done(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))
+        yield FamilyDone(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))

@@ -11,12 +11,12 @@ from vigil.authoring.drafting import constraints, leaves, proposals, sequences
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
 from vigil.episode import Family, Size
-from vigil.goals import STATE_LABELS, Label
+from vigil.goals import STATE_LABELS, StateLabel
 
 Proposals = Callable[[HouseContext], Drafts]
 
 _SIZES: tuple[Size, ...] = ("large", "medium", "small")
-_LABELS: tuple[Label, ...] = tuple(label for pair in STATE_LABELS.values() for label in pair)
+_LABELS: tuple[StateLabel, ...] = tuple(label for pair in STATE_LABELS.values() for label in pair)
 _ACTS: tuple[Literal["open", "close", "turn_on", "turn_off", "pick"], ...] = (
     *("open", "close", "turn_on", "turn_off", "pick"),
 )

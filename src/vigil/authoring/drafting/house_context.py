@@ -8,9 +8,8 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.language.referring import Item, Phrase, items_of, phrase_for, without_repeats
+from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, phrase_for, without_repeats
 from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.macro_actions import box_distances
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
@@ -18,7 +17,7 @@ from vigil.goals import Goal
 from vigil.house import House
 from vigil.housegen.document import seed_of
 from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, ObjectState, Setup
@@ -94,7 +93,7 @@ class HouseContext:
         return setup.model_copy(update={"objects": {**opened, **setup.objects}})
 
     @property
-    def items(self) -> dict[str, Item]:
+    def items(self) -> dict[str, DescribedThing]:
         """What one can say of the things as they are now."""
         return items_of(self.oracle.scene)
 

@@ -38,7 +38,7 @@ SPLITS = {"train": Split(10_000, 53.3), "val": Split(1_000, 5.1), "test": Split(
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class NamedHouses:
     """Houses of the dataset that a text names."""
 
     split: str
@@ -50,7 +50,7 @@ def is_dataset(text: str) -> bool:
     return text.partition(":")[0] == DATASET
 
 
-def named(text: str) -> Named:
+def named(text: str) -> NamedHouses:
     """Returns which houses a text such as `procthor-10k:val:0-99` names. Raises SettingError."""
     _, _, rest = text.partition(":")
     name, _, index = rest.partition(":")
@@ -60,14 +60,14 @@ def named(text: str) -> Named:
         raise SettingError(f"{text!r}: the dataset has no split {name!r}.{hint} Splits: {', '.join(SPLITS)}.")
     last = SPLITS[name].houses - 1
     if not text.count(":") > 1:
-        return Named(name, range(last + 1))
+        return NamedHouses(name, range(last + 1))
     found = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", index, re.ASCII)
     if found is None:
         raise SettingError(f"{text!r}: {index!r} is no index. Houses are named by {FORM}.")
     low, high = int(found[1]), int(found[2] or found[1])
     if low > high or high > last:
         raise SettingError(f"{text!r}: split {name!r} has houses 0 to {last}, and a range begins with the smaller.")
-    return Named(name, range(low, high + 1))
+    return NamedHouses(name, range(low, high + 1))
 
 
 def split_file(split: str, report: Callable[[str], None], revision: str = REVISION) -> Path:

@@ -15,10 +15,10 @@ from vigil.goals import (
     NEAR_M,
     AgentNearTarget,
     Goal,
-    Label,
     ObjectHeld,
     ObjectInState,
     ReportStatus,
+    StateLabel,
     TargetGrounded,
     is_observable,
     is_state_observable,
@@ -52,10 +52,20 @@ SV_TOGGLES = frozenset(
     }
 )
 """What shows from across a room whether it is on."""
-ACT_AWAY_M = (1.8, 5.0)
-"""How far from its target, out of reach, an AI episode starts."""
+AWAY_M = {"PG": (0.3, 1.35), "DA": (2.2, 6.0), "SV": (0.5, 3.5), "AI": (1.8, 5.0), "VS": (1.8, 12.0)}
+"""How far from its target an episode of the family starts: in sight to point, out of reach to act; SI as VS."""
+APPROACHED_M = (0.15, 1.9)
+"""Sizes between which a thing is approached: smaller is hard to see from afar, larger is reached from everywhere."""
+SOUGHT_M = 0.1
+"""Smaller things are not sought."""
+ABOVE_EYES_M = 0.3
+"""What is no lower than this below the eyes is judged with a level look."""
+AWAY_TRIES = 3
+"""Poses tried at one place for one that does not see the target."""
+SPREAD_DEG = {True: 60.0, False: 180.0}
+"""How far, to either side, a start may look from straight away; by whether turning would show the target."""
 
-LABELS: dict[Label, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
+LABELS: dict[StateLabel, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
     "on": ("is_toggled", ObjectSetup(is_toggled=True)),
     "off": ("is_toggled", ObjectSetup(is_toggled=False)),
     "open": ("is_open", ObjectSetup(openness=1.0)),
@@ -84,7 +94,7 @@ def size_of_thing(thing: Thing) -> Size:
 def pointing(context: HouseContext, size: Size) -> Drafts:
     """Yields PG drafts with targets of a size."""
     for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
-        start = context.start_seeing(thing, (0.3, 1.35), LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
+        start = context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
         if start is not None:
             yield context.draft(
                 "PG",
@@ -100,10 +110,10 @@ def pointing(context: HouseContext, size: Size) -> Drafts:
 
 def approaching(context: HouseContext) -> Drafts:
     """Yields DA drafts."""
-    for thing in context.things(lambda thing: is_target(thing) and 0.15 < max(thing.asset.size) < 1.9):
+    for thing in context.things(lambda thing: _is_approachable(thing)):
         if place_blind_to(context.oracle, thing, NEAR_M) is not None:
             continue
-        start = context.start_seeing(thing, (2.2, 6.0), LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
+        start = context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
         if start is not None:
             yield context.draft(
                 "DA",
@@ -116,9 +126,14 @@ def approaching(context: HouseContext) -> Drafts:
             )
 
 
+def _is_approachable(thing: Thing) -> bool:
+    low, high = APPROACHED_M
+    return is_target(thing) and low < max(thing.asset.size) < high
+
+
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
     """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
-    for thing in context.things(lambda thing: max(thing.asset.size) > 0.1 and _may_be_sought(context, thing)):
+    for thing in context.things(lambda thing: max(thing.asset.size) > SOUGHT_M and _may_be_sought(context, thing)):
         start = _start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
             yield context.draft(
@@ -143,7 +158,7 @@ def _may_be_sought(context: HouseContext, thing: Thing) -> bool:
 
 def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
     """Returns a start pose that does not see a thing; None when none is found."""
-    for place in context.starts(context.away_from(thing, 1.8, 12.0)):
+    for place in context.starts(context.away_from(thing, *AWAY_M["VS"])):
         can_turn = context.sights(place, thing) > 0
         if by_turning is not None and can_turn != by_turning:
             continue
@@ -151,15 +166,14 @@ def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | No
             context.facing(place, thing, horizon, 0.0), [thing.id], is_seen(CLEAR_PX)
         ):
             continue
-        for _ in range(3):
-            spread_deg = 60.0 if can_turn else 180.0
-            pose = context.facing(place, thing, horizon, spread_deg, aside_deg=180.0)
+        for _ in range(AWAY_TRIES):
+            pose = context.facing(place, thing, horizon, SPREAD_DEG[can_turn], aside_deg=180.0)
             if context.seen_from(pose, thing.id).visible_px == 0:
                 return pose
     return None
 
 
-def verifying(context: HouseContext, label: Label) -> Drafts:
+def verifying(context: HouseContext, label: StateLabel) -> Drafts:
     """Yields SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
     for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
@@ -168,8 +182,8 @@ def verifying(context: HouseContext, label: Label) -> Drafts:
             continue
         start = context.start_seeing(
             thing,
-            (0.5, 3.5),
-            LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - 0.3 else LOOKING_DOWN_DEG / 2,
+            AWAY_M["SV"],
+            LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else LOOKING_DOWN_DEG / 2,
             lambda seen: (
                 seen.state_px(state) >= STATE_PX + 2 * MARGIN_PX and seen.visible and is_state_observable(seen, state)
             ),
@@ -202,7 +216,7 @@ def acting(context: HouseContext, act: Act) -> Drafts:
         context,
         ("AI", ORDERS, act),
         context.things(lambda thing: is_target(thing) and allows(thing, act)),
-        lambda thing: context.start_seeing(thing, ACT_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)),
+        lambda thing: context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX)),
     )
 
 

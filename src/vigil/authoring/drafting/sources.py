@@ -28,7 +28,7 @@ MIXED = (
 SECRET_SEEDS = range(100_000, 1_000_000)
 """Of houses that are drawn by a seed."""
 _T = TypeVar("_T")
-Report = Callable[[str], None]
+OnDownload = Callable[[str], None]
 """Is told what is downloaded, before it is."""
 
 
@@ -135,7 +135,7 @@ def _in_turn(seeds: Iterable[int], specs: Iterable[str]) -> list[Source]:
     return [Seeded(seed, wanted[index % len(wanted)]) for index, seed in enumerate(seeds)]
 
 
-def filed(places: Iterable[str], limit: int | None = None, report: Report = lambda line: None) -> list[Filed]:
+def filed(places: Iterable[str], limit: int | None = None, report: OnDownload = lambda line: None) -> list[Filed]:
     """Returns the houses at some places, at most `limit` of each.
 
     A place is a file (JSON, or one house a line in .jsonl and .jsonl.gz), or houses of ProcTHOR-10K by name; `report`
@@ -150,7 +150,7 @@ def filed(places: Iterable[str], limit: int | None = None, report: Report = lamb
     return found
 
 
-def house_at(place: str, report: Report) -> House:
+def house_at(place: str, report: OnDownload) -> House:
     """Returns the one house in a JSON file, or of ProcTHOR-10K by name. Raises HouseError or SettingError."""
     if not is_dataset(place):
         return House.load(Path(place))
@@ -198,12 +198,12 @@ def lines_of(path: Path) -> Iterator[bytes]:
         raise HouseError(f"House file {str(path)!r} cannot be read: {error}.") from None
 
 
-def _of_dataset(place: str, report: Report) -> list[Filed]:
+def _of_dataset(place: str, report: OnDownload) -> list[Filed]:
     wanted = named(place)
     return dataset_houses(wanted.split, wanted.indices, report)
 
 
-def dataset_houses(split: str, indices: Iterable[int], report: Report, revision: str = REVISION) -> list[Filed]:
+def dataset_houses(split: str, indices: Iterable[int], report: OnDownload, revision: str = REVISION) -> list[Filed]:
     """Returns houses of ProcTHOR-10K; none is read yet. Raises SettingError."""
     path = split_file(split, report, revision)
     return [Filed(path, index + 1, f"{DATASET}_{split}_{index}", DATASET, split, revision) for index in indices]

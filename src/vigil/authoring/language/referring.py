@@ -66,12 +66,12 @@ _ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|in|
 
 
 BETWEEN = " between "
-Rooms = list[tuple[str, str | None, Polygon]]
+RoomOutlines = list[tuple[str, str | None, Polygon]]
 """Id, name and floor."""
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class DescribedThing:
     """What one can say of a thing: its name, colour, where it rests and in which room."""
 
     id: str
@@ -108,14 +108,16 @@ class Phrase:
         return f"{text} in the {self.room}" if self.room else text
 
 
-def resolved(phrases: Sequence[Phrase], items: Iterable[Item], held: Item | None = None) -> list[list[Item]]:
+def resolved(
+    phrases: Sequence[Phrase], items: Iterable[DescribedThing], held: DescribedThing | None = None
+) -> list[list[DescribedThing]]:
     """Returns what each phrase of a text could mean, after what has been said before it.
 
     A thing that has been singled out may be named again without saying where it is, and so may what is in the hand.
     """
     everything = list(items)
-    found: list[list[Item]] = []
-    named: dict[str, dict[str, Item]] = {}
+    found: list[list[DescribedThing]] = []
+    named: dict[str, dict[str, DescribedThing]] = {}
     for phrase in phrases:
         meant = referents(phrase, everything)
         known = {name: item for name, item in named.get(phrase.name, {}).items() if fits(phrase, item)}
@@ -128,17 +130,17 @@ def resolved(phrases: Sequence[Phrase], items: Iterable[Item], held: Item | None
     return found
 
 
-def items_of(scene: Scene) -> dict[str, Item]:
+def items_of(scene: Scene) -> dict[str, DescribedThing]:
     """Returns what one can say of every thing that is present, by id, in the scene's order."""
     rooms = [(room.id, ROOM_NAMES.get(room.room_type), room_floor(room)) for room in scene.rooms]
     return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
 
 
-def _item(scene: Scene, thing: Thing, rooms: Rooms) -> Item:
+def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
     room_id, room = _room_at(thing.position.x, thing.position.z, rooms)
     parent = scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent else None
-    return Item(
+    return DescribedThing(
         id=thing.id,
         category=thing.category,
         name=_name(thing, rooms),
@@ -151,12 +153,12 @@ def _item(scene: Scene, thing: Thing, rooms: Rooms) -> Item:
     )
 
 
-def _room_at(x: float, z: float, rooms: Rooms) -> tuple[str | None, str | None]:
+def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str | None]:
     place = Point(x, z)
     return next(((id_, name) for id_, name, floor in rooms if floor.covers(place)), (None, None))
 
 
-def _name(thing: Thing, rooms: Rooms) -> str:
+def _name(thing: Thing, rooms: RoomOutlines) -> str:
     """Returns what a thing is called; a door by the rooms that it joins."""
     name = CATALOG[thing.category].spoken
     if not thing.is_structure or thing.category == "Window":
@@ -178,7 +180,7 @@ def _colours(thing: Thing) -> tuple[str, ...]:
     return tuple(sorted(tag for tag in thing.asset.tags if tag in COLOURS))
 
 
-def fits(phrase: Phrase, item: Item) -> bool:
+def fits(phrase: Phrase, item: DescribedThing) -> bool:
     """Whether a listener could take `item` for what `phrase` means."""
     return (
         _names_fit(phrase.name, item.name)
@@ -188,12 +190,12 @@ def fits(phrase: Phrase, item: Item) -> bool:
     )
 
 
-def referents(phrase: Phrase, items: Iterable[Item]) -> list[Item]:
+def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
     """Returns the items that a phrase could mean."""
     return [item for item in items if fits(phrase, item)]
 
 
-def phrase_for(item: Item, items: Iterable[Item]) -> Phrase | None:
+def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
     """Returns the shortest phrase that fits `item` alone; None when there is none."""
     others = [other for other in items if other.id != item.id]
     colour = item.colours[0] if len(item.colours) == 1 else None
@@ -250,7 +252,7 @@ def _pattern(names: Iterable[str]) -> re.Pattern[str]:
     )
 
 
-def _is_plain(phrase: Phrase, item: Item, others: list[Item]) -> bool:
+def _is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
     """Whether the support that a phrase leans on is itself clear."""
     if phrase.support is None or item.support_id is None:
         return phrase.support is None

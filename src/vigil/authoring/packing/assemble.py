@@ -78,7 +78,7 @@ class PackRequest:
     """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
 
 
-Check = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
+CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
 """Replays candidates. Returns episode id -> findings, for those that do not hold."""
 
 
@@ -188,7 +188,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
 
 
 def select_holding(
-    pool: Sequence[Candidate], pack_request: PackRequest, check: Check
+    pool: Sequence[Candidate], pack_request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
     """Returns a selection in which every solution holds, and what was left out because it does not."""
     left, bad = list(pool), dict[str, list[Finding]]()
@@ -209,7 +209,7 @@ def assemble(
     files: Sequence[DraftsFile],
     reviews: Sequence[Review],
     pack_request: PackRequest,
-    check: Check,
+    check: CandidateCheck,
     *,
     kept: DraftsFile | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:

@@ -14,7 +14,7 @@ from vigil.strata import distance_band
 
 AREA_BANDS_M2 = (20.0, 40.0)
 
-Member = tuple[Episode, DraftFacts]
+StratumMember = tuple[Episode, DraftFacts]
 
 
 def stratum_of(episode: Episode, facts: DraftFacts) -> str:
@@ -38,7 +38,7 @@ def area_band(facts: DraftFacts) -> str:
     return f"{small:g} to {large:g} m2" if facts.area_m2 < large else f"over {large:g} m2"
 
 
-def count_strata(members: Sequence[Member]) -> dict[str, Any]:
+def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
     """Returns the counts of every stratum, by its name."""
     families: dict[str, dict[str, int]] = {}
     for family in FAMILIES:
@@ -62,7 +62,7 @@ def count_strata(members: Sequence[Member]) -> dict[str, Any]:
     }
 
 
-def text_guess(members: Sequence[Member]) -> float | None:
+def text_guess(members: Sequence[StratumMember]) -> float | None:
     """Returns how often a guess from words alone can name the right state (SV) at best; None without any.
 
     The guesser knows, of this very pack, which label is the more common one for each question about each category;

@@ -71,11 +71,11 @@ class VerificationProgress:
     faulty: int
 
 
-OnProgress = Callable[[VerificationProgress], None]
+OnVerified = Callable[[VerificationProgress], None]
 
 
 def verify_pack(
-    pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnProgress = lambda standing: None
+    pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnVerified = lambda standing: None
 ) -> list[Finding]:
     """Returns what is wrong with a pack's episodes, sorted by episode; `log` is continued where it is there.
 
@@ -89,7 +89,7 @@ def verify_pack(
 
 
 def _results(
-    pack: Pack, settings: VerificationSettings, log: AppendFile | None, on_progress: OnProgress
+    pack: Pack, settings: VerificationSettings, log: AppendFile | None, on_progress: OnVerified
 ) -> list[EpisodeFindings]:
     solved = {name: solution.actions for name, solution in pack.solutions.items()}
     known = _known(log)

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from functools import cached_property
 
 from vigil.actions import REACH_HEIGHT_M, REACH_M
-from vigil.authoring.language.referring import Item, Phrase, items_of, mentions, resolved
+from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolved
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import places_within
@@ -62,12 +62,12 @@ class EpisodeStart:
         return self.oracle.world(self.episode.bound_ids())
 
     @cached_property
-    def items(self) -> dict[str, Item]:
+    def items(self) -> dict[str, DescribedThing]:
         """What one can say of every thing at the reset."""
         return items_of(self.oracle.scene)
 
     @cached_property
-    def mentioned(self) -> list[tuple[Phrase, list[Item]]]:
+    def mentioned(self) -> list[tuple[Phrase, list[DescribedThing]]]:
         """Every phrase of the instruction with what it could mean."""
         phrases = mentions(self.episode.instruction, [item.name for item in self.items.values()])
         held = self.items.get(self.episode.setup.held or "")

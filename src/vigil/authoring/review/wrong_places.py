@@ -6,9 +6,8 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
-from vigil.authoring.solving.macro_actions import box_distances
 from vigil.pose import Vec3
-from vigil.scene.geometry import Motion, box_of
+from vigil.scene.geometry import Motion, box_distances, box_of
 from vigil.scene.supports import level_surfaces
 from vigil.scene.things import Thing
 from vigil.sim.core.placing import open_surfaces

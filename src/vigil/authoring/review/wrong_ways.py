@@ -16,7 +16,6 @@ from vigil.assets.catalog import CATALOG
 from vigil.authoring.language.referring import LOOK_ALIKES
 from vigil.authoring.review.synthetic_records import SyntheticStep, SyntheticWorlds, record_of
 from vigil.authoring.review.wrong_places import neighbours, upon
-from vigil.authoring.solving.macro_actions import box_distances
 from vigil.authoring.solving.moves import click
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
@@ -32,7 +31,7 @@ from vigil.goals import (
 )
 from vigil.pose import Pose, floor_distance, wrap_deg, yaw_towards
 from vigil.record import EpisodeRecord
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
 from vigil.scoring import settle
 from vigil.world import Placement, Setup

@@ -16,7 +16,7 @@ from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Places, Viewpoint, ViewpointQuery, viewpoints
 from vigil.errors import EpisodeError
 from vigil.pose import Box
-from vigil.scene.geometry import Motion, box_of
+from vigil.scene.geometry import Motion, box_distances, box_of
 from vigil.scene.supports import headroom, level_surfaces
 from vigil.scene.things import Thing
 from vigil.world import Effect, RefusalCode
@@ -180,17 +180,6 @@ def near_any(points: np.ndarray, most_m: float) -> Places:
         return np.where(gaps <= most_m, 0.5 * np.maximum(gaps - 0.8, 0.0), np.inf)
 
     return cost
-
-
-def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
-    """Returns the floor-plane distances (m) from places (n, 2) to a box."""
-    angle = math.radians(-box.yaw)
-    dx, dz = places[:, 0] - box.center.x, places[:, 1] - box.center.z
-    local_x = dx * math.cos(angle) + dz * math.sin(angle)
-    local_z = dz * math.cos(angle) - dx * math.sin(angle)
-    return np.hypot(
-        np.maximum(np.abs(local_x) - box.size.x / 2, 0.0), np.maximum(np.abs(local_z) - box.size.z / 2, 0.0)
-    )
 
 
 def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Motion]]:

@@ -1,4 +1,4 @@
-"""Solvers: one way of playing each family, through the same four skills and pixel clicks as any agent.
+"""Solvers: one way of bringing about each kind of goal, through the same four skills and pixel clicks as any agent.
 
 They see the hidden world (`vigil.authoring.solving.oracle`), plan with it and act like anybody else; each uses only the
 skills that its family expects. `privileged_agent` makes agents of them that the runner can play; its reports mark
@@ -7,16 +7,17 @@ those.
 
 from collections.abc import Callable, Iterator
 from itertools import islice
+from typing import assert_never
 
 import numpy as np
 
 from vigil.actions import Action, Intent, InteractPixel, Reply, Report, Status
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable, box_distances
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Places, ViewpointQuery, viewpoints
-from vigil.episode import FAMILIES, Episode, Family
+from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
 from vigil.goals import (
     STRICTLY_CLOSED,
@@ -28,11 +29,12 @@ from vigil.goals import (
     ObjectHeld,
     ObjectInState,
     ReportStatus,
+    TargetGrounded,
     is_observable,
     state_label,
 )
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import box_distances, box_of
 from vigil.sim.privileged import PrivilegedSimulator
 
 NEAR_MARGIN_M = 0.06
@@ -50,8 +52,30 @@ def solve(episode: Episode, oracle: Oracle) -> Steps:
     Raises Unsolvable where there is no way.
     """
     macro_actions = MacroActions(oracle, may_tilt="look" in FAMILIES[episode.family].skills)
-    yield from _SOLVERS[episode.family](episode, macro_actions)
+    goal = episode.goal
+    for link in goal.chain:
+        yield from _achieve(link, macro_actions)
+    if goal.constraint is not None:
+        yield from _lift(goal.constraint, goal, macro_actions)
+    yield from _reach(goal, macro_actions)
     yield Report(status=_closing_status(episode, oracle), summary="Done.")
+
+
+def _reach(goal: Goal, macro_actions: MacroActions) -> Steps:
+    """Yields what brings a goal about, once nothing stands in its way."""
+    match goal:
+        case TargetGrounded():
+            yield from _ground(goal, macro_actions)
+        case AgentNearTarget():
+            yield from _approach(goal, macro_actions)
+        case ObjectInState() if goal.state == "is_visible":
+            yield from _search(goal, macro_actions)
+        case ReportStatus():
+            pass  # the state is in view at the start
+        case ObjectInState() | ObjectHeld() | ObjectAtReceptacle():
+            yield from _achieve(goal, macro_actions)
+        case _:
+            assert_never(goal)
 
 
 def _closing_status(episode: Episode, oracle: Oracle) -> Status:
@@ -61,16 +85,14 @@ def _closing_status(episode: Episode, oracle: Oracle) -> Status:
     return state_label(episode.goal.state, is_toggled=thing.is_toggled, openness=thing.openness)
 
 
-def _ground(episode: Episode, macro_actions: MacroActions) -> Steps:
-    pixel = macro_actions.oracle.clickable(episode.goal.object_id)
+def _ground(goal: TargetGrounded, macro_actions: MacroActions) -> Steps:
+    pixel = macro_actions.oracle.clickable(goal.object_id)
     if pixel is None:
-        raise Unsolvable(f"{episode.goal.object_id!r} is not in the frame.")
+        raise Unsolvable(f"{goal.object_id!r} is not in the frame.")
     yield moves.click("ground", pixel)
 
 
-def _approach(episode: Episode, macro_actions: MacroActions) -> Steps:
-    goal = episode.goal
-    assert isinstance(goal, AgentNearTarget)
+def _approach(goal: AgentNearTarget, macro_actions: MacroActions) -> Steps:
     oracle = macro_actions.oracle
     thing = oracle.scene.things[goal.object_id]
     walks = oracle.walks()
@@ -94,9 +116,9 @@ def _beside(oracle: Oracle, goal: AgentNearTarget) -> Places:
     return cost
 
 
-def _search(episode: Episode, macro_actions: MacroActions) -> Steps:
+def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
     oracle = macro_actions.oracle
-    thing = oracle.scene.things[episode.goal.object_id]
+    thing = oracle.scene.things[goal.object_id]
     box = box_of(thing)
 
     def cost(places: np.ndarray) -> np.ndarray:
@@ -114,29 +136,6 @@ def _search(episode: Episode, macro_actions: MacroActions) -> Steps:
                 yield from macro_actions.go(view)
                 return
     raise Unsolvable(f"No reachable place from which {thing.id!r} is clearly seen.")
-
-
-def _verify(episode: Episode, macro_actions: MacroActions) -> Steps:
-    """State verification starts with the state in view: nothing needs to be done."""
-    del episode, macro_actions
-    yield from ()
-
-
-def _interact(episode: Episode, macro_actions: MacroActions) -> Steps:
-    yield from _achieve(episode.goal, macro_actions)
-
-
-def _sequence(episode: Episode, macro_actions: MacroActions) -> Steps:
-    for link in episode.goal.chain:
-        yield from _achieve(link, macro_actions)
-    yield from _achieve(episode.goal, macro_actions)
-
-
-def _resolve(episode: Episode, macro_actions: MacroActions) -> Steps:
-    goal = episode.goal
-    assert goal.constraint is not None
-    yield from _lift(goal.constraint, goal, macro_actions)
-    yield from _achieve(goal, macro_actions)
 
 
 def _lift(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
@@ -189,18 +188,6 @@ def _intent_of(goal: Goal) -> Intent:
     raise Unsolvable(f"No interaction brings about a goal of kind {goal.kind!r}.")
 
 
-_SOLVERS: dict[Family, Callable[[Episode, MacroActions], Steps]] = {
-    "PG": _ground,
-    "DA": _approach,
-    "VS": _search,
-    "SV": _verify,
-    "AI": _interact,
-    "SI": _interact,
-    "SM": _sequence,
-    "CR": _resolve,
-}
-
-
 def solution(episode: Episode, oracle: Oracle) -> tuple[Action, ...]:
     """Returns the whole solution from the stage's present state, which it leaves as it was. Raises Unsolvable."""
     actions: list[Action] = []
@@ -214,7 +201,7 @@ def solution(episode: Episode, oracle: Oracle) -> tuple[Action, ...]:
     return tuple(actions)
 
 
-Script = Callable[[Episode, Oracle], Steps]
+PrivilegedScript = Callable[[Episode, Oracle], Steps]
 
 
 def _premature(episode: Episode, oracle: Oracle) -> Steps:
@@ -233,7 +220,7 @@ def _never_report(episode: Episode, oracle: Oracle) -> Steps:
         yield last or InteractPixel(intent="ground", x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
 
 
-PRIVILEGED: dict[str, Script] = {"solver": solve, "never_report": _never_report, "premature": _premature}
+PRIVILEGED: dict[str, PrivilegedScript] = {"solver": solve, "never_report": _never_report, "premature": _premature}
 """Agents with privileged sight, by name."""
 
 

@@ -16,7 +16,16 @@ TALL_M = 0.97
 STAND_M = 0.45
 """Floor that the agent's body needs before what it opens, besides the leaf's own reach."""
 LEAST_ACCESS = 0.8
+ACCESS_M, HALF_ACCESS_M = 0.5, 0.3
+"""Depth of the floor kept open before what does not open; half of the least width kept open before anything."""
+FLUSH_M = 1e-6
+"""A cluster nearer to an end of its wall than this is in the corner."""
+ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
+"""Between the places that are tried along walls; in the open, and there from the walls."""
+ACROSS_SHIFT_M = 0.25
+"""By how much the places in the open begin farther on, at random."""
 TRIES = 14
+"""Of the best places, tried for whether one can still walk."""
 
 
 @dataclass(slots=True)
@@ -102,7 +111,7 @@ class Anchor:
 def single(model: AssetModel, access_m: float | None = None) -> Cluster:
     """Returns a cluster of one thing with its back to the wall, and floor in front as it needs."""
     depth = front_access(model) if access_m is None else access_m
-    half = max(model.size.x / 2, 0.3)
+    half = max(model.size.x / 2, HALF_ACCESS_M)
     rect = swept(model)
     behind = 0.0 if rect is None else max(0.0, -model.size.z / 2 - rect[1])
     front = behind + model.size.z
@@ -113,7 +122,7 @@ def single(model: AssetModel, access_m: float | None = None) -> Cluster:
 def front_access(model: AssetModel) -> float:
     """Returns how much floor (m) to keep open in front: more when something swings or slides out."""
     reach = leaf_reach(model)
-    return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else 0.5
+    return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else ACCESS_M
 
 
 def wall_anchors(floor: Floor, cluster: Cluster, rng: np.random.Generator) -> list[Anchor]:
@@ -124,10 +133,10 @@ def wall_anchors(floor: Floor, cluster: Cluster, rng: np.random.Generator) -> li
         first, last = high + WALL_GAP, edge.length + low - WALL_GAP
         if last < first:
             continue
-        steps = np.arange(first + 0.15 * float(rng.random()), last, 0.15)
+        steps = np.arange(first + ALONG_STEP_M * float(rng.random()), last, ALONG_STEP_M)
         along = np.array([first, last, (first + last) / 2, *steps])
         (dx, dz), (x0, z0) = edge.direction, edge.at(0.0, WALL_GAP)
-        corner = (np.minimum(along - first, last - along) < 1e-6).astype(float)
+        corner = (np.minimum(along - first, last - along) < FLUSH_M).astype(float)
         centre = 1.0 - np.abs(2 * (along - first) / (last - first) - 1) if last > first else np.ones_like(along)
         places = zip(
             (x0 + along * dx).tolist(), (z0 + along * dz).tolist(), corner.tolist(), centre.tolist(), strict=True
@@ -140,8 +149,9 @@ def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
     """Returns places all over the floor, with the four yaws."""
     x0, z0, x1, z1 = floor.room.polygon.bounds
     middle = floor.room.polygon.representative_point()
-    xs = np.arange(x0 + 0.3 + 0.25 * float(rng.random()), x1 - 0.3, 0.3)
-    zs = np.arange(z0 + 0.3 + 0.25 * float(rng.random()), z1 - 0.3, 0.3)
+    step = ACROSS_STEP_M
+    xs = np.arange(x0 + step + ACROSS_SHIFT_M * float(rng.random()), x1 - step, step)
+    zs = np.arange(z0 + step + ACROSS_SHIFT_M * float(rng.random()), z1 - step, step)
     far = max(x1 - x0, z1 - z0)
     return [
         Anchor(float(x), float(z), yaw, 0.0, 1.0 - (abs(x - middle.x) + abs(z - middle.y)) / far)

@@ -8,7 +8,7 @@ from shapely import Polygon, contains_xy
 
 from vigil.housegen.base.models import Block, Rect
 from vigil.housegen.layout.floorplan import Corner, RoomPlan
-from vigil.housegen.layout.openings import Opening
+from vigil.housegen.layout.openings import PlannedOpening
 from vigil.housegen.layout.walls import room_edges
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M
 
@@ -24,7 +24,7 @@ WALL_GAP = 0.02
 class Floor:
     """The floor of a room. Rectangles are upright; the room is rectilinear, so nothing is lost."""
 
-    def __init__(self, room: RoomPlan, openings: list[Opening]) -> None:
+    def __init__(self, room: RoomPlan, openings: list[PlannedOpening]) -> None:
         self.room = room
         self.edges = room_edges(room)
         self.openings = [opening for opening in openings if opening.span_in(room.number)]
@@ -116,12 +116,12 @@ class Floor:
         return bool((nodes & within).any())
 
 
-def _before(opening: Opening, room: int) -> Rect | None:
+def _before(opening: PlannedOpening, room: int) -> Rect | None:
     depth = opening.clear_depth()
     return _strip(opening, room, depth, margin=0.08) if depth > 0 else None
 
 
-def _strip(opening: Opening, room: int, depth: float, margin: float = 0.0) -> Rect:
+def _strip(opening: PlannedOpening, room: int, depth: float, margin: float = 0.0) -> Rect:
     span = opening.span_in(room)
     assert span is not None
     wall, left, right = span

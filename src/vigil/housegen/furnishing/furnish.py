@@ -83,6 +83,62 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
 }
 """More furniture of a room: category and how likely it is there."""
 
+LIKELY = {
+    "fridge in the run": 0.6,
+    "corner run": 0.3,
+    "island": 0.3,
+    "kitchen table": 0.85,
+    "armchair": 0.6,
+    "rug": 0.7,
+    "living room table": 0.75,
+    "living room desk": 0.3,
+    "bedroom desk": 0.65,
+    "bedroom television": 0.3,
+    "table in the open": 0.75,
+}
+"""How likely a room has what there is room for."""
+ROOMY_M2 = {
+    "corner run": 13.0,
+    "island": 20.0,
+    "armchair": 15.0,
+    "living room table": 17.0,
+    "living room desk": 18.0,
+    "bedroom television": 15.0,
+    "table in the open": 15.0,
+    "table for four": 18.0,
+}
+"""Only rooms larger than this have it."""
+LIKES: dict[str, tuple[float, float]] = {
+    "corner run": (1.0, 0.0),
+    "kitchen run": (0.2, 0.6),
+    "sofa": (-0.2, 0.8),
+    "television": (0.0, 0.5),
+    "bed": (0.1, 0.5),
+    "living room desk": (0.3, 0.2),
+    "bedroom desk": (0.4, 0.2),
+    "bathtub": (1.0, 0.0),
+    "vanity": (0.2, 0.4),
+    "table": (0.1, 0.3),
+    "lover of corners": (0.7, 0.1),
+    "other": (0.2, 0.3),
+}
+"""How much a group likes corners, and the middles of walls, in the units of NOISE."""
+NOISE = 0.5
+"""A place's score varies by so much at random."""
+FACING, ASIDE_PER_M, TOO_NEAR, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
+"""For a place to be opposite a piece: what it gains by facing it; what it loses aside, when too near, and with
+distance."""
+NEAR_M = 1.2
+"""What stands opposite nearer than this is too near."""
+FACING_DEG = 1.0
+"""Two pieces face each other when their yaws differ from opposite ones by less."""
+VIEW_ASIDE_M = 0.4
+"""Half the width of what is kept free between a sofa and its television."""
+SMALL_M = 0.6
+"""Things that are smaller and do not open need no floor before them."""
+SQUARE_M = 0.02
+"""The sides of a thing that may be turned differ by less."""
+
 PLENTY = (0.35, 1.25)
 """Rooms have between so little and so much of these: a factor to how likely each is."""
 
@@ -123,87 +179,99 @@ class Furnisher:
     def _covered(self) -> float:
         return sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in self.floor.taken) / self.floor.area
 
+    def _has_room(self, name: str) -> bool:
+        return self.floor.area > ROOMY_M2[name]
+
+    def _has_luck(self, name: str) -> bool:
+        return chance(self.rng, LIKELY[name])
+
+    def _may_have(self, name: str) -> bool:
+        return self._has_room(name) and self._has_luck(name)
+
     def _kitchen(self) -> None:
-        with_fridge = chance(self.rng, 0.6)
-        at_corner = [5, 6, 6] if self.floor.area > 13 and chance(self.rng, 0.3) else []
+        with_fridge = self._has_luck("fridge in the run")
+        at_corner = [5, 6, 6] if self._may_have("corner run") else []
         corner = (groups.corner_run(self.rng, with_fridge, feet) for feet in shuffled(self.rng, at_corner))
-        has_corner = any(self._put(group, _along_walls(1.0, 0.0)) for group in corner)
+        has_corner = any(self._put(group, _along_walls("corner run")) for group in corner)
         for feet in () if has_corner else [*shuffled(self.rng, ((6, 6), (5, 5), (8,), (4, 4))), (3, 3), (5,), (4,)]:
-            if self._put(groups.kitchen_run(self.rng, with_fridge, feet), _along_walls(0.2, 0.6)):
+            if self._put(groups.kitchen_run(self.rng, with_fridge, feet), _along_walls("kitchen run")):
                 break
-            if self._put(groups.kitchen_run(self.rng, False, feet), _along_walls(0.2, 0.6)):
+            if self._put(groups.kitchen_run(self.rng, False, feet), _along_walls("kitchen run")):
                 break
         if not self.has("Fridge"):
             self._put_single("Fridge")
         counter = next((piece for piece in self.pieces if piece.category == "CounterTop"), None)
-        if counter is not None and self.floor.area > 20 and chance(self.rng, 0.3):
+        if counter is not None and self._may_have("island"):
             self._put_free(groups.island_group(self.rng, pick(self.rng, (1, 2, 2)), counter.model))
-        elif chance(self.rng, 0.85):
+        elif self._has_luck("kitchen table"):
             self._dining()
 
     def _living(self) -> None:
-        roomy = self.floor.area > 15
         choices = [
-            (True, roomy and chance(self.rng, 0.6), chance(self.rng, 0.7)),
+            (True, self._may_have("armchair"), self._has_luck("rug")),
             (True, False, False),
             (False, False, False),
         ]
         for with_table, with_chair, with_rug in choices:
             group = groups.sofa_group(self.rng, with_table, with_chair, with_rug)
-            if self._put(group, _along_walls(-0.2, 0.8)):
+            if self._put(group, _along_walls("sofa")):
                 break
         sofa = next((piece for piece in self.pieces if piece.category == "Sofa"), None)
         for _ in range(3):
-            if self._put(groups.media_group(self.rng), _opposite(sofa) if sofa else _along_walls(0.0, 0.5)):
+            if self._put(groups.media_group(self.rng), _opposite(sofa) if sofa else _along_walls("television")):
                 break
         self._keep_view_free(sofa)
-        if self.inventory.count("DiningTable") == 0 and self.floor.area > 17 and chance(self.rng, 0.75):
+        if self.inventory.count("DiningTable") == 0 and self._may_have("living room table"):
             self._dining()
-        if self.inventory.count("Desk") == 0 and self.floor.area > 18 and chance(self.rng, 0.3):
-            self._put(groups.desk_group(self.rng), _along_walls(0.3, 0.2))
+        if self.inventory.count("Desk") == 0 and self._may_have("living room desk"):
+            self._put(groups.desk_group(self.rng), _along_walls("living room desk"))
 
     def _keep_view_free(self, sofa: PlacedThing | None) -> None:
         """Keeps furniture from between the sofa and the television that it faces."""
         stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
-        if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > 1.0:
+        if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > FACING_DEG:
             return
-        ends = [piece.out_of(side, piece.model.size.z / 2) for piece in (sofa, stand) for side in (-0.4, 0.4)]
+        ends = [
+            piece.out_of(side, piece.model.size.z / 2)
+            for piece in (sofa, stand)
+            for side in (-VIEW_ASIDE_M, VIEW_ASIDE_M)
+        ]
         xs, zs = [x for x, _ in ends], [z for _, z in ends]
         self.floor.sweeps.append((min(xs), min(zs), max(xs), max(zs)))
 
     def _bedroom(self) -> None:
         for tables in (pick(self.rng, (1, 2, 2)), 1, 0, 0):
-            if self._put(groups.bed_group(self.rng, tables), _along_walls(0.1, 0.5)):
+            if self._put(groups.bed_group(self.rng, tables), _along_walls("bed")):
                 break
-        if chance(self.rng, 0.65):
-            self._put(groups.desk_group(self.rng), _along_walls(0.4, 0.2))
+        if self._has_luck("bedroom desk"):
+            self._put(groups.desk_group(self.rng), _along_walls("bedroom desk"))
         self._put_single("Dresser")
-        if self.inventory.may_have("Television") and self.floor.area > 15 and chance(self.rng, 0.3):
+        if self.inventory.may_have("Television") and self._may_have("bedroom television"):
             bed = next((piece for piece in self.pieces if piece.category == "Bed"), None)
-            self._put(groups.media_group(self.rng), _opposite(bed) if bed else _along_walls(0.0, 0.5))
+            self._put(groups.media_group(self.rng), _opposite(bed) if bed else _along_walls("television"))
 
     def _bathroom(self) -> None:
-        self._put(groups.bathtub_group(self.rng), _along_walls(1.0, 0.0))
-        self._put(groups.vanity_group(self.rng), _along_walls(0.2, 0.4))
+        self._put(groups.bathtub_group(self.rng), _along_walls("bathtub"))
+        self._put(groups.vanity_group(self.rng), _along_walls("vanity"))
         self._put_single("Toilet")
 
     def _dining(self) -> None:
-        if self.floor.area > 15 and chance(self.rng, 0.75):
-            for chairs in (4, 4, 3, 2) if self.floor.area > 18 else (3, 2):
+        if self._may_have("table in the open"):
+            for chairs in (4, 4, 3, 2) if self._has_room("table for four") else (3, 2):
                 if self._put_free(groups.dining_group(self.rng, chairs, False)):
                     return
         for chairs in (3, 3, 2, 2, 1):
-            if self._put(groups.dining_group(self.rng, chairs, True), _along_walls(0.1, 0.3)):
+            if self._put(groups.dining_group(self.rng, chairs, True), _along_walls("table")):
                 return
 
     def _put_single(self, category: str) -> bool:
         if not self.inventory.may_have(category) or (category != "SideTable" and self.has(category)):
             return False
         model = draw_model(category, self.rng)
-        likes = _along_walls(0.7, 0.1) if category in CORNER_LOVERS else _along_walls(0.2, 0.3)
-        small = max(model.size.x, model.size.z) < 0.6 and not model.asset.can_open
+        likes = _along_walls("lover of corners" if category in CORNER_LOVERS else "other")
+        small = max(model.size.x, model.size.z) < SMALL_M and not model.asset.can_open
         placed = self._put(single(model, 0.0 if small else None), likes)
-        if placed and category in TURNABLE and abs(model.size.x - model.size.z) < 0.02:
+        if placed and category in TURNABLE and abs(model.size.x - model.size.z) < SQUARE_M:
             self.pieces[-1].yaw = pick(self.rng, (0.0, 90.0, 180.0, 270.0))
         return placed
 
@@ -218,7 +286,7 @@ class Furnisher:
     def _settle(self, cluster: Cluster, anchors: list[Anchor], score: Callable[[Anchor], float]) -> bool:
         if any(not self.inventory.may_have(member.model.category) for member in cluster.members):
             return False
-        noise = 0.5 * self.rng.random(len(anchors))
+        noise = NOISE * self.rng.random(len(anchors))
         scores = np.array([score(anchor) for anchor in anchors]) + noise
         placed = settle(self.floor, cluster, anchors, scores)
         if placed is None:
@@ -230,8 +298,9 @@ class Furnisher:
         return True
 
 
-def _along_walls(corner: float, centre: float) -> Callable[[Anchor], float]:
-    """Returns a score of places that likes corners and middles of walls by the given weights."""
+def _along_walls(name: str) -> Callable[[Anchor], float]:
+    """Returns the score of places along walls that a group of LIKES gives."""
+    corner, centre = LIKES[name]
     return lambda anchor: corner * anchor.corner + centre * anchor.centre
 
 
@@ -242,7 +311,7 @@ def _opposite(piece: PlacedThing) -> Callable[[Anchor], float]:
         sin, cos = np.sin(np.radians(piece.yaw)), np.cos(np.radians(piece.yaw))
         dx, dz = anchor.x - piece.position.x, anchor.z - piece.position.z
         ahead, aside = dx * sin + dz * cos, abs(dx * cos - dz * sin)
-        faces = abs((anchor.yaw - piece.yaw) % 360.0 - 180.0) < 1.0
-        return 3.0 * faces - 1.5 * aside - (5.0 if ahead < 1.2 else 0.0) - 0.15 * ahead
+        faces = abs((anchor.yaw - piece.yaw) % 360.0 - 180.0) < FACING_DEG
+        return FACING * faces - ASIDE_PER_M * aside - (TOO_NEAR if ahead < NEAR_M else 0.0) - AHEAD_PER_M * ahead
 
     return score

@@ -13,6 +13,8 @@ from vigil.pose import Vec3
 
 NEAR_WALL = 0.3
 """Furniture whose back is nearer to a wall than this covers the wall up to its height."""
+IN_WALL_M = 0.05
+"""Furniture whose back is farther behind a wall than this stands at another wall."""
 SIDE_GAP = 0.06
 ABOVE_GAP = 0.12
 SILL_M = 0.08
@@ -21,7 +23,55 @@ BELOW_BLINDS_M = 0.5
 """Height below blinds that things on furniture need."""
 BUMP_M = 0.06
 """Things that come further out of the wall than this take up floor."""
+OVERHEAD_M = 1.8
+"""Things that hang higher than this hinder nobody."""
+ON_LINE_M = 1e-6
+"""Two walls are one when they are nearer than this."""
+EDGE_M = 0.01
+"""How far beyond a wall's end an opening still counts as in it, and a thing as over what it stands on."""
+FRAME_M = 0.1
+"""Kept free around doors and windows."""
+UNDER_CEILING_M = 0.1
+"""Kept free under the ceiling, above what hangs on a wall."""
+PLACES_TRIED = 5
+"""Along one wall, besides its middle."""
 PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (1, 4), "Bedroom": (1, 3), "Bathroom": (0, 1)}
+SHELF_LIKELY = {"LivingRoom": 0.35, "Bedroom": 0.35, "Bathroom": 0.5}
+BEDROOM_MIRROR_LIKELY, CEILING_LAMP_LIKELY, SHOWER_HEAD_LIKELY, TOWEL_LIKELY = 0.5, 0.85, 0.8, 0.85
+DRESSED_LIKELY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0.25, "Bathroom": 0.25}
+"""That a window has curtains or blinds."""
+DRY_ROOM_BLINDS_LIKELY = 0.4
+"""That these are blinds where curtains would do; kitchens and bathrooms have blinds only."""
+SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
+"""Heights of middles above the floor."""
+SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
+"""Least and greatest."""
+RAILS = (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3))
+"""Rail, what hangs over it, height of the rail's middle."""
+CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95
+"""Above counters; over tubs; the least over a floor on which people walk."""
+SWITCH_ASIDE_M = 0.25
+"""From a door's opening to the middle of its switch."""
+MIRROR_ABOVE_M = 0.06
+"""From the gap above a sink to its mirror: splashes reach higher than the tap."""
+BESIDE_GAP_M = 0.12
+"""Between a piece and what hangs beside it."""
+CABINETS_UNDER_CEILING_M, DRESSED_UNDER_CEILING_M = 0.15, 0.05
+"""Kept free above cabinets; above curtains and blinds."""
+CABINET_WIDER_M = 0.02
+"""By how much a cabinet may be wider than the counter below."""
+LAMP_ROOM_M = 0.3
+"""About a room's centre, for its lamp to hang there."""
+TOUCH_M = 0.02
+"""Things whose heights are nearer than this are in each other's way."""
+OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
+"""Air behind what hangs, so that surfaces do not touch."""
+SAME_YAW_DEG = 1.0
+"""A wall is behind a piece that is turned by less from it."""
+BACK_REACH_M = 0.9
+"""A wall is behind a piece whose middle is no farther from it."""
+WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
+"""By how much curtains and blinds reach beyond their window."""
 
 Span = tuple[float, float, float, float]
 """left, right along the wall; bottom, top (m)."""
@@ -56,14 +106,14 @@ class WallThingPlacer:
         if kind == "Kitchen":
             self._cabinets()
         self._window_dressing()
-        if kind in ("LivingRoom", "Bedroom") and chance(self.rng, 0.35):
-            self._anywhere("Shelf", float(self.rng.uniform(1.25, 1.5)))
-        if kind == "Bedroom" and chance(self.rng, 0.5):
-            self._anywhere("Mirror", 1.5)
+        if kind in ("LivingRoom", "Bedroom") and chance(self.rng, SHELF_LIKELY[kind]):
+            self._anywhere("Shelf", float(self.rng.uniform(*SHELF_MIDDLE_M)))
+        if kind == "Bedroom" and chance(self.rng, BEDROOM_MIRROR_LIKELY):
+            self._anywhere("Mirror", MIRROR_MIDDLE_M)
         low, high = PAINTINGS[kind]
         for _ in range(int(self.rng.integers(low, high + 1))):
-            self._anywhere("Painting", float(self.rng.uniform(1.5, 1.65)))
-        if chance(self.rng, 0.85):
+            self._anywhere("Painting", float(self.rng.uniform(*PAINTING_MIDDLE_M)))
+        if chance(self.rng, CEILING_LAMP_LIKELY):
             self._ceiling_lamp()
         return self.hung
 
@@ -73,16 +123,12 @@ class WallThingPlacer:
             found = opening.span_in(self.floor.room.number)
             assert found is not None
             wall, left, right = found
-            if (
-                abs((wall.start[0] - edge.start[0]) * edge.inward[0] + (wall.start[1] - edge.start[1]) * edge.inward[1])
-                > 1e-6
-            ):
-                continue
-            if wall.direction != edge.direction and abs(wall.direction[0] - edge.direction[0]) > 1e-6:
+            if abs(edge.into(wall.start)) > ON_LINE_M or abs(wall.direction[0] - edge.direction[0]) > ON_LINE_M:
                 continue
             ends = sorted((edge.along(wall.at(left)), edge.along(wall.at(right))))
-            if ends[1] > -0.01 and ends[0] < edge.length + 0.01:
-                spans.append((ends[0] - 0.1, ends[1] + 0.1, opening.bottom - 0.1, opening.top + 0.1))
+            if ends[1] > -EDGE_M and ends[0] < edge.length + EDGE_M:
+                bottom, top = opening.bottom - FRAME_M, opening.top + FRAME_M
+                spans.append((ends[0] - FRAME_M, ends[1] + FRAME_M, bottom, top))
         for piece in self.furniture:
             spans.extend(self._shadow(edge, piece))
         return spans
@@ -90,17 +136,16 @@ class WallThingPlacer:
     def _shadow(self, edge: WallPiece, piece: PlacedThing) -> list[Span]:
         x0, z0, x1, z1 = piece.footprint()
         corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
-        nx, nz = edge.inward
-        depths = [(x - edge.start[0]) * nx + (z - edge.start[1]) * nz for x, z in corners]
+        depths = [edge.into(corner) for corner in corners]
         along = [edge.along(corner) for corner in corners]
-        if not -0.05 <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
+        if not -IN_WALL_M <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
             return []
-        return [(min(along), max(along), found.bottom - 0.02, found.top) for found in piece.all()]
+        return [(min(along), max(along), found.bottom - TOUCH_M, found.top) for found in piece.all()]
 
     def _is_free(self, index: int, span: Span) -> bool:
         left, right, bottom, top = span
         edge = self.floor.edges[index]
-        if left < SIDE_GAP or right > edge.length - SIDE_GAP or top > self.height_m - 0.1:
+        if left < SIDE_GAP or right > edge.length - SIDE_GAP or top > self.height_m - UNDER_CEILING_M:
             return False
         return all(
             right + SIDE_GAP <= low or left - SIDE_GAP >= high or bottom >= up + ABOVE_GAP or top + SIDE_GAP <= down
@@ -119,7 +164,7 @@ class WallThingPlacer:
             return None
         depth = size.z + (under.size.z if under else 0.0)
         bump = rect_of(edge.at(span[0]), edge.at(span[1], depth))
-        x, z = edge.at(along, size.z / 2 + 0.002)
+        x, z = edge.at(along, size.z / 2 + OFF_WALL_M)
         piece = PlacedThing(model, Vec3(x, middle, z), edge.yaw, self.floor.room.number, is_on_wall=True)
         if not self.space.admits(piece) or not self._leaves_room(bump, depth, span[2]):
             return None
@@ -134,12 +179,12 @@ class WallThingPlacer:
 
     def _leaves_room(self, bump: tuple[float, float, float, float], depth: float, bottom: float) -> bool:
         """Whether a thing that comes out of the wall leaves room to walk; takes the floor under it when it does."""
-        if depth <= BUMP_M or bottom >= 1.8:
+        if depth <= BUMP_M or bottom >= OVERHEAD_M:
             return True
         shape = box(*bump)
         if any(shape.intersects(box(*rect)) for rect in self.floor.clear):
             return False
-        is_over = any(box(*rect).buffer(0.01).contains(shape) for rect in self.floor.taken)
+        is_over = any(box(*rect).buffer(EDGE_M).contains(shape) for rect in self.floor.taken)
         if not is_over:
             if not self.floor.can_walk([bump], []):
                 return False
@@ -157,7 +202,7 @@ class WallThingPlacer:
             low, high = model.size.x / 2 + SIDE_GAP, edge.length - model.size.x / 2 - SIDE_GAP
             if high <= low:
                 continue
-            for along in [edge.length / 2, *self.rng.uniform(low, high, 5)]:
+            for along in [edge.length / 2, *self.rng.uniform(low, high, PLACES_TRIED)]:
                 piece = self._hang(model, index, float(along), middle, under)
                 if piece is not None:
                     return piece
@@ -171,34 +216,31 @@ class WallThingPlacer:
             found = door.span_in(self.floor.room.number)
             assert found is not None
             wall, left, right = found
-            for at in shuffled(self.rng, (left - 0.25, right + 0.25)):
+            for at in shuffled(self.rng, (left - SWITCH_ASIDE_M, right + SWITCH_ASIDE_M)):
                 point = wall.at(at)
                 for index, edge in enumerate(self.floor.edges):
-                    same = (
-                        abs(edge.direction[0] - wall.direction[0]) + abs(edge.direction[1] - wall.direction[1]) < 1e-6
-                    )
-                    on_line = abs(
-                        (point[0] - edge.start[0]) * edge.inward[0] + (point[1] - edge.start[1]) * edge.inward[1]
-                    )
-                    if same and on_line < 1e-6 and self._hang(model, index, edge.along(point), 1.2):
+                    (dx, dz), (other_dx, other_dz) = edge.direction, wall.direction
+                    is_same = abs(dx - other_dx) + abs(dz - other_dz) < ON_LINE_M
+                    is_on_line = is_same and abs(edge.into(point)) < ON_LINE_M
+                    if is_on_line and self._hang(model, index, edge.along(point), SWITCH_MIDDLE_M):
                         return
 
     def _bathroom(self) -> None:
         sink = next((p for top in self.furniture for p in top.all() if p.category == "Sink"), None)
         if sink is not None:
             mirror = draw_model("Mirror", self.rng)
-            self._behind(sink, mirror, sink.top + ABOVE_GAP + 0.06 + mirror.size.y / 2)
-            if chance(self.rng, 0.5):
-                self._anywhere("Shelf", 1.35)
+            self._behind(sink, mirror, sink.top + ABOVE_GAP + MIRROR_ABOVE_M + mirror.size.y / 2)
+            if chance(self.rng, SHELF_LIKELY["Bathroom"]):
+                self._anywhere("Shelf", BATHROOM_SHELF_MIDDLE_M)
         toilet = next((piece for piece in self.furniture if piece.category == "Toilet"), None)
         if toilet is not None:
-            self._beside(toilet, draw_model("ToiletPaperHanger", self.rng), 0.72)
+            self._beside(toilet, draw_model("ToiletPaperHanger", self.rng), PAPER_MIDDLE_M)
         tub = next((piece for piece in self.furniture if piece.category == "Bathtub"), None)
-        if tub is not None and chance(self.rng, 0.8):
+        if tub is not None and chance(self.rng, SHOWER_HEAD_LIKELY):
             model = draw_model("ShowerHead", self.rng)
-            self._behind(tub, model, 2.15 - model.size.y / 2)
-        for holder, towel, middle in (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3)):
-            if chance(self.rng, 0.85):
+            self._behind(tub, model, SHOWER_HEAD_TOP_M - model.size.y / 2)
+        for holder, towel, middle in RAILS:
+            if chance(self.rng, TOWEL_LIKELY):
                 self._towel(holder, towel, middle)
 
     def _towel(self, holder: str, towel: str, middle: float) -> None:
@@ -209,7 +251,7 @@ class WallThingPlacer:
         rail = self._along_some_wall(rail_model, middle, model)
         if rail is None:
             return
-        x, z = rail.out_of(0.0, rail.model.size.z / 2 + model.size.z / 2 + 0.003)
+        x, z = rail.out_of(0.0, rail.model.size.z / 2 + model.size.z / 2 + OFF_RAIL_M)
         cloth = PlacedThing(model, Vec3(x, rail.top - model.size.y / 2, z), rail.yaw, rail.room, is_on_wall=True)
         rail.children.append(cloth)
         self.inventory.add(towel)
@@ -218,22 +260,20 @@ class WallThingPlacer:
         """Hangs a thing on the wall behind `piece`."""
         for index, edge in enumerate(self.floor.edges):
             along = edge.along((piece.position.x, piece.position.z))
-            if abs(edge.yaw - piece.yaw) < 1.0 and self._is_behind(edge, piece):
+            if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
                 return self._hang(model, index, along, middle)
         return None
 
     def _is_behind(self, edge: WallPiece, piece: PlacedThing) -> bool:
-        nx, nz = edge.inward
-        depth = (piece.position.x - edge.start[0]) * nx + (piece.position.z - edge.start[1]) * nz
-        along = edge.along((piece.position.x, piece.position.z))
-        return 0 < depth < 0.9 and 0 < along < edge.length
+        place = (piece.position.x, piece.position.z)
+        return 0 < edge.into(place) < BACK_REACH_M and 0 < edge.along(place) < edge.length
 
     def _beside(self, piece: PlacedThing, model: AssetModel, middle: float) -> PlacedThing | None:
         """Hangs a thing on the wall behind `piece`, beside it."""
         for index, edge in enumerate(self.floor.edges):
-            if abs(edge.yaw - piece.yaw) < 1.0 and self._is_behind(edge, piece):
+            if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
                 along = edge.along((piece.position.x, piece.position.z))
-                away = piece.model.size.x / 2 + model.size.x / 2 + 0.12
+                away = piece.model.size.x / 2 + model.size.x / 2 + BESIDE_GAP_M
                 for sign in shuffled(self.rng, (-1, 1)):
                     hung = self._hang(model, index, along + sign * away, middle)
                     if hung is not None:
@@ -246,26 +286,26 @@ class WallThingPlacer:
         if not counters:
             return
         model = most_alike(counters[0].model, [draw_model("Cabinet", self.rng) for _ in range(8)])
-        middle = 1.42 + model.size.y / 2
+        middle = CABINET_BOTTOM_M + model.size.y / 2
         for counter in shuffled(self.rng, counters)[: pick(self.rng, (1, 2, 2))]:
-            if middle + model.size.y / 2 < self.height_m - 0.15 and model.size.x <= counter.model.size.x + 0.02:
+            has_height = middle + model.size.y / 2 < self.height_m - CABINETS_UNDER_CEILING_M
+            if has_height and model.size.x <= counter.model.size.x + CABINET_WIDER_M:
                 self._behind(counter, model, middle)
 
     def _window_dressing(self) -> None:
         for opening in self.floor.openings:
-            wanted = {"Bedroom": 0.65, "LivingRoom": 0.55}.get(self.floor.room.kind, 0.25)
-            if opening.is_door or not chance(self.rng, wanted):
+            kind = self.floor.room.kind
+            if opening.is_door or not chance(self.rng, DRESSED_LIKELY[kind]):
                 continue
-            category = (
-                "Blinds" if self.floor.room.kind in ("Kitchen", "Bathroom") or chance(self.rng, 0.4) else "Curtains"
-            )
+            has_blinds = kind in ("Kitchen", "Bathroom") or chance(self.rng, DRY_ROOM_BLINDS_LIKELY)
+            category = "Blinds" if has_blinds else "Curtains"
             model = draw_model(category, self.rng)
             found = opening.span_in(self.floor.room.number)
             assert found is not None
             wall, left, right = found
-            if model.size.x < right - left + 0.05 or not self.inventory.may_have(category):
+            if model.size.x < right - left + WINDOW_WIDER_M or not self.inventory.may_have(category):
                 continue
-            self._dress(wall, (left + right) / 2, opening.top + 0.12 - model.size.y / 2, model)
+            self._dress(wall, (left + right) / 2, opening.top + WINDOW_ABOVE_M - model.size.y / 2, model)
 
     def _dress(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
         """Hangs curtains or blinds before a window when nothing stands in their place."""
@@ -274,13 +314,19 @@ class WallThingPlacer:
         shape = box(*piece.footprint())
         low = piece.bottom - (0.0 if model.category == "Curtains" else BELOW_BLINDS_M)
         in_way = any(
-            found.top > low - 0.02 and shape.intersects(box(*found.footprint()))
+            found.top > low - TOUCH_M and shape.intersects(box(*found.footprint()))
             for top in [*self.furniture, *self.hung]
             for found in top.all()
         )
         fits = self.floor.room.polygon.contains(shape)
         doors = any(shape.intersects(box(*rect)) for rect in self.floor.clear)
-        if in_way or not fits or doors or piece.top > self.height_m - 0.05 or not self.space.admits(piece):
+        if (
+            in_way
+            or not fits
+            or doors
+            or piece.top > self.height_m - DRESSED_UNDER_CEILING_M
+            or not self.space.admits(piece)
+        ):
             return
         if not self.floor.can_walk([piece.footprint()], []):
             return
@@ -292,10 +338,11 @@ class WallThingPlacer:
 
     def _ceiling_lamp(self) -> None:
         polygon = self.floor.room.polygon
-        middle = polygon.centroid if polygon.contains(polygon.centroid.buffer(0.3)) else polygon.representative_point()
+        has_middle = polygon.contains(polygon.centroid.buffer(LAMP_ROOM_M))
+        middle = polygon.centroid if has_middle else polygon.representative_point()
         model = draw_model("CeilingLamp", self.rng)
         bottom = self.height_m - model.size.y
-        if bottom < 1.95:
+        if bottom < LAMP_BOTTOM_M:
             return
         place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
         self._add(PlacedThing(model, place, 0.0, self.floor.room.number, is_on_wall=True))

@@ -36,7 +36,7 @@ WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), 
 
 
 @dataclass(frozen=True, slots=True)
-class Opening:
+class PlannedOpening:
     """A hole in a wall piece (and in the panel behind it), and what fills it."""
 
     id: str
@@ -120,11 +120,11 @@ class _Free:
         return spans
 
 
-def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[Opening] | None:
+def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[PlannedOpening] | None:
     """Returns the plan's doors and windows; None when a link has no wall long enough."""
     pieces = wall_pieces(plan)
     free = _Free(door_look=int(rng.integers(DOOR_VARIANTS)), window_look=int(rng.integers(WINDOW_VARIANTS)))
-    openings: list[Opening] = []
+    openings: list[PlannedOpening] = []
     for link in plan.links:
         door = _inner_door(link, plan, pieces, free, rng)
         if door is None:
@@ -140,7 +140,7 @@ def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[Opening] | 
 
 def _inner_door(
     link: tuple[int, int], plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
-) -> Opening | None:
+) -> PlannedOpening | None:
     near, far = shuffled(rng, link)
     walls = [piece for piece in pieces if piece.room == near and piece.behind == far]
     kinds = {plan.room(near).kind, plan.room(far).kind}
@@ -156,7 +156,7 @@ def _inner_door(
             continue
         free.use(wall, *span)
         has_leaf = category == "Doorway"
-        return Opening(
+        return PlannedOpening(
             id=f"door|{min(link)}|{max(link)}",
             category=category,
             asset_id=f"vigil_{category}_{free.door_look}",
@@ -177,7 +177,9 @@ def _door_openness(rng: np.random.Generator) -> float:
     return 0.0 if chance(rng, 0.4) else 1.0
 
 
-def _front_door(plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator) -> Opening | None:
+def _front_door(
+    plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
+) -> PlannedOpening | None:
     order = {"LivingRoom": 0, "Kitchen": 1, "Bedroom": 2, "Bathroom": 3}
     for room in sorted(plan.rooms, key=lambda room: order[room.kind]):
         walls = [piece for piece in pieces if piece.room == room.number and piece.behind is None]
@@ -187,7 +189,7 @@ def _front_door(plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.
                 continue
             free.use(wall, *span)
             number = int(rng.integers(DOOR_VARIANTS))
-            return Opening(
+            return PlannedOpening(
                 id=f"door|1|{room.number}",
                 category="Doorway",
                 asset_id=f"vigil_Doorway_{number}",
@@ -203,10 +205,12 @@ def _front_door(plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.
     return None
 
 
-def _windows(room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np.random.Generator) -> list[Opening]:
+def _windows(
+    room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
+) -> list[PlannedOpening]:
     walls = [piece for piece in pieces if piece.room == room and piece.behind is None and piece.length >= 1.2]
     low, high = WINDOWS_PER_ROOM[kind]
-    found: list[Opening] = []
+    found: list[PlannedOpening] = []
     for _ in range(int(rng.integers(low, high + 1)) * 2):
         if not walls or len(found) >= high:
             break
@@ -219,7 +223,7 @@ def _windows(room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np
         free.use(wall, *span)
         top = 2.1
         found.append(
-            Opening(
+            PlannedOpening(
                 id=f"window|{room}|{len(found)}",
                 category="Window",
                 asset_id=f"vigil_Window_{free.window_look}",

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vigil.assets.kernel.colours import Rgb
 from vigil.housegen.base.randomness import chance, pick
-
-Rgb = tuple[float, float, float]
 
 _PLANKS = (
     "WoodFloorsCross",
@@ -61,7 +60,7 @@ SKIES = ("SkyTropical", "Sky1", "Sky2", "SkyAlbany")
 
 
 @dataclass(frozen=True, slots=True)
-class Finish:
+class RoomFinish:
     """A room's floor and walls."""
 
     floor: str
@@ -70,17 +69,17 @@ class Finish:
     """The wall's tint; None where the material is its own colour."""
 
 
-def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, Finish]:
+def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomFinish]:
     """Returns each room's finish; living rooms, bedrooms and sometimes kitchens of a house share one floor."""
     common = pick(rng, _PLANKS)
-    found: dict[int, Finish] = {}
+    found: dict[int, RoomFinish] = {}
     for number, kind in kinds.items():
         shares = kind != "Bathroom" and chance(rng, 0.4 if kind == "Kitchen" else 0.75)
         floor = common if shares else pick(rng, FLOORS[kind])
         if chance(rng, TILED_SHARE[kind]):
-            found[number] = Finish(floor, pick(rng, TILED_WALLS[kind]), None)
+            found[number] = RoomFinish(floor, pick(rng, TILED_WALLS[kind]), None)
         else:
-            found[number] = Finish(floor, "PureWhite", pick(rng, PAINTS))
+            found[number] = RoomFinish(floor, "PureWhite", pick(rng, PAINTS))
     return found
 
 

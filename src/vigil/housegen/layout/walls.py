@@ -52,6 +52,11 @@ class WallPiece:
         dx, dz = self.direction
         return (point[0] - self.start[0]) * dx + (point[1] - self.start[1]) * dz
 
+    def into(self, point: Corner) -> float:
+        """Returns how far inside the room a floor point lies."""
+        nx, nz = self.inward
+        return (point[0] - self.start[0]) * nx + (point[1] - self.start[1]) * nz
+
     @property
     def id(self) -> str:
         """The document's id of the panel on the room's side."""

@@ -27,7 +27,7 @@ FITS_PX = 32.0
 spots."""
 
 
-class Spot(NamedTuple):
+class FramePoint(NamedTuple):
     """A place in a frame, or what was answered, in whatever units."""
 
     x: float
@@ -35,14 +35,14 @@ class Spot(NamedTuple):
 
 
 SPOTS = (
-    *(Spot(560, 60), Spot(600, 420), Spot(320, 400), Spot(120, 440)),
-    *(Spot(500, 240), Spot(620, 200), Spot(260, 330), Spot(400, 450)),
+    *(FramePoint(560, 60), FramePoint(600, 420), FramePoint(320, 400), FramePoint(120, 440)),
+    *(FramePoint(500, 240), FramePoint(620, 200), FramePoint(260, 330), FramePoint(400, 450)),
 )
 """Away from the top left, where the conventions are near to each other."""
-CONVENTIONS: Mapping[str, Spot] = {
-    "pixel": Spot(1.0, 1.0),
-    "normalized_1000": Spot(FRAME_WIDTH / 1000, FRAME_HEIGHT / 1000),
-    "fractions of 0 to 1": Spot(FRAME_WIDTH, FRAME_HEIGHT),
+CONVENTIONS: Mapping[str, FramePoint] = {
+    "pixel": FramePoint(1.0, 1.0),
+    "normalized_1000": FramePoint(FRAME_WIDTH / 1000, FRAME_HEIGHT / 1000),
+    "fractions of 0 to 1": FramePoint(FRAME_WIDTH, FRAME_HEIGHT),
 }
 """What an answer is multiplied by to give pixels."""
 _NUMBER = r"""["']?{}["']?\s*[:=]\s*(-?\d+(?:\.\d+)?)"""
@@ -53,7 +53,7 @@ _X, _Y = (re.compile(_NUMBER.format(axis)) for axis in "xy")
 class Calibration:
     """What a model answered to each picture; None where no point was found in it."""
 
-    answers: tuple[Spot | None, ...]
+    answers: tuple[FramePoint | None, ...]
 
     @property
     def answered(self) -> int:
@@ -84,7 +84,7 @@ class Calibration:
         return next((mode for mode in ("pixel", "normalized_1000") if mode == self.best), None)
 
 
-def draw_spot(spot: Spot) -> np.ndarray:
+def draw_spot(spot: FramePoint) -> np.ndarray:
     """Returns a frame with a wall, a floor and a magenta disc, (480, 640, 3) uint8."""
     image = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT), "#cfd3d6")
     draw = ImageDraw.Draw(image)
@@ -93,16 +93,16 @@ def draw_spot(spot: Spot) -> np.ndarray:
     return np.asarray(image)
 
 
-def question(spot: Spot) -> Sequence[Message]:
+def question(spot: FramePoint) -> Sequence[Message]:
     """Returns what a model is sent for a spot."""
     return Conversation(Profile(), INSTRUCTION).messages(encode(draw_spot(spot), "png"), None)
 
 
-def point_in(text: str) -> Spot | None:
+def point_in(text: str) -> FramePoint | None:
     """Returns the first x and y in an answer, or None."""
     answer = split_reasoning(text)[0]
     x, y = _X.search(answer), _Y.search(answer)
-    return Spot(float(x[1]), float(y[1])) if x and y else None
+    return FramePoint(float(x[1]), float(y[1])) if x and y else None
 
 
 async def calibrate(ask: Ask) -> Calibration:

@@ -7,8 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 from vigil.actions import Reply
 from vigil.errors import RecordError
+from vigil.reasoning import Thinking
 from vigil.record import Answered
-from vigil.runner.models.providers import Thinking
 
 CLIENTS = ("inspect_ai", "openai", "anthropic", "google-genai", "mistralai", "azure-ai-inference", "httpx2")
 

@@ -8,11 +8,10 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any, Literal
+from typing import Any
 
 from vigil.errors import did_you_mean
 
-Thinking = Literal["on", "off", "default"]
 Fields = Mapping[str, Any]
 """Settings of sampling, as `RunSettings` names them."""
 

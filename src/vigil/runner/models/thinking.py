@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from vigil.errors import SettingError
-from vigil.runner.models.providers import Named, Thinking
+from vigil.reasoning import Thinking
+from vigil.runner.models.providers import Named
 
 
 def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: Named) -> dict[str, Any]:

@@ -1,4 +1,9 @@
-"""Frames by content: kept as files when asked, else drawn again later from the recorded actions."""
+"""Frames by content: kept as files when asked, else drawn again later from the recorded actions.
+
+A figure's frames are drawn in the process that asks for it, without the watchdog of the pool: they are of an episode or
+a few, somebody waits for them and can stop it, and nothing else is lost. Pages, which serve several people for hours,
+ask a worker (`vigil.web.drawing`).
+"""
 
 import hashlib
 import os

@@ -8,14 +8,13 @@ go from the worker straight to the run folder. A worker that plays draws for nob
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from vigil.actions import PhysicalAction, Reply
 from vigil.agents.agent import REPLY_SECONDS, Agent
 from vigil.agents.picture import Picture
 from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
-from vigil.observation import Feedback
+from vigil.observation import Feedback, Quality
 from vigil.pose import Pose
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord
@@ -25,9 +24,8 @@ from vigil.world import Effect, Setup
 
 PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
-SimulatorFactory = Callable[[AssetDatabase, "Quality"], Simulator]
+SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]
 """Makes a simulator of one's own, as those in `vigil.sim.BACKENDS`. Must be picklable."""
-Quality = Literal["default", "fast"]
 
 
 @dataclass(frozen=True, slots=True)

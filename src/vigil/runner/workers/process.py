@@ -188,26 +188,12 @@ class Worker:
                 if self._is_killed:
                     ours.close()
                     raise WorkerLost(f"Simulator {self.name} has been closed.")
-                self._process = self._launch(theirs.fileno())
+                self._process = launch(theirs.fileno(), self._log, self._threads)
             self._connection = Connection(ours.detach())
             self._generation += 1
             self._is_up = False
             self._connection.send(self._plan)
         return self._connection
-
-    def _launch(self, fd: int) -> "subprocess.Popen[bytes]":
-        command = [sys.executable, "-m", "vigil.runner.workers.worker", str(fd)]
-        threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": str(self._threads)}
-        with open(self._log or os.devnull, "ab") as log:
-            return subprocess.Popen(
-                command,
-                pass_fds=(fd,),
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                env={**threads, **os.environ},
-                start_new_session=True,
-            )
 
     def _end(self, patience_s: float) -> int | None:
         connection, self._connection = self._connection, None
@@ -229,3 +215,19 @@ class Worker:
             tail = self._log.read_bytes()[-_LOG_TAIL:].decode(errors="replace").strip()
             text += f"; its log {self._log} ends with: {tail}" if tail else ""
         return text
+
+
+def launch(fd: int, log: Path | None, threads: int) -> "subprocess.Popen[bytes]":
+    """Starts a worker process on its end of a socket pair; `threads` are a software renderer's."""
+    command = [sys.executable, "-m", "vigil.runner.workers.worker", str(fd)]
+    own = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": str(threads)}
+    with open(log or os.devnull, "ab") as output:
+        return subprocess.Popen(
+            command,
+            pass_fds=(fd,),
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=output,
+            env={**own, **os.environ},
+            start_new_session=True,
+        )

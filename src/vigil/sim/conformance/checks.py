@@ -9,9 +9,9 @@ from collections.abc import Callable
 from vigil.sim.conformance import handling, moving, privileged, seeing
 from vigil.sim.conformance.trial import Trial
 
-Check = Callable[[Trial], None]
+ConformanceCheck = Callable[[Trial], None]
 
-CHECKS: tuple[Check, ...] = (
+CHECKS: tuple[ConformanceCheck, ...] = (
     moving.walks_whole_steps_then_the_fraction,
     moving.stops_at_a_wall,
     moving.caps_long_actions,

@@ -14,7 +14,7 @@ from vigil.scene.geometry import Motion, box_of, prisms_of
 from vigil.scene.supports import TOUCH_M, headroom, is_over, is_shut, level_surfaces, offset_from
 from vigil.scene.things import Thing
 
-Kind = Literal["inside", "on", "shut"]
+TargetKind = Literal["inside", "on", "shut"]
 
 LEAF_M = 0.015
 """How far from a leaf's solid a click on the leaf may lie."""
@@ -22,7 +22,7 @@ SIDE_M = 0.01
 """How deep under the side of a body's box its outer side may lie."""
 
 
-def kind_meant(receptacle: Thing, point: Vec3) -> Kind:
+def kind_meant(receptacle: Thing, point: Vec3) -> TargetKind:
     """Returns the kind of place that a click at a point of a receptacle means.
 
     A hollow that the point lies in comes first, then a top that it lies over, then what the leaf or drawer under it
@@ -46,7 +46,7 @@ def kind_meant(receptacle: Thing, point: Vec3) -> Kind:
     return _kind(receptacle, nearest)
 
 
-def _kind(receptacle: Thing, surface: Surface) -> Kind:
+def _kind(receptacle: Thing, surface: Surface) -> TargetKind:
     if surface.needs_opening and is_shut(receptacle):
         return "shut"
     return "inside" if surface.is_inside else "on"

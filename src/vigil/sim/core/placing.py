@@ -59,7 +59,7 @@ class HeldBox:
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class FreeSpot:
     """Where a thing can be put down."""
 
     position: Vec3
@@ -80,7 +80,7 @@ def bulk_of(state: SceneState, held: Thing) -> HeldBox:
     return HeldBox(stacked.min(axis=0), stacked.max(axis=0))
 
 
-def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> Spot | None:
+def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> FreeSpot | None:
     """Returns the free spot nearest to the clicked point, at most 0.3 m from it: inside or on top, as was clicked."""
     bulk = bulk_of(state, held)
     kind = kind_meant(receptacle, clicked)
@@ -90,11 +90,11 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
     for chunk in (candidates[:9], candidates[9:]):
         free = _first_free(state, bulk, [spot for _, spot in chunk], receptacle, clicked)
         if free is not None:
-            return Spot(free.position, free.yaw, receptacle.id, free.surface, free.joint)
+            return FreeSpot(free.position, free.yaw, receptacle.id, free.surface, free.joint)
     return None
 
 
-def spot_below(state: SceneState, held: Thing) -> Spot | None:
+def spot_below(state: SceneState, held: Thing) -> FreeSpot | None:
     """Returns where the held thing comes to rest when dropped; None when no place ahead is free."""
     bulk = bulk_of(state, held)
     ahead_x, ahead_z = heading(state.agent.rotation)
@@ -107,7 +107,7 @@ def spot_below(state: SceneState, held: Thing) -> Spot | None:
     return None
 
 
-def put_down(state: SceneState, spot: Spot) -> list[Thing]:
+def put_down(state: SceneState, spot: FreeSpot) -> list[Thing]:
     """Empties the hand at a spot. Returns what was put down, the held thing first."""
     held = state.release()[0]
     held.parent, held.surface, held.parent_joint = spot.parent, spot.surface, spot.joint
@@ -131,7 +131,7 @@ def _yaw_of(frame: Motion) -> float:
 
 def _spots(
     bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
-) -> list[tuple[tuple[float, ...], Spot]]:
+) -> list[tuple[tuple[float, ...], FreeSpot]]:
     """Returns the spots on a surface near the click that its edges and clearance allow, with sort keys."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
@@ -146,7 +146,7 @@ def _spots(
     keep = (np.abs(places) <= half + 1e-9).all(axis=1) & (gaps <= SPOT_WITHIN_M + 1e-9)
     places, gaps = places[keep], np.round(gaps[keep], 6)
     turn = _yaw_of(frame)
-    found: list[tuple[tuple[float, ...], Spot]] = []
+    found: list[tuple[tuple[float, ...], FreeSpot]] = []
     edge = half + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
     for rank, yaw in enumerate(dict.fromkeys((held.rotation.y, wrap_deg(turn), wrap_deg(turn + 90.0)))):
         corners = bulk.footprint(places[:, 0], places[:, 1], np.full(len(places), yaw - turn))
@@ -154,11 +154,13 @@ def _spots(
             point = frame(np.array([[places[index, 0], 0.0, places[index, 1]]]))[0]
             position = Vec3(float(point[0]), float(point[1] - bulk.low[1]), float(point[2]))
             key = (float(gaps[index]), float(rank), *map(float, places[index]))
-            found.append((key, Spot(position, yaw, None, surface.name, surface.joint)))
+            found.append((key, FreeSpot(position, yaw, None, surface.name, surface.joint)))
     return found
 
 
-def _first_free(state: SceneState, bulk: HeldBox, spots: list[Spot], receptacle: Thing, clicked: Vec3) -> Spot | None:
+def _first_free(
+    state: SceneState, bulk: HeldBox, spots: list[FreeSpot], receptacle: Thing, clicked: Vec3
+) -> FreeSpot | None:
     if not spots:
         return None
     columns = [np.array(values) for values in zip(*((s.position.x, s.position.z, s.yaw) for s in spots), strict=True)]
@@ -203,7 +205,7 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
     )
 
 
-def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> Spot | None:
+def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> FreeSpot | None:
     """Returns the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
     yaw = held.rotation.y
     column = [np.array([value]) for value in (x, z, yaw)]
@@ -219,7 +221,7 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
     body = polygon_of(state.body())
     if not things:
         on_floor = state.plan.is_inside(footprint) and not body.intersects(footprint)
-        return Spot(Vec3(x, state.agent.position.y - float(bulk.low[1]), z), yaw) if on_floor else None
+        return FreeSpot(Vec3(x, state.agent.position.y - float(bulk.low[1]), z), yaw) if on_floor else None
     landings = [spot for thing in things.values() for spot in _landings_on(thing, bulk, x, z, yaw)]
     for spot in sorted(landings, key=lambda each: -each.position.y):
         rest = spot.position.y + float(bulk.low[1])
@@ -235,8 +237,8 @@ def _lets_through(prism: Prism, rest: float, is_support: bool) -> bool:
     return prism.top <= rest + TOUCH_M or (is_support and prism.bottom < rest - TOUCH_M)
 
 
-def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[Spot]:
-    found: list[Spot] = []
+def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:
+    found: list[FreeSpot] = []
     if not thing.is_receptacle:
         return found
     for surface, frame in open_surfaces(thing):
@@ -248,5 +250,5 @@ def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) ->
         edge = np.array([surface.size_x, surface.size_z]) / 2 + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
         if height < DROP_FROM_M and (np.abs(corners) <= edge).all() and bulk.height <= surface.clearance + TOUCH_M:
             position = Vec3(x, height - float(bulk.low[1]), z)
-            found.append(Spot(position, yaw, thing.id, surface.name, surface.joint))
+            found.append(FreeSpot(position, yaw, thing.id, surface.name, surface.joint))
     return found

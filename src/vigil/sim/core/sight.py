@@ -27,7 +27,7 @@ _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class PixelWindow:
     """A rectangle of pixels sampled with a stride: left <= x < right, top <= y < bottom."""
 
     left: int
@@ -95,7 +95,7 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
     return int(x), int(y)
 
 
-def window_of(agent: Pose, thing: Thing) -> Window | None:
+def window_of(agent: Pose, thing: Thing) -> PixelWindow | None:
     """Returns the pixels that the thing's boxes, leaves where they are now, can cover; None when outside the frame."""
     corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(thing.asset)]
     points, is_before = _clipped(agent, corners)
@@ -109,7 +109,7 @@ def window_of(agent: Pose, thing: Thing) -> Window | None:
     if left >= right or top >= bottom:
         return None
     stride = max(1, math.ceil(math.sqrt((right - left) * (bottom - top) / RAYS_PER_OBJECT)))
-    return Window(left, top, right, bottom, stride, is_whole)
+    return PixelWindow(left, top, right, bottom, stride, is_whole)
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
@@ -137,6 +137,12 @@ class Sight:
         self._engine = engine
         self._things = list(things.values())
         self._index = {thing_id: index for index, thing_id in enumerate(things)}
+        self._last: tuple[Pose, list[str], dict[str, Sighting]] | None = None
+        """From where which things were seen last, and how: a step that is refused changes nothing."""
+
+    def forget(self) -> None:
+        """Must be called when anything in the scene has changed."""
+        self._last = None
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
@@ -175,12 +181,16 @@ class Sight:
         return is_met
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
-        """Returns what is seen of each thing: its outline alone first, then one cast of all outlines into the scene.
+        """Returns what is seen of each thing. Rays pass through the glass of other things; a vase of glass is seen."""
+        ids = [thing.id for thing in things]
+        if self._last is None or self._last[:2] != (agent, ids):
+            self._last = agent, ids, self._see(agent, things)
+        return self._last[2]
 
-        Rays pass through the glass of other things; a thing's own, a vase of glass, is seen.
-        """
+    def _see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
+        """Casts each thing's outline alone first, then all outlines into the scene."""
         found = {thing.id: UNSEEN for thing in things}
-        outlines: list[tuple[Thing, Window, np.ndarray, RayHits]] = []
+        outlines: list[tuple[Thing, PixelWindow, np.ndarray, RayHits]] = []
         for thing in things:
             window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
             if window is not None:
@@ -212,7 +222,9 @@ def _has_glass(thing: Thing) -> bool:
     return any(part.is_glass for part in thing.asset.parts)
 
 
-def _sighting(thing: Thing, window: Window, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray) -> Sighting:
+def _sighting(
+    thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
+) -> Sighting:
     """Returns what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
     seen, whole = int(is_hit.sum()), len(is_hit)
     visible_px = seen * window.stride**2

@@ -10,11 +10,11 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.assets.catalog import CATALOG
+from vigil.observation import Quality
 from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
 from vigil.scene.geometry import box_corners, place_of
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import project
-from vigil.sim.engines.mujoco.camera import Quality
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.showcase.exhibit import SUBJECT, Subject, exhibit, states_of
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from vigil.assets.kernel.asset import Asset
 from vigil.house import MaterialRef
+from vigil.observation import Quality
 from vigil.pose import Vec3
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco import frames
-from vigil.sim.engines.mujoco.camera import Camera, Quality
+from vigil.sim.engines.mujoco.camera import Camera
 from vigil.sim.engines.mujoco.lights import Sun
 from vigil.sim.engines.mujoco.model import HIDDEN, build
 

@@ -119,7 +119,7 @@ def _raycast(world: World, origin: Vec3, destination: Vec3) -> dict[str, Any]:
         raise ActionFailed(f"Raycast from {tuple(origin)} to {tuple(destination)} failed to hit any target object!")
     return {
         "objectId": thing.id if thing else None,
-        "hit": vector(point),
+        "hitPoint": vector(point),
         "hitDistance": float(np.linalg.norm(np.subtract(point, origin))),
     }
 

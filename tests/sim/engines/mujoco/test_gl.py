@@ -19,7 +19,7 @@ def libraries(monkeypatch: pytest.MonkeyPatch) -> set[str]:
 
 def test_egl_comes_first(libraries: set[str]) -> None:
     libraries |= {"libEGL.so.1", "libGL.so.1", "libOSMesa.so.8"}
-    assert gl.prepare() == gl.Backend("egl")
+    assert gl.prepare() == gl.GLBackend("egl")
     assert os.environ["MUJOCO_GL"] == "egl"
 
 
@@ -46,7 +46,7 @@ def test_without_a_library_mujoco_still_loads_and_the_packages_are_named(librari
 def test_a_users_choice_is_kept(libraries: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
     libraries |= {"libEGL.so.1", "libGL.so.1", "libOSMesa.so.8"}
     monkeypatch.setenv("MUJOCO_GL", "osmesa")
-    assert gl.prepare() == gl.Backend("osmesa", is_chosen_by_user=True)
+    assert gl.prepare() == gl.GLBackend("osmesa", is_chosen_by_user=True)
     assert os.environ["MUJOCO_GL"] == "osmesa"
 
 

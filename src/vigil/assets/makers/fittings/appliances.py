@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Glow
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
 from vigil.assets.kernel.palette import one_of
 from vigil.pose import Vec3
@@ -19,6 +19,7 @@ SHELLS = (
 )
 _RETRO = (Finish("plastic/#a8322d", "red"), Finish("plastic/#e9dfc3", "cream"), Finish("plastic/#9cc4bd", "mint green"))
 _LINER = "plastic/#eef1f2"
+_FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
 _GLASS_SHELF = PartStyle("glass/#dfeef0", is_glass=True)
 
 
@@ -29,11 +30,11 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     width, height, depth = size
     is_wide = width > 0.88
     style = "double" if is_wide and rng.random() < 0.6 else one_of(rng, ("top", "bottom", "top", "single"))
-    wall, door, grip = 0.045, 0.055, 0.045
+    wall, door, grip = _FRIDGE_WALL, 0.055, 0.045
     face = depth / 2 - grip
     body = face - door
     (x0, x1), z0 = builder.across, builder.through[0]
-    base = 0.05
+    base = _FRIDGE_BASE
     add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
     builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body))
     low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
@@ -48,8 +49,14 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
         _crisper(builder, low, (high[0], heights[0] - 0.04, body - 0.13))
     builder.solid((x0, 0, z0), (x1, base, body))
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
-    side = 1 if rng.random() < 0.5 else -1
-    gap = 0.005
+    _fridge_doors(builder, shell, style, 1 if rng.random() < 0.5 else -1, (body, face))
+    return builder.build((shell.word,))
+
+
+def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> None:
+    """Adds one door, or two beside or above each other."""
+    (x0, x1), height, (body, face) = builder.across, builder.height, z
+    base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.005
     splits = {"top": 0.68 * height, "bottom": 0.36 * height}
     if style == "double":
         _fridge_door(builder, shell, "left", (0.5 * gap, base, body), (x1, height, face), 1)
@@ -62,7 +69,6 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
         y = splits[style]
         _fridge_door(builder, shell, "lower", (x0, base, body), (x1, y - gap / 2, face), side)
         _fridge_door(builder, shell, "upper", (x0, y + gap / 2, body), (x1, height, face), side)
-    return builder.build((shell.word,))
 
 
 def _crisper(builder: Builder, low: Corner, high: Corner) -> None:

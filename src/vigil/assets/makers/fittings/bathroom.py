@@ -101,13 +101,18 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
         (0, 0.55 * height, rail + 0.02),
     ]
     builder.add("metal/brushed", creased(shapes.tube(hose, 0.7 * rod, 6)))
+    _jets(builder, radius, drop, head_z)
+    return builder.build([metal.split("/")[-1]], takes_room=False)
+
+
+def _jets(builder: Builder, radius: float, drop: float, head_z: float) -> None:
+    """Adds the water that runs out of a shower head, in two rings."""
     for ring, count in ((0.25, 4), (0.75, 9)):
         for k in range(count):
             angle = 2 * np.pi * k / count
             start = np.array([ring * radius * np.sin(angle), drop, head_z + ring * radius * np.cos(angle)])
             end = start * [1.35, 0, 1] + [0, 0.02, 0.3 * ring * radius * np.cos(angle)]
             builder.add(WATER, shapes.tube([start, end], 0.0045, 4))
-    return builder.build([metal.split("/")[-1]], takes_room=False)
 
 
 def towel_holder(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

@@ -13,6 +13,12 @@ from vigil.pose import Vec3
 
 WARM = (1.0, 0.84, 0.6)
 LIT = "glow/#ffc861"
+_CANDLESTICK = (
+    (0.0, 0.0), (1.0, 0.0), (1.0, 0.03), (0.3, 0.08), (0.16, 0.2), (0.3, 0.5), (0.16, 0.8), (0.5, 0.95), (0.5, 1.0),
+    (0.0, 1.0),
+)  # fmt: skip
+_FLAME = ((0.0, 0.0), (0.7, 0.12), (1.0, 0.3), (0.75, 0.55), (0.3, 0.85), (0.0, 1.0))
+"""Profiles: radius and height, as shares of the greatest."""
 METALS = ("metal/brushed", "metal/black", "metal/brass", "metal/white", "chrome")
 
 
@@ -72,19 +78,23 @@ def floor_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
         bulb(builder, (0, low + 0.45 * tall, 0), 0.035)
     top = low + (0.05 if kind == "dish" else 0.55) * tall
     if kind == "tripod":
-        wood = one_of(rng, ("wood/oak", "wood/walnut", "metal/black"))
-        for k in range(3):
-            angle = 2 * np.pi * k / 3 + np.pi / 6
-            foot = (0.9 * radius * np.cos(angle), 0.012, 0.9 * depth / 2 * np.sin(angle))
-            builder.add(wood, shapes.tube([foot, (0.03 * np.cos(angle), 0.9 * low, 0.03 * np.sin(angle))], 0.014, 6))
+        _three_legs(builder, one_of(rng, ("wood/oak", "wood/walnut", "metal/black")), low)
         builder.add(metal, shapes.cylinder(0.02, top - 0.85 * low, (0, (top + 0.85 * low) / 2, 0), segments=8))
     else:
         builder.add(metal, shapes.cylinder(0.014, top, (0, top / 2, 0), segments=8))
         plate = shapes.lathe([(0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.2, 1.0), (0.0, 1.0)], segments=18)
         builder.add(metal, shapes.scale(plate, (0.34 * width, 0.03, 0.34 * depth)))
     builder.column(0.12, 0.0, low)
-    builder.prism(_octagon(width, depth), low, height)
+    builder.octagon(width, depth, low, height)
     return builder.build([kind] if kind == "dish" else [name, kind])
+
+
+def _three_legs(builder: Builder, wood: str, low: float) -> None:
+    """Adds the legs of a tripod, which meet near `low`."""
+    for k in range(3):
+        angle = 2 * np.pi * k / 3 + np.pi / 6
+        foot = (0.9 * (builder.width / 2) * np.cos(angle), 0.012, 0.9 * builder.depth / 2 * np.sin(angle))
+        builder.add(wood, shapes.tube([foot, (0.03 * np.cos(angle), 0.9 * low, 0.03 * np.sin(angle))], 0.014, 6))
 
 
 def _arc_lamp(builder: Builder, rng: np.random.Generator) -> Asset:
@@ -189,19 +199,7 @@ def ceiling_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     builder.add(metal, shapes.cylinder(0.22 * radius, 0.06 * height, (0, 0.97 * height, 0), segments=14))
     if kind == "arms":
         builder.add(metal, shapes.cylinder(0.03 * width, 0.7 * height, (0, 0.62 * height, 0), segments=8))
-        ball = 0.3 * radius
-        for k in range(3):
-            angle = 2 * np.pi * k / 3 + np.pi / 2
-            tip = np.array([np.cos(angle) * (radius - ball), 0.0, np.sin(angle) * (depth / 2 - ball)])
-            path = [
-                (0, 0.3 * height, 0),
-                0.6 * tip + np.array([0, 0.22 * height, 0]),
-                tip + np.array([0, 0.3 * height, 0]),
-            ]
-            builder.add(metal, shapes.tube(path, 0.02 * width, 6))
-            builder.add(
-                glass, shapes.ellipsoid((2 * ball, 1.6 * ball, 2 * ball), tip + np.array([0, 0.8 * ball, 0]), 12, 7)
-            )
+        _three_arms(builder, metal, glass)
         builder.glow = Glow(Vec3(0.0, 0.2 * height, 0.0), WARM, 1.0)
         return builder.build([kind], takes_room=False)
     low = 0.55 * height
@@ -216,6 +214,20 @@ def ceiling_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     return builder.build([kind], takes_room=False)
 
 
+def _three_arms(builder: Builder, metal: str, glass: PartStyle) -> None:
+    """Adds three arms with a glass ball on each."""
+    width, height, depth = builder.width, builder.height, builder.depth
+    radius = width / 2
+    ball = 0.3 * radius
+    for k in range(3):
+        angle = 2 * np.pi * k / 3 + np.pi / 2
+        tip = np.array([np.cos(angle) * (radius - ball), 0.0, np.sin(angle) * (depth / 2 - ball)])
+        path = [(0, 0.3 * height, 0), 0.6 * tip + np.array([0, 0.22 * height, 0]), tip + np.array([0, 0.3 * height, 0])]
+        builder.add(metal, shapes.tube(path, 0.02 * width, 6))
+        middle = tip + np.array([0, 0.8 * ball, 0])
+        builder.add(glass, shapes.ellipsoid((2 * ball, 1.6 * ball, 2 * ball), middle, 12, 7))
+
+
 def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Returns a candle: a pillar, one in a glass, or in a slim box one on a candlestick; burning while on."""
     builder = Builder("Candle", size)
@@ -227,19 +239,7 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     kind = "stick" if height > 2.6 * width else one_of(rng, ("pillar", "jar", "pillar"))
     if kind == "stick":
         base, radius = 0.42 * height, 0.2 * width
-        foot = [
-            (0.0, 0.0),
-            (1.0, 0.0),
-            (1.0, 0.03),
-            (0.3, 0.08),
-            (0.16, 0.2),
-            (0.3, 0.5),
-            (0.16, 0.8),
-            (0.5, 0.95),
-            (0.5, 1.0),
-            (0.0, 1.0),
-        ]
-        part = shapes.lathe([(r * width / 2, y * base) for r, y in foot], segments=16)
+        part = shapes.lathe([(r * width / 2, y * base) for r, y in _CANDLESTICK], segments=16)
         builder.add(one_of(rng, ("metal/brass", "chrome", "metal/black")), shapes.scale(part, (1, 1, ratio)))
     elif kind == "jar":
         top, radius = 0.62 * height, 0.44 * width
@@ -255,19 +255,19 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     end = height if kind != "jar" else 0.78 * height
     wick = [(0, top - 0.12 * radius, 0), (0.01 * height, end, 0)]
     builder.add("plastic/#2b2622", shapes.tube(wick, max(0.012 * height, 0.0008), 5))
-    tall, wide = max(0.32 * height, 0.03), max(0.1 * height, 0.011)
-    flame = [(0.0, 0.0), (0.7, 0.12), (1.0, 0.3), (0.75, 0.55), (0.3, 0.85), (0.0, 1.0)]
-    fire = shapes.lathe([(r * wide / 2, end - 0.02 * height + y * tall) for r, y in flame], segments=10)
-    builder.add(PartStyle("flame", bears_toggle=True, shown="on"), fire)
-    core = shapes.lathe([(0.5 * r * wide / 2, end + y * tall * 0.6) for r, y in flame], segments=8)
-    builder.add(PartStyle("glow/#fff6d8", bears_toggle=True, shown="on"), shapes.translate(core, (0, 0, 0.3 * wide)))
-    builder.glow = Glow(Vec3(0.0, end + tall / 2, 0.0), (1.0, 0.7, 0.35), 0.25)
+    _burn(builder, end)
     return builder.build([name, kind])
 
 
-def _octagon(width: float, depth: float) -> np.ndarray:
-    angles = np.arange(8) * np.pi / 4 + np.pi / 8
-    return np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)]
+def _burn(builder: Builder, end: float) -> None:
+    """Adds the flame at a wick's end, and its light."""
+    height = builder.height
+    tall, wide = max(0.32 * height, 0.03), max(0.1 * height, 0.011)
+    fire = shapes.lathe([(r * wide / 2, end - 0.02 * height + y * tall) for r, y in _FLAME], segments=10)
+    builder.add(PartStyle("flame", bears_toggle=True, shown="on"), fire)
+    core = shapes.lathe([(0.5 * r * wide / 2, end + y * tall * 0.6) for r, y in _FLAME], segments=8)
+    builder.add(PartStyle("glow/#fff6d8", bears_toggle=True, shown="on"), shapes.translate(core, (0, 0, 0.3 * wide)))
+    builder.glow = Glow(Vec3(0.0, end + tall / 2, 0.0), (1.0, 0.7, 0.35), 0.25)
 
 
 MAKERS: dict[str, Maker] = {

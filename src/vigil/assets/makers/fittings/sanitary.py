@@ -35,15 +35,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
         shapes.extrude(oval, rim - 0.01, rim + 0.006),
         shapes.extrude(_shrunk(oval, 0.93), rim + 0.006, rim + 0.012),
     )
-    builder.add(
-        _GLAZE,
-        shapes.rounded_box(
-            (min(0.42, width), height - rim - 0.01, tank), (0, (height + rim) / 2 - 0.02, z0 + tank / 2 + 0.01), 0.025
-        ),
-    )
-    builder.add(
-        _GLAZE, shapes.rounded_box((width, 0.035, tank + 0.02), (0, height - 0.0175, z0 + tank / 2 + 0.01), 0.014)
-    )
+    _cistern(builder, rim, tank)
     builder.block(_GLAZE, (-0.1, 0.1), (0.1, rim - 0.01), (z0 + 0.02, back + 0.06), 0.02)
     if rng.random() < 0.5:
         builder.add("chrome", shapes.cylinder(0.022, 0.012, (0, height - 0.004, z0 + tank / 2), segments=14))
@@ -56,6 +48,14 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.prism(_oval(wide, long, middle, 8), rim - 0.01, rim + 0.012, joint)
     builder.surface("cistern", (0, height, z0 + tank / 2 + 0.01), (width - 0.06, tank - 0.03))
     return builder.build(("white",))
+
+
+def _cistern(builder: Builder, rim: float, tank: float) -> None:
+    """Adds the tank at a toilet's back, with its lid."""
+    width, height, z = builder.width, builder.height, builder.through[0] + tank / 2 + 0.01
+    body = shapes.rounded_box((min(0.42, width), height - rim - 0.01, tank), (0, (height + rim) / 2 - 0.02, z), 0.025)
+    builder.add(_GLAZE, body)
+    builder.add(_GLAZE, shapes.rounded_box((width, 0.035, tank + 0.02), (0, height - 0.0175, z), 0.014))
 
 
 def _oval(width: float, length: float, middle: float, count: int = 20) -> np.ndarray:

@@ -24,8 +24,6 @@ from vigil.assets.kernel.furniture_parts import (
 from vigil.assets.kernel.palette import one_of
 from vigil.pose import Vec3
 
-Floor = tuple[float, float]
-
 
 def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Returns a table on four legs or trestles, or a round one on a foot."""
@@ -75,7 +73,7 @@ def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, 
     builder.surface("top", (0, top, 0), (builder.width - 0.03, builder.depth - 0.03))
 
 
-def _apron(builder: Builder, material: str, under: float, spread: Floor, tall: float) -> None:
+def _apron(builder: Builder, material: str, under: float, spread: tuple[float, float], tall: float) -> None:
     """Adds the four boards below a top, around `spread` (x, z)."""
     for side in (-1, 1):
         x, z = side * spread[0] / 2, side * spread[1] / 2
@@ -250,7 +248,7 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     return builder.build((finish.word,))
 
 
-def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: Floor) -> None:
+def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[float, float]) -> None:
     """Adds a chest of three drawers below a desk's top, `reach` wide at -x; `face` is (top, front z)."""
     x0, z0, (top, front) = builder.across[0] + 0.01, builder.through[0] + 0.02, face
     add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
-from vigil.assets.kernel.furniture_parts import CLOTHS, Finish, add_case, lining, shelf_heights, wood
+from vigil.assets.kernel.furniture_parts import CLOTHS, Corner, Finish, add_case, lining, shelf_heights, wood
 from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.pose import Vec3
 
@@ -179,22 +179,27 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     hub = shapes.cylinder(0.022, 0.045, (x, y, face + 0.0225), "z", 12)
     builder.add(metal, hub, *spokes)
     if rng.random() < 0.5:
-        builder.add(metal, shapes.cylinder(0.045, 0.03, (0.18 * size.x, y, face + 0.015), "z", 20))
-        builder.add(
-            PartStyle("plastic/#f2f2f0", joint, bears_open=True),
-            shapes.box((0.006, 0.025, 0.004), (0.18 * size.x, y + 0.028, face + 0.031)),
-        )
+        x = 0.18 * size.x
+        builder.add(metal, shapes.cylinder(0.045, 0.03, (x, y, face + 0.015), "z", 20))
+        mark = shapes.box((0.006, 0.025, 0.004), (x, y + 0.028, face + 0.031))
+        builder.add(PartStyle("plastic/#f2f2f0", joint, bears_open=True), mark)
     else:
-        pad = shapes.box((0.1, 0.13, 0.014), (0.2 * size.x, y, face + 0.007), 0.003)
-        builder.add(PartStyle("plastic/#1d1f22", joint, bears_open=True), pad)
-        keys = [
-            shapes.box((0.018, 0.018, 0.006), (0.2 * size.x + i * 0.027, y - 0.045 + j * 0.027, face + 0.016))
-            for i in (-1, 0, 1)
-            for j in range(4)
-        ]
-        builder.add(PartStyle("plastic/#b9bcc0", joint, bears_open=True), *keys)
+        _keypad(builder, joint, (0.2 * size.x, y, face))
     builder.solid((x0, 0, body), (x1, height, face), joint)
     return builder.build((word,))
+
+
+def _keypad(builder: Builder, joint: str, at: Corner) -> None:
+    """Adds twelve keys on a pad."""
+    x, y, face = at
+    pad = shapes.box((0.1, 0.13, 0.014), (x, y, face + 0.007), 0.003)
+    builder.add(PartStyle("plastic/#1d1f22", joint, bears_open=True), pad)
+    keys = [
+        shapes.box((0.018, 0.018, 0.006), (x + i * 0.027, y - 0.045 + j * 0.027, face + 0.016))
+        for i in (-1, 0, 1)
+        for j in range(4)
+    ]
+    builder.add(PartStyle("plastic/#b9bcc0", joint, bears_open=True), *keys)
 
 
 def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

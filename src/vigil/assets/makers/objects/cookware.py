@@ -111,13 +111,30 @@ def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     neck = 0.72 if electric else 0.5
     bulge = [(0.0, 0.0), (0.92, 0.0), (1.0, 0.08 * height), (0.96, 0.5 * top), (neck + 0.1, 0.9 * top), (neck, top)]
     builder.add(body, shapes.translate(turning(bulge, across, depth), (middle, 0, 0)))
-    builder.add(
-        "plastic/#1a1b1d",
-        shapes.translate(turning([(neck, 0.97 * top), (0.0, 0.97 * top)], across, depth), (middle, 0, 0)),
-    )
+    inside = turning([(neck, 0.97 * top), (0.0, 0.97 * top)], across, depth)
+    builder.add("plastic/#1a1b1d", shapes.translate(inside, (middle, 0, 0)))
+    _kettle_lid(builder, body, (middle, across), (neck, top))
+    tip = width / 2 - 0.03 * width
+    spout = [(middle + 0.42 * across, 0.35 * top, 0), (0.7 * tip + 0.3 * middle, 0.55 * top, 0), (tip, 0.93 * top, 0)]
+    builder.add(body, shapes.tube(spout, [0.11 * across, 0.08 * across, 0.05 * across]))
+    grip = f"plastic/{one_of(rng, ('#1f2022', '#3a2a20'))}"
+    thick = 0.035 * height
+    if electric:
+        angles, start, back = np.linspace(-np.pi / 2, np.pi / 2, 8), middle - 0.42 * across, -width / 2 + thick
+        xs, ys = start + (back - start) * np.cos(angles), 0.48 * height + 0.36 * height * np.sin(angles)
+    else:
+        angles, rise = np.linspace(0, np.pi, 10), height - thick - 0.8 * top
+        xs, ys = middle + 0.46 * across * np.cos(angles), 0.8 * top + rise * np.sin(angles)
+    builder.add(grip, shapes.tube(np.c_[xs, ys, 0 * angles], thick))
+    return builder.build([name if body.startswith("ceramic") else "steel", "electric" if electric else "whistling"])
+
+
+def _kettle_lid(builder: Builder, body: str, x: tuple[float, float], lid_at: tuple[float, float]) -> None:
+    """Adds a lid with a knob, hinged at the back; `x` is the kettle's middle and width, `lid_at` radius and height."""
+    (middle, across), (neck, top), depth = x, lid_at, builder.depth
     hinge_x = middle - neck * across / 2
     lid = builder.hinge("lid", (0, 0, 1), (hinge_x, top, 0), 80)
-    knob = 0.09 * height
+    knob = 0.09 * builder.height
     cover = [
         (0.0, 0.99 * top),
         (neck, top),
@@ -132,22 +149,6 @@ def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     builder.solid(
         (hinge_x, 0.99 * top, -neck * depth / 2), (middle + neck * across / 2, top + knob, neck * depth / 2), lid
     )
-    tip = width / 2 - 0.03 * width
-    spout = [(middle + 0.42 * across, 0.35 * top, 0), (0.7 * tip + 0.3 * middle, 0.55 * top, 0), (tip, 0.93 * top, 0)]
-    builder.add(body, shapes.tube(spout, [0.11 * across, 0.08 * across, 0.05 * across]))
-    grip = f"plastic/{one_of(rng, ('#1f2022', '#3a2a20'))}"
-    angles = np.linspace(-np.pi / 2, np.pi / 2, 8) if electric else np.linspace(0, np.pi, 10)
-    thick = 0.035 * height
-    if electric:
-        start, back = middle - 0.42 * across, -width / 2 + thick
-        loop = np.c_[
-            start + (back - start) * np.cos(angles), 0.48 * height + 0.36 * height * np.sin(angles), 0 * angles
-        ]
-    else:
-        rise = height - thick - 0.8 * top
-        loop = np.c_[middle + 0.46 * across * np.cos(angles), 0.8 * top + rise * np.sin(angles), 0 * angles]
-    builder.add(grip, shapes.tube(loop, thick))
-    return builder.build([name if body.startswith("ceramic") else "steel", "electric" if electric else "whistling"])
 
 
 def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

@@ -5,13 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, lengthwise, turning
+from vigil.assets.kernel.arrange import Maker, Silhouette, lengthwise, turning
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, colour, one_of
 from vigil.pose import Vec3
-
-Profile = list[tuple[float, float]]
 
 
 def hollow(builder: Builder, width: float, depth: float, floor: float, x: float = 0.0, z: float = 0.0) -> None:
@@ -35,8 +33,8 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     rise = np.linspace(0.0, 1.0, 7)
     outer = [(0.48 + 0.52 * t**power, 0.05 * height + 0.95 * height * t) for t in rise]
     inner = [(0.38 + 0.56 * t**power, 0.13 * height + 0.87 * height * t) for t in rise]
-    shell: Profile = [(0.0, 0.0), (0.46, 0.0), *outer]
-    inside: Profile = [outer[-1], *reversed(inner), (0.0, 0.13 * height)]
+    shell: Silhouette = [(0.0, 0.0), (0.46, 0.0), *outer]
+    inside: Silhouette = [outer[-1], *reversed(inner), (0.0, 0.13 * height)]
     name, tint = colour(rng, "white", "blue", "teal", "red", "yellow", "green", "cream", "dark grey", "light blue")
     looks = {
         "ceramic": (f"ceramic/{tint}", f"ceramic/{one_of(rng, (COLOURS['white'], tint))}"),
@@ -78,7 +76,7 @@ def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
         ring = [(0.95, 0.95 * height + lift), (0.9, 0.88 * height + lift)]
         builder.add(f"ceramic/{tint}", turning(ring, width, depth, 24))
     builder.surface("top", (0, sunk, 0), (0.72 * width, 0.72 * depth))
-    builder.prism(_octagon(width, depth), 0.0, sunk)
+    builder.octagon(width, depth, 0.0, sunk)
     return builder.build([name] if kind == "coloured" else [kind])
 
 
@@ -127,7 +125,7 @@ def cup(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
         "paper": f"paper/{COLOURS['white']}",
         "metal": "metal/brushed",
     }.get(kind, f"{kind}/{tint}")
-    profile: Profile = [
+    profile: Silhouette = [
         (0.0, 0.0),
         (foot, 0.0),
         (1.0, height),
@@ -144,11 +142,6 @@ def cup(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     builder.surface("inside", (0, floor, 0), (1.2 * foot * width / 2, 1.2 * foot * depth / 2), is_inside=True)
     hollow(builder, width, depth, floor)
     return builder.build([kind] if kind in ("glass", "metal", "paper") else [name])
-
-
-def _octagon(width: float, depth: float) -> np.ndarray:
-    angles = np.arange(8) * np.pi / 4 + np.pi / 8
-    return np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)]
 
 
 MAKERS: dict[str, Maker] = {

@@ -99,7 +99,7 @@ def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     grow = {"broad": _broad, "sword": _swords, "tree": _tree, "palm": _palm, "bush": _bush, "cactus": _cactus}[kind]
     grow(builder, rng, green, (0.92 * pot_top, across), spread)
     builder.column(across / 2, 0.0, pot_top)
-    builder.prism(_octagon(0.8 * width, 0.8 * depth), pot_top, height)
+    builder.octagon(0.8 * width, 0.8 * depth, pot_top, height)
     return builder.build(["green", kind])
 
 
@@ -310,13 +310,8 @@ def room_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
             spot = bend + (tip - bend) * share + rng.uniform(-0.03, 0.03, 3) * width
             builder.add(blossom, shapes.ellipsoid((0.1 * width, 0.04 * height, 0.1 * width), spot, 5, 3))
     builder.column(across / 2, 0.0, low)
-    builder.prism(_octagon(0.7 * width, 0.7 * depth), low, height)
+    builder.octagon(0.7 * width, 0.7 * depth, low, height)
     return builder.build([name])
-
-
-def _octagon(width: float, depth: float) -> np.ndarray:
-    angles = np.arange(8) * np.pi / 4 + np.pi / 8
-    return np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)]
 
 
 MAKERS: dict[str, Maker] = {

@@ -21,7 +21,8 @@ STONES = (
     ("blue", "ceramic/#2f5ba0"),
 )
 
-Point = tuple[float, float, float]
+Triple = tuple[float, float, float]
+"""A place or lengths: x, y, z."""
 
 
 def statue(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -42,11 +43,11 @@ def _forms(slimness: float) -> tuple[Callable[[Builder, str], None], ...]:
     return (_figure, _cat, _hand) if slimness < 2.0 else (_figure,)
 
 
-def _ball(builder: Builder, look: str, at: Point, extent: Point, fine: int = 10) -> None:
+def _ball(builder: Builder, look: str, at: Triple, extent: Triple, fine: int = 10) -> None:
     builder.add(look, shapes.ellipsoid(extent, at, fine, max(5, fine // 2)))
 
 
-def _limb(builder: Builder, look: str, path: Sequence[Point], radii: Sequence[float]) -> None:
+def _limb(builder: Builder, look: str, path: Sequence[Triple], radii: Sequence[float]) -> None:
     builder.add(look, shapes.tube(path, radii, 7))
 
 
@@ -123,7 +124,7 @@ def _bust(builder: Builder, stone: str) -> None:
     _ball(builder, stone, (0, 0.72, 0.17), (0.1, 0.035, 0.05), 6)
 
 
-def _oval(at: Point, half_x: float, half_z: float) -> np.ndarray:
+def _oval(at: Triple, half_x: float, half_z: float) -> np.ndarray:
     angles = np.linspace(0, 2 * np.pi, 15)
     return np.c_[at[0] + half_x * np.sin(angles), np.full(15, at[1]), at[2] + half_z * np.cos(angles)]
 

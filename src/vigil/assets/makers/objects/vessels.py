@@ -122,22 +122,7 @@ def shaker(category: str, dark: bool) -> Maker:
         grain = "plastic/#2b2622" if dark else "plastic/#f6f5f2"
         kind = one_of(rng, ("glass", "ceramic", "mill"))
         if kind == "mill" and dark:
-            wood = "wood/walnut"
-            wall = [
-                (0.0, 0.0),
-                (1.0, 0.0),
-                (1.0, 0.06),
-                (0.62, 0.32),
-                (0.6, 0.42),
-                (0.92, 0.6),
-                (0.92, 0.66),
-                (0.0, 0.66),
-            ]
-            _turned(builder, wood, wall)
-            _turned(builder, wood, [(0.0, 0.67), (0.8, 0.67), (0.9, 0.78), (0.7, 0.92), (0.0, 0.94)])
-            _turned(builder, "chrome", [(0.7, 0.655), (0.7, 0.68)], 12)
-            _turned(builder, "chrome", [(0.2, 0.92), (0.24, 0.97), (0.12, 1.0), (0.0, 1.0)], 10)
-            return builder.build(["wooden", "mill"])
+            return _pepper_mill(builder)
         body = [(0.0, 0.0), (0.98, 0.0), (1.0, 0.05), (0.74, 0.74), (0.0, 0.74)]
         if kind != "ceramic":
             _turned(builder, grain, [(0.0, 0.02), (0.9, 0.02), (0.78, 0.5), (0.0, 0.5)], 12)
@@ -159,6 +144,16 @@ def shaker(category: str, dark: bool) -> Maker:
         return builder.build(["glass"] if kind != "ceramic" else ["black" if dark else "white"])
 
     return make
+
+
+def _pepper_mill(builder: Builder) -> Asset:
+    wood = "wood/walnut"
+    wall = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.06), (0.62, 0.32), (0.6, 0.42), (0.92, 0.6), (0.92, 0.66), (0.0, 0.66)]
+    _turned(builder, wood, wall)
+    _turned(builder, wood, [(0.0, 0.67), (0.8, 0.67), (0.9, 0.78), (0.7, 0.92), (0.0, 0.94)])
+    _turned(builder, "chrome", [(0.7, 0.655), (0.7, 0.68)], 12)
+    _turned(builder, "chrome", [(0.2, 0.92), (0.24, 0.97), (0.12, 1.0), (0.0, 1.0)], 10)
+    return builder.build(["wooden", "mill"])
 
 
 def _letter(dark: bool, width: float, height: float) -> shapes.Mesh:

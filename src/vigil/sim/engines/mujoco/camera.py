@@ -5,12 +5,12 @@ import os
 import threading
 import weakref
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from vigil.errors import SimulatorError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
 from vigil.pose import Pose
 from vigil.scene.things import Thing
 from vigil.sim.core.views import pose_of
@@ -20,8 +20,6 @@ from vigil.sim.engines.mujoco.culling import unseen
 from vigil.sim.engines.mujoco.lights import Sun
 from vigil.sim.engines.mujoco.model import FOVY_DEG, GLASS, HELD, HIDDEN, STRUCTURE, THING, CompiledModel
 from vigil.sim.staging import NOTHING, STRUCTURES, Layer, Picture, View
-
-Quality = Literal["default", "fast"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import RayHits
 from vigil.sim.engines.mujoco import model_cache, rays
 from vigil.sim.engines.mujoco.binding import BACKEND, mujoco
-from vigil.sim.engines.mujoco.camera import Camera, Quality, gl_strings
+from vigil.sim.engines.mujoco.camera import Camera, gl_strings
 from vigil.sim.engines.mujoco.model import CompiledModel
 from vigil.sim.staging import Layer, Picture, View
 

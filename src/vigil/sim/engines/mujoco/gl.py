@@ -21,7 +21,7 @@ _OFF = ("disable", "disabled", "off", "false", "0")
 
 
 @dataclass(frozen=True, slots=True)
-class Backend:
+class GLBackend:
     """What MuJoCo draws with."""
 
     name: str
@@ -36,36 +36,36 @@ class Backend:
         return self.name if self.name in _LIBRARIES else "gl_context"
 
 
-def prepare() -> Backend:
+def prepare() -> GLBackend:
     """Sets MUJOCO_GL to a backend whose libraries are here, and returns it; keeps a user's own setting."""
     if not sys.platform.startswith("linux"):
-        return Backend("native")
+        return GLBackend("native")
     requested = os.environ.get("MUJOCO_GL", "").strip().lower()
     if requested:
         backend = _judge(requested)
     else:
-        backend = next((Backend(name) for name in _LIBRARIES if not _fault_of(name)), None) or Backend(
+        backend = next((GLBackend(name) for name in _LIBRARIES if not _fault_of(name)), None) or GLBackend(
             "none", f"no OpenGL library was found ({_fault_of('egl')}; {_fault_of('osmesa')}): {ADVICE}"
         )
     os.environ["MUJOCO_GL"] = "disable" if backend.fault else (requested or backend.name)
     return backend
 
 
-def demand(backend: Backend) -> None:
+def demand(backend: GLBackend) -> None:
     """Raises SimulatorError when the backend cannot draw."""
     if backend.fault:
         raise SimulatorError(f"The MuJoCo simulator cannot draw a frame: {backend.fault}.")
 
 
-def _judge(requested: str) -> Backend:
+def _judge(requested: str) -> GLBackend:
     if requested in _OFF:
-        return Backend("none", f"MUJOCO_GL is set to {requested!r}: unset it", is_chosen_by_user=True)
+        return GLBackend("none", f"MUJOCO_GL is set to {requested!r}: unset it", is_chosen_by_user=True)
     fault = _fault_of(requested) if requested in _LIBRARIES else None
     if fault:
-        return Backend(
+        return GLBackend(
             "none", f"MUJOCO_GL is set to {requested!r}, but {fault}: {ADVICE}, or unset it", is_chosen_by_user=True
         )
-    return Backend(requested, is_chosen_by_user=True)
+    return GLBackend(requested, is_chosen_by_user=True)
 
 
 def _fault_of(name: str) -> str | None:

@@ -1,0 +1,148 @@
+"""Floor plan: what is drawn of a house seen from above, in metres on the floor plane. It draws nothing itself."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import shapely
+
+from vigil.assets.catalog import CATALOG
+from vigil.house import House
+from vigil.scene.geometry import moving_prisms_of, whole_box
+from vigil.scene.outlines import floor_corners, floor_of
+from vigil.scene.things import Thing
+
+HUNG_M = 1.0
+"""What begins higher hangs on a wall: drawn by its outline alone, so that what is below it shows."""
+SHOWN_BELOW_M = 1.8
+"""What begins higher is not drawn."""
+LABELLED_DEPTH_M = 0.1
+"""Flatter things carry no label."""
+NAME_STEP_M = 0.1
+"""Between the places that are tried for a room's name."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRoom:
+    """A floor with its name."""
+
+    id: str
+    room_type: str
+    name: str
+    corners: np.ndarray
+    area_m2: float
+    name_at: tuple[float, float]
+    """Where most floor is free about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanThing:
+    """What stands or hangs in a room."""
+
+    id: str
+    kind: Literal["rug", "thing", "hung"]
+    corners: np.ndarray
+    """Of its outline, those of its front last."""
+    middle: tuple[float, float]
+    area_m2: float
+    label: str
+    """Empty for what carries none."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanOpening:
+    """A door or a window."""
+
+    id: str
+    is_window: bool
+    corners: np.ndarray
+    leaves: tuple[np.ndarray, ...]
+    """Outlines of what swings or slides."""
+
+
+@dataclass(frozen=True, slots=True)
+class FloorPlan:
+    """What is drawn, in the order of drawing."""
+
+    rooms: tuple[PlanRoom, ...]
+    things: tuple[PlanThing, ...]
+    """Rugs first, then from the lowest up."""
+    walls: tuple[np.ndarray, ...]
+    openings: tuple[PlanOpening, ...]
+    small: tuple[tuple[str, float, float], ...]
+    """Things in or on others: id, x, z."""
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest corner of the floors, (x, z) each."""
+        corners = np.concatenate([room.corners for room in self.rooms])
+        return corners.min(axis=0), corners.max(axis=0)
+
+    @property
+    def labelled(self) -> list[PlanThing]:
+        """What carries a label, the largest first."""
+        return sorted((thing for thing in self.things if thing.label), key=lambda thing: (-thing.area_m2, thing.id))
+
+
+def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
+    """Returns the plan of a house in which `things` are."""
+    things = list(things)
+    in_rooms = [thing for thing in things if thing.parent is None and not thing.is_structure]
+    bottoms = {thing.id: whole_box(thing).bottom for thing in in_rooms}
+    shown = [thing for thing in in_rooms if bottoms[thing.id] < SHOWN_BELOW_M]
+    drawn = [_thing(thing) for thing in sorted(shown, key=lambda each: (bottoms[each.id], each.id))]
+    furniture = shapely.union_all([shapely.Polygon(each.corners) for each in drawn if each.kind != "rug"])
+    return FloorPlan(
+        rooms=tuple(_rooms(house, furniture)),
+        things=tuple(sorted(drawn, key=lambda each: each.kind != "rug")),
+        walls=tuple(np.array([(point.x, point.z) for point in wall.polygon[:2]]) for wall in house.document.walls),
+        openings=tuple(_opening(thing) for thing in things if thing.is_structure),
+        small=tuple((each.id, each.position.x, each.position.z) for each in things if each.parent is not None),
+    )
+
+
+def _thing(thing: Thing) -> PlanThing:
+    box, size, is_rug = whole_box(thing), thing.asset.size, thing.category == "Rug"
+    is_labelled = not is_rug and size.z > LABELLED_DEPTH_M
+    return PlanThing(
+        id=thing.id,
+        kind="rug" if is_rug else "hung" if box.bottom > HUNG_M else "thing",
+        corners=floor_corners(box),
+        middle=(thing.position.x, thing.position.z),
+        area_m2=size.x * size.z,
+        label=CATALOG[thing.category].spoken if is_labelled else "",
+    )
+
+
+def _opening(thing: Thing) -> PlanOpening:
+    leaves = tuple(leaf.polygon for leaf in moving_prisms_of(thing))
+    return PlanOpening(thing.id, thing.category == "Window", floor_corners(whole_box(thing)), leaves)
+
+
+def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:
+    return [
+        PlanRoom(
+            id=room.id,
+            room_type=room.room_type,
+            name=re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room.room_type).lower(),
+            corners=np.array([(point.x, point.z) for point in room.floor_polygon]),
+            area_m2=floor_of(room).area,
+            name_at=_freest(floor_of(room), furniture),
+        )
+        for room in house.document.rooms
+    ]
+
+
+def _freest(floor: shapely.Polygon, furniture: shapely.Geometry) -> tuple[float, float]:
+    """Returns the point of a floor that is farthest from its edge and all furniture, of points on a grid."""
+    x0, z0, x1, z1 = floor.bounds
+    xs, zs = (part.ravel() for part in np.meshgrid(np.arange(x0, x1, NAME_STEP_M), np.arange(z0, z1, NAME_STEP_M)))
+    inside = shapely.contains_xy(floor, xs, zs)
+    if not inside.any():
+        middle = floor.representative_point()
+        return middle.x, middle.y
+    points = shapely.points(xs[inside], zs[inside])
+    best = int(shapely.distance(points, shapely.union(furniture, floor.exterior)).argmax())
+    return float(xs[inside][best]), float(zs[inside][best])

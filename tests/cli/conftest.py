@@ -1,0 +1,10 @@
+"""Fixtures for tests of the command line."""
+
+import pytest
+from commands import Vigil, runner
+
+
+@pytest.fixture
+def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
+    """Runs the command line in this process."""
+    return runner(monkeypatch, capsys)

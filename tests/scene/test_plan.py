@@ -1,0 +1,95 @@
+"""What is drawn of a house seen from above."""
+
+import copy
+
+import numpy as np
+import pytest
+import shapely
+from tiny_pack import FRIDGE, MUG, SIDE, TABLE, tiny_house
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.housegen import generate, spec_for
+from vigil.housegen.checking.plan_image import draw_plan
+from vigil.scene.build import build_scene
+from vigil.scene.geometry import whole_box
+from vigil.scene.plan import HUNG_M, LABELLED_DEPTH_M, SHOWN_BELOW_M, FloorPlan, floor_plan
+from vigil.scene.things import Scene
+from vigil.web.plan import plan_of
+
+
+@pytest.fixture(scope="module")
+def house() -> House:
+    return generate(3, spec_for("2"))
+
+
+@pytest.fixture(scope="module")
+def scene(house: House) -> Scene:
+    return build_scene(house, AssetDatabase.default())
+
+
+@pytest.fixture(scope="module")
+def plan(house: House, scene: Scene) -> FloorPlan:
+    return floor_plan(house, scene.things.values())
+
+
+def test_a_tiny_house_is_drawn_whole() -> None:
+    house = tiny_house()
+    plan = floor_plan(house, build_scene(house, AssetDatabase.default()).things.values())
+    (room,) = plan.rooms
+    assert (room.name, room.area_m2) == ("kitchen", SIDE * SIDE)
+    assert [(thing.id, thing.kind, thing.label) for thing in plan.labelled] == [
+        (TABLE, "thing", "dining table"),
+        (FRIDGE, "thing", "fridge"),
+    ]
+    assert [name for name, _, _ in plan.small] == [MUG]
+    assert len(plan.walls) == 4
+    assert [corner.tolist() for corner in plan.bounds] == [[0.0, 0.0], [SIDE, SIDE]]
+
+
+def test_what_hangs_is_known_by_its_height_and_what_is_too_high_is_left_out(scene: Scene, plan: FloorPlan) -> None:
+    bottoms = {thing.id: whole_box(thing).bottom for thing in scene.things.values()}
+    drawn = {thing.id: thing for thing in plan.things}
+    in_rooms = [thing for thing in scene.things.values() if thing.parent is None and not thing.is_structure]
+    assert drawn.keys() == {thing.id for thing in in_rooms if bottoms[thing.id] < SHOWN_BELOW_M}
+    assert len(drawn) < len(in_rooms)
+    hung = {thing.id for thing in plan.things if thing.kind == "hung"}
+    assert hung == {name for name in drawn if bottoms[name] > HUNG_M}
+    assert {thing.id for thing in plan.things if not thing.label} == {
+        name
+        for name, thing in drawn.items()
+        if thing.kind == "rug" or scene.things[name].asset.size.z <= LABELLED_DEPTH_M
+    }
+
+
+def test_rugs_come_first_then_things_from_below(scene: Scene, plan: FloorPlan) -> None:
+    order = [(thing.kind != "rug", whole_box(scene.things[thing.id]).bottom, thing.id) for thing in plan.things]
+    assert order == sorted(order)
+
+
+def test_a_rooms_name_stands_on_its_free_floor(plan: FloorPlan) -> None:
+    for room in plan.rooms:
+        middle = shapely.Point(room.name_at)
+        assert shapely.Polygon(room.corners).contains(middle)
+        assert not any(shapely.Polygon(thing.corners).contains(middle) for thing in plan.things if thing.kind != "rug")
+
+
+def test_picture_and_page_draw_the_same_plan(house: House, scene: Scene, plan: FloorPlan) -> None:
+    width, height = draw_plan(house, scene, 50).size
+    low, high = plan.bounds
+    assert width / height == pytest.approx((high - low + 1.2)[0] / (high - low + 1.2)[1], abs=0.01)
+    drawing = plan_of(house, AssetDatabase.default())
+    ids = [each.id for each in (*plan.rooms, *plan.things, *plan.openings)] + [name for name, _, _ in plan.small]
+    assert [shape.id for shape in drawing.shapes if shape.kind != "wall"] == ids
+    assert {label.text for label in drawing.labels} <= {room.name for room in plan.rooms} | {
+        thing.label for thing in plan.things
+    }
+    assert any(label.kind == "room-name" for label in drawing.labels)
+
+
+def test_a_floor_without_a_point_of_the_grid_has_its_name_inside() -> None:
+    data = copy.deepcopy(tiny_house().data)
+    corners = [(0.0, 0.0), (0.0, 0.05), (0.05, 0.05), (0.05, 0.0)]
+    data["rooms"][0]["floorPolygon"] = [{"x": x, "y": 0.0, "z": z} for x, z in corners]
+    (room,) = floor_plan(House("closet", data), ()).rooms
+    assert np.allclose(room.name_at, 0.025)

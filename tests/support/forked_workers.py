@@ -1,0 +1,64 @@
+"""Simulator workers forked from a process that has imported all they need, which each would else do for two seconds.
+
+What a worker does is the same from its first message on. Tests of how workers start and end ask for `real_workers`.
+"""
+
+import faulthandler
+import multiprocessing
+import os
+import subprocess
+import sys
+from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerProcess
+from pathlib import Path
+
+_FORKING = multiprocessing.get_context("forkserver")
+_FORKING.set_forkserver_preload(["vigil.runner.workers.worker", "vigil.sim.engines.fake", "vigil.sim.engines.mujoco"])
+
+
+class ForkedWorker:
+    """As much of `subprocess.Popen` as `vigil.runner.workers.process` uses."""
+
+    def __init__(self, process: ForkServerProcess) -> None:
+        self._process = process
+        self.pid = process.pid
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Returns the exit status. Raises subprocess.TimeoutExpired."""
+        self._process.join(timeout)
+        if self._process.exitcode is None:
+            raise subprocess.TimeoutExpired("worker", timeout or 0.0)
+        return self._process.exitcode
+
+    def terminate(self) -> None:
+        """Asks it to end."""
+        self._process.terminate()
+
+    def kill(self) -> None:
+        """Kills it."""
+        self._process.kill()
+
+
+def fork(fd: int, log: Path | None, threads: int) -> ForkedWorker:
+    """Forks a worker on its end of a socket pair, as `vigil.runner.workers.process.launch` starts one."""
+    connection = Connection(os.dup(fd))
+    environment = {"LP_NUM_THREADS": str(threads), **os.environ}
+    process = _FORKING.Process(target=_work, args=(connection, log or os.devnull, environment), daemon=True)
+    process.start()
+    connection.close()
+    return ForkedWorker(process)
+
+
+def _work(connection: Connection, log: Path | str, environment: dict[str, str]) -> None:
+    from vigil.runner.workers.worker import serve  # noqa: PLC0415 - the process that forks has imported it
+
+    os.setsid()
+    os.environ.clear()
+    os.environ.update(environment)
+    with open(log, "ab") as file, open(os.devnull, "rb") as nothing:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+        os.dup2(nothing.fileno(), 0)
+    sys.stdin = open(0, closefd=False)  # noqa: SIM115 - multiprocessing put another in its place
+    faulthandler.enable()
+    serve(connection)
