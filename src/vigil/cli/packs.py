@@ -138,7 +138,7 @@ def compare_back_ends(
     assets: AssetFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Example: vigil compare-backends smoke
+    """Example: vigil compare-backends vigil_smoke
 
     Over AI2-THOR's client runs this project's engine, unless VIGIL_THOR_ENGINE chooses another.
     """
