@@ -80,7 +80,7 @@ class Driver:
         return self._frame
 
     def _look(self, event: Event) -> None:
-        if event.instance_segmentation_frame is not None:
+        if event.instance_segmentation_frame is not None and self._picture is None:
             self._picture = Picture(event, self.mirror.in_hand())
         if event.frame is not None:
             self._frame = np.ascontiguousarray(event.frame[..., :3])
