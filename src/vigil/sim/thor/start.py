@@ -14,6 +14,7 @@ from typing import Any
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.sim.core.sight import HEIGHT, WIDTH
+from vigil.sim.protocol import WORKER_NUMBER
 from vigil.sim.thor.connection import Connection
 from vigil.sim.thor.requirements import BUILD, CLIENT, examine
 from vigil.sim.thor.simulator import ThorSimulator
@@ -25,6 +26,7 @@ NO_DISPLAY = ":0"
 SEEN_BY = "masks"
 """What visible pixels are counted by; part of the name in run headers, so that no run is paired with one of rays."""
 UNITY_START_S = 300.0
+GPUS = "CUDA_VISIBLE_DEVICES"
 
 INITIALIZE: dict[str, Any] = {
     "width": WIDTH,
@@ -87,6 +89,13 @@ def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
                 f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {ENGINE_VARIABLE}={OWN} takes this "
                 "project's engine, which needs the client alone."
             )
-        return Connection(house, None, start_s=UNITY_START_S, platform=needed.platform, **INITIALIZE)
+        where = {"platform": needed.platform, "gpu_device": own_gpu()}
+        return Connection(house, None, start_s=UNITY_START_S, **where, **INITIALIZE)
 
     return ThorSimulator(f"thor/{CLIENT} {engine.name} {SEEN_BY}", connect, assets)
+
+
+def own_gpu() -> int | None:
+    """Returns which of the GPUs that CUDA_VISIBLE_DEVICES names is this worker's; None where it names one or none."""
+    named = [name for name in os.environ.get(GPUS, "").split(",") if name.strip()]
+    return int(os.environ.get(WORKER_NUMBER, "0")) % len(named) if len(named) > 1 else None
