@@ -1,10 +1,12 @@
 """How much of the bare Env's speed a Gymnasium vector keeps, with and without drawing.
 
-    python benchmarks/gymnasium_vector.py [--envs 16] [--seconds 20] [--rounds 3] [--pack starter] [--backend mujoco]
+    python benchmarks/gymnasium_vector.py [--envs 16] [--seconds 20] [--rounds 3] [--families PG,SV]
 
 The bare Env is played in as many processes at once as there are cores, each on its own; the vector (asynchronous) in as
-many as it has environments. Both draw episodes at random and turn to the end of the budget, resets included. They take
-turns, so that a busy machine is fair to both; the figure is the ratio of steps a second.
+many as it has environments. Both draw episodes at random and turn to the end of the budget, resets included; what they do
+in a first third as long is not counted, for all begin with a reset that lies before it. They take
+turns. Of each the ratio is told of steps a second, which holds on a machine with nothing else to do (elsewhere sixteen
+processes get more of it than two), and of steps a second of processor time, which holds anywhere but counts no waiting.
 """
 
 import argparse
@@ -16,13 +18,15 @@ from concurrent.futures import ProcessPoolExecutor
 
 import gymnasium
 import numpy as np
+import psutil
 
 import vigil.integrations.gymnasium as integration
 from vigil.actions import Reply
 from vigil.api import make_env
 from vigil.env import Env
+from vigil.episode import FAMILIES, Episode, families_named
 from vigil.integrations.gymnasium.env import load_pack
-from vigil.pack import Pack
+from vigil.pack import Selection
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})
 FORKING = multiprocessing.get_context("fork")
@@ -37,62 +41,82 @@ def main() -> None:
         bare, vector = [], []
         for _ in range(options.rounds):
             with ProcessPoolExecutor(cores, FORKING) as pool:
-                bare.append(sum(pool.map(bare_rate, [(options, frames, seed) for seed in range(cores)])))
-            vector.append(vector_rate(options, frames))
-        ratios = ", ".join(f"{one / other:.0%}" for one, other in zip(vector, bare, strict=True))
-        drawing = "with drawing" if frames else "without drawing"
+                bare.append(
+                    np.sum(list(pool.map(bare_run, [(options, frames, seed) for seed in range(cores)])), axis=0)
+                )
+            vector.append(vector_run(options, frames))
+        (wall, cpu), (vector_wall, vector_cpu) = rates(np.array(bare), cores), rates(np.array(vector), 1)
         print(
-            f"{drawing:16} bare {np.mean(bare):6.1f} steps/s, vector {np.mean(vector):6.1f}, "
-            f"share {np.sum(vector) / np.sum(bare):.0%} (rounds: {ratios})",
+            f"{'with' if frames else 'without'} drawing: bare {wall:.1f} steps/s, vector {vector_wall:.1f}, "
+            f"{vector_wall / wall:.0%}; of processor time {cpu:.1f} and {vector_cpu:.1f}, {vector_cpu / cpu:.0%}",
             flush=True,
         )
 
 
-def bare_rate(job: tuple[argparse.Namespace, bool, int]) -> float:
-    """Returns the steps a second of one bare Env."""
+def rates(runs: np.ndarray, at_once: int) -> tuple[float, float]:
+    """Returns steps a second, and a second of processor time, of rows of steps, seconds and processor time."""
+    steps, seconds, cpu = runs.sum(axis=0)
+    return steps / seconds * at_once, steps / cpu
+
+
+def bare_run(job: tuple[argparse.Namespace, bool, int]) -> tuple[float, float, float]:
+    """Returns the steps of one bare Env, the seconds, and those of processor time."""
     options, frames, seed = job
     pack, rng = load_pack(options.pack), np.random.default_rng(seed)
+    episodes = pack.select(Selection(families=families_named([options.families])))
     with make_env(pack, backend=options.backend, quality=options.quality) as env:
-        begin(env, pack, rng, frames)
-        start, steps = time.perf_counter(), 0
+        begin(env, episodes, rng, frames)
+        start, cpu, steps, is_warm = time.perf_counter(), 0.0, 0, False
         while (seconds := time.perf_counter() - start) < options.seconds:
+            if not is_warm and seconds > options.seconds / 3:
+                start, cpu, steps, is_warm = time.perf_counter(), time.process_time(), 0, True
             seen = env.step(Reply(text=TURN))
             steps += 1
             if seen is None:
-                begin(env, pack, rng, frames)
+                begin(env, episodes, rng, frames)
             elif frames:
                 _ = seen.rgb
-    return steps / seconds
+        return steps, seconds, time.process_time() - cpu
 
 
-def begin(env: Env, pack: Pack, rng: np.random.Generator, frames: bool) -> None:
+def begin(env: Env, episodes: list[Episode], rng: np.random.Generator, frames: bool) -> None:
     """Resets to an episode drawn at random, and looks at its first frame."""
-    seen = env.reset(pack.episodes[int(rng.integers(len(pack.episodes)))])
+    seen = env.reset(episodes[int(rng.integers(len(episodes)))])
     if frames and seen is not None:
         _ = seen.rgb
 
 
-def vector_rate(options: argparse.Namespace, frames: bool) -> float:
-    """Returns the steps a second of the vector; calls that begin an episode are no steps."""
+def vector_run(options: argparse.Namespace, frames: bool) -> tuple[float, float, float]:
+    """Returns the same of the vector; calls that begin an episode are no steps."""
     env = gymnasium.make_vec(
         integration.ENV_ID,
         num_envs=options.envs,
         vectorization_mode="async",
         vector_kwargs={"context": "fork"},
         pack=options.pack,
+        family=options.families,
         backend=options.backend,
         quality=options.quality,
         frames=frames,
     )
     env.reset(seed=100)
     ended = np.zeros(options.envs, bool)
-    start, steps = time.perf_counter(), 0
+    start, cpu, steps, is_warm = time.perf_counter(), 0.0, 0, False
     while (seconds := time.perf_counter() - start) < options.seconds:
+        if not is_warm and seconds > options.seconds / 3:
+            start, cpu, steps, is_warm = time.perf_counter(), processor_seconds(), 0, True
         _, _, terminated, truncated, _ = env.step((TURN,) * options.envs)
         steps += options.envs - int(ended.sum())
         ended = terminated | truncated
+    cpu = processor_seconds() - cpu
     env.close()
-    return steps / seconds
+    return steps, seconds, cpu
+
+
+def processor_seconds() -> float:
+    """Returns what this process and those that it started have used."""
+    own = psutil.Process()
+    return sum(times.user + times.system for times in (each.cpu_times() for each in (own, *own.children())))
 
 
 def read_options() -> argparse.Namespace:
@@ -101,6 +125,7 @@ def read_options() -> argparse.Namespace:
     parser.add_argument("--seconds", type=float, default=20.0, help="of each measurement")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--pack", default="starter")
+    parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--backend", default="mujoco")
     parser.add_argument("--quality", default="default")
     return parser.parse_args()

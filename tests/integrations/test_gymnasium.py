@@ -117,7 +117,7 @@ def test_an_observation_is_the_frame_the_instruction_and_the_profile_s_feedback(
 def test_without_frames_nothing_is_drawn_but_by_render(pack: str, monkeypatch: pytest.MonkeyPatch) -> None:
     env = make(pack, render_mode="rgb_array")
     drawn = []
-    simulator = env.unwrapped._simulator  # type: ignore[attr-defined]
+    simulator = env.unwrapped._simulator
     draw = simulator.frame
     monkeypatch.setattr(simulator, "frame", lambda: drawn.append(1) or draw())
     assert list(env.reset(options={"episode_id": DA})[0]) == ["instruction"]
@@ -127,7 +127,7 @@ def test_without_frames_nothing_is_drawn_but_by_render(pack: str, monkeypatch: p
     assert isinstance(shown, np.ndarray)
     assert (shown.shape, shown.dtype, len(drawn)) == ((480, 640, 3), np.uint8, 1)
     shown[:] = 0
-    assert env.render().any()  # type: ignore[union-attr]
+    assert env.render().any()
     env.step(report("fail"))
     assert (env.render() == simulator.frame()).all()
 
@@ -315,7 +315,7 @@ def test_nothing_hidden_is_told(tmp_path: Path, actions: str, capsys: pytest.Cap
     said = repr([{**step[0], "frame": None} for step in told]) + repr([step[1:] for step in told])
     said += repr(env) + capsys.readouterr().out + capsys.readouterr().err
     assert not [word for word in CANARIES if word in said]
-    spaces = f"{env.action_space} {sorted(env.observation_space.spaces)}"  # type: ignore[attr-defined]
+    spaces = f"{env.action_space} {sorted(env.observation_space.spaces)}"
     assert not [word for word in CANARIES if word in spaces]
 
 
@@ -386,7 +386,7 @@ def test_a_failing_simulator_is_raised_and_never_a_transition(pack: str, monkeyp
     def fails(*_: Any) -> Any:
         raise SimulatorError("lost its mind.")
 
-    simulator = env.unwrapped._simulator  # type: ignore[attr-defined]
+    simulator = env.unwrapped._simulator
     for method in ("reset", "step", "frame"):
         env.reset(seed=0)
         with monkeypatch.context() as patch:
@@ -407,10 +407,10 @@ def test_render_says_what_it_lacks(pack: str) -> None:
 def test_a_pack_is_loaded_once_for_all_environments_until_it_changes(tmp_path: Path) -> None:
     folder = tmp_path / "pack"
     tiny_pack(folder, 2)
-    first = make(str(folder)).unwrapped._pack  # type: ignore[attr-defined]
-    assert make(str(folder)).unwrapped._pack is first  # type: ignore[attr-defined]
+    first = make(str(folder)).unwrapped._pack
+    assert make(str(folder)).unwrapped._pack is first
     loose_pack(folder, [tiny_episode(7)], [tiny_house()])
-    assert [episode.id for episode in make(str(folder)).unwrapped._pack.episodes] == ["tiny-DA-007"]  # type: ignore[attr-defined]
+    assert [episode.id for episode in make(str(folder)).unwrapped._pack.episodes] == ["tiny-DA-007"]
 
 
 def test_an_environment_is_made_again_from_its_description(pack: str) -> None:

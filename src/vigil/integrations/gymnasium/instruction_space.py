@@ -19,7 +19,7 @@ class InstructionText(Text):
 class _Current(Sequence[str]):
     """The texts that lie in shared memory now; a deep copy is a tuple of them, and stays."""
 
-    def __init__(self, read: Callable[[], tuple[str, ...]]) -> None:
+    def __init__(self, read: Callable[[], Any]) -> None:
         self._read = read
 
     @overload
@@ -37,5 +37,5 @@ class _Current(Sequence[str]):
 
 
 @read_from_shared_memory.register(InstructionText)
-def _read(space: InstructionText, shared_memory: Any, n: int = 1) -> _Current:
+def _read(space: InstructionText, shared_memory: Any, n: int = 1) -> Any:
     return _Current(partial(read_from_shared_memory.dispatch(Text), space, shared_memory, n))
