@@ -3,10 +3,10 @@
     python benchmarks/gymnasium_vector.py [--envs 16] [--seconds 20] [--rounds 3] [--families PG,SV]
 
 The bare Env is played in as many processes at once as there are cores, each on its own; the vector (asynchronous) in as
-many as it has environments. Both draw episodes at random and turn to the end of the budget, resets included; what they do
-in a first third as long is not counted, for all begin with a reset that lies before it. They take
-turns. Of each the ratio is told of steps a second, which holds on a machine with nothing else to do (elsewhere sixteen
-processes get more of it than two), and of steps a second of processor time, which holds anywhere but counts no waiting.
+many as it has environments; they take turns. Both draw episodes at random and turn to the end of the budget, resets
+included; a first third of the time is not counted, since all begin with a reset. Two ratios are told: of steps a
+second, which holds on a machine with nothing else to do (elsewhere sixteen processes get more of it than two), and of
+steps a second of processor time, which holds anywhere but counts no waiting.
 """
 
 import argparse
