@@ -350,6 +350,7 @@ def test_an_unknown_pack_is_named() -> None:
     ("options", "message"),
     [
         ({"episode": DA}, "no option 'episode'. Did you mean 'episode_id'"),
+        ({"episode_id": 3}, "no episode '3'"),
         ({"episode_id": "tiny-SV-0022"}, "no episode 'tiny-SV-0022'. Did you mean 'tiny-SV-002'"),
     ],
 )

@@ -147,7 +147,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
                 hint = did_you_mean(name, RESET_OPTIONS) or f" Its options: {', '.join(RESET_OPTIONS)}."
                 raise SettingError(f"reset() of Vigil-v0 has no option {name!r}.{hint}")
         if "episode_id" in options:
-            return self._pack.episode(options["episode_id"])
+            return self._pack.episode(str(options["episode_id"]))
         return self._episodes[int(self.np_random.integers(len(self._episodes)))]
 
     def _reward(self, outcome: Outcome) -> float:
