@@ -96,6 +96,7 @@ ONLY_IN = {
     "ai2thor": "sim.thor",
     "msgpack": "thor.wire.fifo",
     "prior": "authoring.drafting.procthor",
+    "gymnasium": "integrations.gymnasium",
 }
 """Libraries that stay in one place."""
 LAZY = {
