@@ -1,8 +1,9 @@
-"""`vigil run` and `vigil verify`."""
+"""`vigil run`, `vigil merge` and `vigil verify`."""
 
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,14 +19,18 @@ from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
 from vigil.profile import known_coordinates
 from vigil.runner.dry_run import estimate
+from vigil.runner.merge import MergeSettings, merge_runs
 from vigil.runner.progress import OnProgress, Progress
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of, serving_of
 from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.saved_run import read_run
 from vigil.summary import settle_run
 
 Prices = Annotated[str | None, typer.Option(help="IN,OUT per million tokens: a dry run says costs too.")]
+MergedRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
+Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]
 
 
 def run(
@@ -58,6 +63,15 @@ def print_asked(settings: RunSettings) -> None:
     else:
         why = f"the table does not name this model; find out with: vigil calibrate --model {settings.model}"
     print(f"Coordinates: {mode} ({why}).")
+
+
+def merge(out: MergedRun, shards: Shards, settings: MergeSettings) -> None:
+    """Example: vigil merge runs/gpt-4o shards/gpt-4o/*"""
+    merge_runs(out, shards, settings)
+    run = read_run(out, settings.pack)
+    say(run.notes)
+    print_families(label_of(run.header), run.table.settlement())
+    print(f"Records: {out}")
 
 
 def verify(run: RunArgument, settings: VerifySettings) -> None:
