@@ -1,4 +1,4 @@
-"""`vigil run`, `vigil merge` and `vigil verify`."""
+"""`vigil run`, `vigil verify` and `vigil merge`."""
 
 import math
 import sys
@@ -29,7 +29,7 @@ from vigil.saved_run import read_run
 from vigil.summary import settle_run
 
 Prices = Annotated[str | None, typer.Option(help="IN,OUT per million tokens: a dry run says costs too.")]
-MergedRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
+NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
 Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]
 
 
@@ -63,15 +63,6 @@ def print_asked(settings: RunSettings) -> None:
     else:
         why = f"the table does not name this model; find out with: vigil calibrate --model {settings.model}"
     print(f"Coordinates: {mode} ({why}).")
-
-
-def merge(out: MergedRun, shards: Shards, settings: MergeSettings) -> None:
-    """Example: vigil merge runs/gpt-4o shards/gpt-4o/*"""
-    merge_runs(out, shards, settings)
-    run = read_run(out, settings.pack)
-    say(run.notes)
-    print_families(label_of(run.header), run.table.settlement())
-    print(f"Records: {out}")
 
 
 def verify(run: RunArgument, settings: VerifySettings) -> None:
@@ -115,6 +106,15 @@ def _with_warnings(show: OnProgress) -> OnProgress:
             print(f"WARNING: {where.warning}", file=sys.stderr, flush=True)
 
     return tell
+
+
+def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
+    """Example: vigil merge runs/gpt-4o shards/gpt-4o/*"""
+    merge_runs(out, shards, settings)
+    run = read_run(out, settings.pack)
+    say(run.notes)
+    print_families(label_of(run.header), run.table.settlement())
+    print(f"Records: {out}")
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:

@@ -127,6 +127,10 @@ VERBS: dict[str, Verb | Group] = {
         "render:render",
         "Draws what an agent would see, one asset on a stage, or single things where such things stand.",
     ),
+    "compare-backends": Verb(
+        "packs:compare_back_ends",
+        "Plays a pack's solutions on two simulators, and lists what differs; exits with 1 on what is not explained.",
+    ),
     "thor-engine": Verb(
         "doctor:thor_engine",
         "Serves AI2-THOR's own client in the place of Unity; the client starts it.",
