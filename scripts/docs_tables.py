@@ -13,6 +13,7 @@ from vigil.cli.models import LISTED, address_of, keys_of, switch_of
 from vigil.integrations.gymnasium import Options
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import named
+from vigil.sim.thor.differences import DIFFERENCES
 from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 
@@ -64,6 +65,20 @@ def thor_actions() -> str:
     return _markdown(("action", "", "what THOR does besides, or why it is not here"), sorted(had + missing))
 
 
+def thor_differences() -> str:
+    """Returns in what the back end over AI2-THOR differs from the embedded simulator."""
+    rows = [
+        (
+            each.what,
+            each.why,
+            ", ".join(f"`{kind}`" for kind in each.kinds),
+            ", ".join(f"`{name}`" for name in each.checks),
+        )
+        for each in DIFFERENCES
+    ]
+    return _markdown(("what", "why", "kinds of `compare-backends`", "conformance checks that cannot hold"), rows)
+
+
 def gymnasium_options() -> str:
     """Returns the options of the Gymnasium environment."""
     rows = [
@@ -78,6 +93,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "aliases": aliases,
     "columns": columns,
     "thor_actions": thor_actions,
+    "thor_differences": thor_differences,
     "gymnasium_options": gymnasium_options,
 }
 

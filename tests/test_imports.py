@@ -30,6 +30,7 @@ PURE = [
     "strata",
     "pack",
     "freezing",
+    "shards",
     "row_check",
     "record_file",
     "scoring",
@@ -45,13 +46,13 @@ ALLOWED: dict[str, set[str]] = {
     **{name: set(BASE[:index]) for index, name in enumerate(BASE)},
     "prompt": set(BASE),
     **{name: {*BASE, *PURE[:index]} for index, name in enumerate(PURE)},
-    "row_check": {*BASE, "record", "goals", "episode", "pack", "prompt"},
+    "row_check": {*BASE, "record", "goals", "episode", "pack", "shards", "prompt"},
     "record_file": {*BASE, "record", "row_check"},
     "assets": PHYSICS,
     "scene": PHYSICS - {"actions"} | {"assets"},
     "sim": PHYSICS | {"assets", "scene", "observation"},
     "housegen": PHYSICS | {"assets", "scene"},
-    "thor": PHYSICS | {"assets", "scene", "sim"},
+    "thor": PHYSICS | {"assets", "scene", "sim", "observation"},
     "agents": {"errors", "observation", "actions", "reasoning", "replies", "profile", "prompt"},
     "env": {*BASE, *PURE, "prompt", "sim"},
     "analysis": {*BASE, *PURE, "prompt"},
@@ -74,6 +75,7 @@ HIDDEN = {
     "record_file",
     "pack",
     "freezing",
+    "shards",
     "env",
     "scene",
     "sim",
@@ -216,7 +218,7 @@ def test_simulators_are_known_by_their_protocols_outside_of_sim():
 
 def test_simulators_know_nothing_of_an_observation_but_the_size_of_its_frame():
     for module in MODULES:
-        if part_of(module) == "sim":
+        if part_of(module) in {"sim", "thor"}:
             names = {name.rpartition(".")[2] for name in imports_of(module) if name.startswith("vigil.observation.")}
             assert names <= FRAME_FACTS, f"{module} imports {names}"
 

@@ -5,7 +5,7 @@ above, 0 looking along +z and 90 along +x; horizon in degrees, positive looking 
 """
 
 import math
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict
 
@@ -80,12 +80,8 @@ class Box(BaseModel):
         return Vec3(self.center.x + x, y, self.center.z + z)
 
 
-Length = TypeVar("Length", float, Any)
-"""A number, or an array of them."""
-
-
-def rotate_floor(x: Length, z: Length, yaw: float) -> tuple[Length, Length]:
-    """Returns the floor vector (x, z), or many, turned by `yaw` degrees clockwise seen from above."""
+def rotate_floor(x: Any, z: Any, yaw: float) -> tuple[Any, Any]:
+    """Returns the floor vector (x, z), numbers or arrays, turned by `yaw` degrees clockwise seen from above."""
     sin, cos = math.sin(math.radians(yaw)), math.cos(math.radians(yaw))
     return x * cos + z * sin, z * cos - x * sin
 

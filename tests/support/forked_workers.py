@@ -39,11 +39,11 @@ class ForkedWorker:
         self._process.kill()
 
 
-def fork(fd: int, log: Path | None, threads: int) -> ForkedWorker:
+def fork(fd: int, log: Path | None, environment: dict[str, str]) -> ForkedWorker:
     """Forks a worker on its end of a socket pair, as `vigil.runner.workers.process.launch` starts one."""
     connection = Connection(os.dup(fd))
-    environment = {"LP_NUM_THREADS": str(threads), **os.environ}
-    process = _FORKING.Process(target=_work, args=(connection, log or os.devnull, environment), daemon=True)
+    arguments = (connection, log or os.devnull, {**environment, **os.environ})
+    process = _FORKING.Process(target=_work, args=arguments, daemon=True)
     process.start()
     connection.close()
     return ForkedWorker(process)

@@ -8,9 +8,10 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.staging import Stage
+from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.base.answer import Answer
 from vigil.thor.base.settings import Settings
-from vigil.thor.base.world import BODY_HEIGHT_M, World
+from vigil.thor.base.world import World
 from vigil.thor.engine import Engine
 
 

@@ -143,9 +143,11 @@ def test_pictures_are_of_the_size_and_layers_asked_for(client):
 
 
 def test_an_action_may_ask_for_no_picture(client):
-    client.start(renderDepthImage=True)
+    client.start(renderDepthImage=True, renderInstanceSegmentation=True)
     client.do("Pass", renderImage=False)
-    assert [image.kind for image in client.last.images] == ["depth"]
+    assert client.last.images == []
+    client.do("Pass", renderImage=False, renderInstanceSegmentation=True)
+    assert [image.kind for image in client.last.images] == ["depth", "ids"]
 
 
 def test_masks_lead_back_to_objects(client):

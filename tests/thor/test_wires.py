@@ -117,7 +117,7 @@ def test_the_command_is_one_that_the_client_can_split(monkeypatch, tmp_path):
     words = shlex.split(thor_engine(backend="fake", quality="fast"))
     assert words == [sys.executable, "-m", "vigil.thor", "--backend=fake", "--render-quality=fast"]
     assert os.environ["DISPLAY"]
-    with pytest.raises(SettingError, match="is unknown"):
+    with pytest.raises(SettingError, match="is no engine's"):
         thor_engine(backend="unity")
     with pytest.raises(SettingError, match="cannot be read"):
         thor_engine(asset_database=tmp_path / "nowhere.json")

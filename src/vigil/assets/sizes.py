@@ -114,9 +114,10 @@ class AssetEntry:
 class AssetDatabase:
     """The sizes of assets by id."""
 
-    def __init__(self, known: dict[str, tuple[str, Vec3]] | None = None) -> None:
-        """`known` maps an asset id to its category and bounding box; none of it is needed."""
+    def __init__(self, known: dict[str, tuple[str, Vec3]] | None = None, path: Path | None = None) -> None:
+        """`known` maps an asset id to its category and bounding box, `path` is the file; none of it is needed."""
         self._known = dict(known or {})
+        self.path = path
 
     @classmethod
     def default(cls) -> "AssetDatabase":
@@ -147,7 +148,7 @@ class AssetDatabase:
             for index, row in enumerate(rows):
                 asset_id, size = _read_row(row, f"Asset database {str(path)!r}: {category}[{index}]")
                 known[asset_id] = (category, size)
-        return cls(known)
+        return cls(known, path)
 
     def __len__(self) -> int:
         return len(self._known)

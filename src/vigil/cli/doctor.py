@@ -4,6 +4,7 @@ import json
 import platform
 import time
 from collections.abc import Mapping
+from contextlib import closing
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,18 +12,24 @@ from typing import Annotated, Literal
 import typer
 from PIL import Image
 
+from vigil.assets.sizes import AssetDatabase
 from vigil.cli.arguments import AsJson
 from vigil.errors import SettingError, VigilError
 from vigil.pack import Pack
 from vigil.runner.shared_settings import AssetFile, RenderQuality
+from vigil.sim import make_simulator
+from vigil.sim.conformance.checks import CHECKS, ConformanceCheck
+from vigil.sim.conformance.trial import Trial
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.showcase.graphics_check import doctor as examine_renderer
 from vigil.sim.thor.connection import Connection
+from vigil.sim.thor.differences import CANNOT_HOLD
 from vigil.sim.thor.requirements import examine
-from vigil.thor.launch import engine_options
+from vigil.sim.thor.start import chosen_engine, engine_options
 from vigil.thor.launch import thor_engine as command_of_engine
 from vigil.thor.serve import main as serve_thor
 
+FAILED = "failed"
 PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai", "openai")
 
 
@@ -32,11 +39,17 @@ def doctor(
         Literal["mujoco", "thor"],
         typer.Option(help="thor: what AI2-THOR's own engine lacks here, and whether its client works with ours."),
     ] = "mujoco",
+    full: Annotated[
+        bool, typer.Option("--full", help="thor: play the conformance checks with the chosen engine.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil doctor"""
     if backend == "thor":
-        _say(_thor_facts(), as_json)
+        facts = _thor_checks() if full else _thor_facts()
+        _say(facts, as_json)
+        if any(str(fact).startswith(FAILED) for fact in facts.values()):
+            raise typer.Exit(1)
         return
     found = examine_renderer()
     frame = found.pop("frame")
@@ -100,20 +113,22 @@ def thor_engine(
 
 
 def _thor_facts() -> dict[str, str]:
-    """Returns what AI2-THOR's own engine lacks on this machine, and whether its client works with ours."""
-    found = examine()
+    """Returns what AI2-THOR's own engine lacks on this machine, and whether its client works with another."""
+    found, chosen = examine(), chosen_engine()
+    other = "our engine" if chosen.command is None else f"{chosen.name} engine"
     return {
         "ai2thor client": found.client,
-        "its own engine": found.build,
+        "chosen engine": chosen.name,
+        "AI2-THOR's engine": found.build,
         "missing for it": "; ".join(found.missing) or "nothing; it was not started",
-        "client, our engine": _tried(),
+        f"client, {other}": _tried(chosen.command or command_of_engine(backend="fake")),
     }
 
 
-def _tried() -> str:
+def _tried(command: str) -> str:
     began = time.monotonic()
     try:
-        connection = Connection(trial_house().data, command_of_engine(backend="fake"))
+        connection = Connection(trial_house().data, command)
         try:
             connection.step("MoveAhead")
         finally:
@@ -121,5 +136,21 @@ def _tried() -> str:
     except SettingError as error:
         return f"not tried: {error}"
     except VigilError as error:
-        return f"failed: {error}"
+        return f"{FAILED}: {error}"
     return f"works ({time.monotonic() - began:.1f} s from the start to the first step)"
+
+
+def _thor_checks() -> dict[str, str]:
+    """Returns which conformance checks hold with the chosen engine."""
+    with closing(make_simulator("thor", assets=AssetDatabase.default())) as simulator:
+        trial = Trial(simulator)
+        return {"simulator": simulator.name, **{check.__name__: _held(check, trial) for check in CHECKS}}
+
+
+def _held(check: ConformanceCheck, trial: Trial) -> str:
+    try:
+        check(trial)
+    except (AssertionError, VigilError) as error:
+        reason = CANNOT_HOLD.get(check.__name__)
+        return f"{FAILED}: {error}" if reason is None else f"does not hold, as it is known: {reason}"
+    return "holds"

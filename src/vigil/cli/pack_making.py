@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
 from vigil.authoring.drafting.generation import (
     PER_HOUSE,
     TRIED,
@@ -18,7 +18,7 @@ from vigil.authoring.drafting.generation import (
 )
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
-from vigil.authoring.drafting.sources import Source, drawn, drawn_of, filed, seeded
+from vigil.authoring.drafting.sources import Filed, Source, drawn, drawn_of, filed, seeded
 from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble
 from vigil.authoring.packing.recipes import (
     Recipe,
@@ -193,7 +193,7 @@ def make(
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     check_free(out, name)
     offered = filed(houses or [], report=tell)
-    origins = origins_of(offered) if offered and not reviews else []
+    origins = [] if reviews else _origins(offered)
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
     sources = drawn_of(offered, seed or 0, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
     if not houses and (seed or 0) < SECRET_FROM:
@@ -231,7 +231,8 @@ def remake(
     check_assets(wanted, assets)
     say(wanted.notes())
     sources = sources_of(wanted, houses or [], tell)
-    check_houses(wanted, sources)
+    with progress("houses read") as show:
+        check_houses(wanted, sources, lambda number: show(number, len(sources)))
     print(f"{len(sources)} houses are those of recipe {wanted.name!r}")
     verification = VerificationSettings(wanted.backend, AssetDatabase.of(assets), worker_count(workers))
     chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
@@ -240,6 +241,11 @@ def remake(
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
     print("the same bytes as the recipe's")
+
+
+def _origins(offered: Sequence[Filed]) -> list[HouseOrigin]:
+    with progress("houses read") as show:
+        return origins_of(offered, lambda number: show(number, len(offered)))
 
 
 def _make(
@@ -305,7 +311,7 @@ def _summary(file: DraftsFile) -> None:
     print(f"{file.path}: {len(proposed.drafts)} drafts, {len(proposed.rejections)} rejected")
 
 
-def _sources(houses: list[str], seeds: str | None, rooms: str, limit: int | None) -> list[Source]:
+def _sources(houses: list[str], seeds: str | None, rooms: str, limit: int | None) -> Sequence[Source]:
     if bool(houses) == (seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
     return filed(houses, limit, tell) if seeds is None else seeded(seeds, _specs(rooms))

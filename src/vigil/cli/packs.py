@@ -1,7 +1,9 @@
 """`vigil pack`: what is in a pack, whether every episode holds what it promises, and how two packs differ."""
 
 import json
+import os
 from collections import Counter
+from contextlib import ExitStack, closing
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +13,7 @@ from rich.table import Table
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.compare import compare
+from vigil.authoring.packing.compare_backends import KINDS, BackendComparison, compare_backends
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
 from vigil.authoring.packing.verify import VerificationSettings, verify_pack
@@ -18,11 +21,13 @@ from vigil.cli.arguments import AsJson, PackArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import console, say
 from vigil.episode import FAMILIES
-from vigil.pack import Pack, find, manifest_of, manifest_sha256, packaged_names
+from vigil.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
 from vigil.pack_names import stem_of
-from vigil.runner.shared_settings import AssetFile, Backend, Workers
+from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.sim import make_simulator
+from vigil.sim.thor.differences import EXPLAINED
+from vigil.sim.thor.start import ENGINE_VARIABLE, OWN
 
 
 def list_packs(as_json: AsJson = False) -> None:
@@ -121,6 +126,58 @@ def verify(
     print(f"{len(loaded.episodes) - faulty} of {len(loaded.episodes)} episodes of pack {loaded.name!r} hold")
     if findings:
         raise typer.Exit(2)
+
+
+def compare_back_ends(
+    pack: PackArgument,
+    family: Families = (),
+    episode: EpisodeIds = (),
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many episodes.")] = None,
+    first: Annotated[str, typer.Option(help="A simulator.")] = "mujoco",
+    second: Annotated[str, typer.Option(help="Another.")] = "thor",
+    assets: AssetFile = None,
+    as_json: AsJson = False,
+) -> None:
+    """Example: vigil compare-backends vigil_smoke
+
+    Over AI2-THOR's client runs this project's engine, unless VIGIL_THOR_ENGINE chooses another.
+    """
+    os.environ.setdefault(ENGINE_VARIABLE, OWN)
+    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
+    say(loaded.manifest.version_notes)
+    episodes = loaded.select(Selection(family, episode, limit))
+    with ExitStack() as stack, progress("compare") as show:
+        a, b = (stack.enter_context(closing(make_simulator(name, assets=database))) for name in (first, second))
+        found = compare_backends(loaded, episodes, a, b, lambda done, of: show(done, of, ""))
+    explained = EXPLAINED if "thor" in (first, second) else frozenset()
+    if as_json:
+        print(json.dumps(_as_json(found, explained)))
+    else:
+        _print_differences(found, explained)
+    if any(each.kind not in explained for each in found.differences):
+        raise typer.Exit(1)
+
+
+def _as_json(found: BackendComparison, explained: frozenset[str]) -> dict[str, object]:
+    counts = {kind: len(found.of_kind(kind)) for kind in KINDS}
+    unexplained = [str(each) for each in found.differences if each.kind not in explained]
+    facts = {"first": found.a, "second": found.b, "episodes": found.episodes, "actions": found.steps}
+    return {**facts, "differences": counts, "explained": sorted(explained), "unexplained": unexplained}
+
+
+def _print_differences(found: BackendComparison, explained: frozenset[str]) -> None:
+    print(f"{found.a} / {found.b}: {found.episodes} episodes, {found.steps} actions")
+    table = Table("of what", "facts", "episodes", "explained", "for example")
+    for kind, what in KINDS.items():
+        some = found.of_kind(kind)
+        if some:
+            is_explained = "yes" if kind in explained else "no"
+            table.add_row(what, str(len(some)), str(len({e.episode_id for e in some})), is_explained, str(some[0]))
+    console().print(table)
+    for each in found.differences:
+        if each.kind not in explained:
+            print(each)
+    print("What is explained, and how, stands in docs/ai2thor.md.")
 
 
 def diff(

@@ -16,10 +16,11 @@ from vigil.authoring.drafting.sources import house_at
 from vigil.cli.text import tell
 from vigil.errors import SettingError, did_you_mean
 from vigil.house import House
+from vigil.observation import Quality
 from vigil.pack import Pack
 from vigil.pose import Pose, Vec3
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
-from vigil.sim import Quality, make_simulator
+from vigil.sim import make_simulator
 from vigil.sim.showcase.exhibit import State
 from vigil.sim.showcase.portrait import draw_lots, write_blind, write_catalog
 from vigil.sim.showcase.renders import render_asset

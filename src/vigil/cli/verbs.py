@@ -91,6 +91,7 @@ PACK = {
 }
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the table."),
+    "merge": Verb("runs:merge", "Joins the shards of a run, played apart, into one run."),
     "models": Verb(
         "models:models",
         "Lists the providers of models: names, keys (set or not), extras (installed or not), addresses, thinking.",
@@ -125,6 +126,10 @@ VERBS: dict[str, Verb | Group] = {
     "render": Verb(
         "render:render",
         "Draws what an agent would see, one asset on a stage, or single things where such things stand.",
+    ),
+    "compare-backends": Verb(
+        "packs:compare_back_ends",
+        "Plays a pack's solutions on two simulators, and lists what differs; exits with 1 on what is not explained.",
     ),
     "thor-engine": Verb(
         "doctor:thor_engine",

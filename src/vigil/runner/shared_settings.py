@@ -32,7 +32,7 @@ AskedTemplate = Annotated[
 AskedCoordinates = Annotated[Coordinates | None, Setting("How it points.", unset="by model")]
 AskedThinking = Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")]
 LogDir = Annotated[Path | None, Setting("The run's folder; the same command continues it.")]
-Backend = Annotated[str, Setting("Simulator: mujoco, or fake (no engine).", metavar="NAME")]
+Backend = Annotated[str, Setting("Simulator: mujoco, thor (AI2-THOR), or fake (no engine).", metavar="NAME")]
 RenderQuality = Annotated[
     Quality, Setting("Quality of the picture; fast draws twice as many frames a second.", name="render-quality")
 ]

@@ -1,6 +1,6 @@
 """What rests on what: surfaces in the house's frame, contents, and chains of support."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -103,6 +103,16 @@ def carried_by(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
     """Returns what moves along with one of the thing's joints, however deep."""
     direct = [child for child in children(scene, thing.id) if child.parent_joint == joint]
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
+
+
+def lies_over(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
+    """Returns the sorted ids of the receptacles among others over a surface of which the thing lies."""
+    if thing.is_held or not thing.is_present:
+        return ()
+    receptacles = (other for other in others if other.is_receptacle and other.is_present and not other.is_held)
+    return tuple(
+        sorted(other.id for other in receptacles if other is not thing and rests_over(thing, other, inside=inside))
+    )
 
 
 def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:

@@ -11,6 +11,7 @@ from vigil.observation import Quality
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.engines.fake import FakeEngine
 from vigil.sim.privileged import PrivilegedSimulator
+from vigil.sim.thor.start import thor_simulator
 
 
 def _fake(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
@@ -24,8 +25,18 @@ def _mujoco(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
     return EmbeddedSimulator(MujocoEngine(quality), assets)
 
 
-BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {"mujoco": _mujoco, "fake": _fake}
+def _thor(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
+    return thor_simulator(assets, quality)
+
+
+BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
+    "mujoco": _mujoco,
+    "fake": _fake,
+    "thor": _thor,
+}
 """Backend name -> maker. The concrete classes are named here, in `vigil.sim` and in its tests, and nowhere else."""
+STAGES = ("mujoco", "fake")
+"""Those that keep `vigil.sim.staging.Stage`, so that the AI2-THOR-compatible engine can be one over them."""
 
 
 def make_simulator(name: str, *, assets: AssetDatabase, quality: Quality = "default") -> PrivilegedSimulator:

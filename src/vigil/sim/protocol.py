@@ -15,6 +15,9 @@ from vigil.house import House
 from vigil.pose import Pose
 from vigil.world import Effect, Setup, WorldState
 
+WORKER_NUMBER = "VIGIL_WORKER_NUMBER"
+"""Environment variable: which of a run's workers this process is, from 0. Backends share out devices by it."""
+
 
 class Simulator(Protocol):
     """A house that one can walk through, act in and look at."""

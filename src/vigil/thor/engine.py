@@ -8,7 +8,7 @@ from vigil.thor.actions.action import Action
 from vigil.thor.actions.table import ACTIONS
 from vigil.thor.base.answer import Answer
 from vigil.thor.base.failures import ActionFailed
-from vigil.thor.base.images import images
+from vigil.thor.base.images import Wanted, images
 from vigil.thor.base.metadata import agent_metadata, cameras
 from vigil.thor.base.world import World
 
@@ -36,7 +36,7 @@ class Engine:
         is_fast = self._world.settings.fast_action_emit and self._world.serves_patches
         if action is not None and action.only_reads and failure is None and is_fast:
             return Answer({**result, "agentId": 0}, is_patch=True)
-        return self._whole(result, number, has_picture=sent.get("renderImage") is not False)
+        return self._whole(result, number, _wanted(sent))
 
     def _carried_out(self, action: Action | None, name: str, sent: Mapping[str, Any]) -> Any:
         if action is None:
@@ -47,7 +47,7 @@ class Engine:
             return action.handler(self._world, **{key: value for key, value in sent.items() if key != "action"})
         return action.handler(self._world, **action.arguments(sent))
 
-    def _whole(self, result: dict[str, Any], number: int, *, has_picture: bool = True) -> Answer:
+    def _whole(self, result: dict[str, Any], number: int, wanted: Wanted = "all") -> Answer:
         world = self._world
         agent = {**agent_metadata(world), **result}
         metadata = {
@@ -57,10 +57,17 @@ class Engine:
             "sequenceId": number,
         }
         try:
-            return Answer(metadata, images(world, has_picture=has_picture))
+            return Answer(metadata, images(world, wanted))
         except SimulatorError as error:
             agent.update(lastActionSuccess=False, errorMessage=f"No picture could be drawn: {error}", errorCode=None)
             return Answer(metadata)
+
+
+def _wanted(sent: Mapping[str, Any]) -> Wanted:
+    """Returns which pictures an action asks for: `renderImage=False` wants none, or no colours with masks asked for."""
+    if sent.get("renderImage") is not False:
+        return "all"
+    return "without colours" if sent.get("renderInstanceSegmentation") else "none"
 
 
 def _result(action: str, failure: ActionFailed | None, returned: Any) -> dict[str, Any]:

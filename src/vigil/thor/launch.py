@@ -1,16 +1,12 @@
 """The command that AI2-THOR's client starts the engine with."""
 
-import os
-import shlex
-import sys
 from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
-from vigil.sim import BACKENDS, Quality
-
-NO_DISPLAY = ":0"
-"""The client wants a text for DISPLAY, and does not look whether such a display is there."""
+from vigil.observation import Quality
+from vigil.sim import STAGES
+from vigil.sim.thor.start import engine_options, own_command
 
 
 def thor_engine(
@@ -22,14 +18,7 @@ def thor_engine(
     asks for it on Linux, the engine does not use it. Raises SettingError on an unknown backend or a broken database:
     the client would wait for ever for an engine that ends at once.
     """
-    if backend not in BACKENDS:
-        raise SettingError(f"Backend {backend!r} is unknown. Choose one of {', '.join(sorted(BACKENDS))}.")
+    if backend not in STAGES:
+        raise SettingError(f"Backend {backend!r} is no engine's. Choose one of {', '.join(sorted(STAGES))}.")
     AssetDatabase.of(None if asset_database is None else Path(asset_database))
-    os.environ.setdefault("DISPLAY", NO_DISPLAY)
-    return shlex.join([sys.executable, "-m", "vigil.thor", *engine_options(backend, quality, asset_database)])
-
-
-def engine_options(backend: str, quality: Quality, asset_database: str | Path | None) -> list[str]:
-    """Returns the engine's own options, as words of a command line."""
-    words = [f"--backend={backend}", f"--render-quality={quality}"]
-    return words if asset_database is None else [*words, f"--assets={Path(asset_database).absolute()}"]
+    return own_command(engine_options(backend, quality, asset_database))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError, VigilError
-from vigil.sim import BACKENDS, make_simulator
+from vigil.sim import STAGES, make_simulator
 from vigil.sim.staging import Stage
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
@@ -45,7 +45,7 @@ def _world(given: argparse.Namespace, *, has_patches: bool) -> World:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="vigil thor-engine", allow_abbrev=False)
-    parser.add_argument("--backend", default="mujoco", choices=sorted(BACKENDS))
+    parser.add_argument("--backend", default="mujoco", choices=sorted(STAGES))
     parser.add_argument("--render-quality", dest="quality", default="default", choices=["default", "fast"])
     parser.add_argument("--assets", type=Path, default=None, help="AI2-THOR's asset-database.json")
     parser.add_argument("-screen-width", dest="width", type=int, default=300, help=argparse.SUPPRESS)

@@ -66,7 +66,8 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
             return RedirectResponse("/", 303)
         first, second = library.run(a), library.run(b)
         if first.table is None or second.table is None:
-            raise RecordError("One of the two runs cannot be read; open it to see why.")
+            unread = first if first.table is None else second
+            raise RecordError(f"Run {unread.slug!r} cannot be read: {unread.fault}")
         comparison = compare(first.table.settlement(), second.table.settlement(), family)
         is_same_pack = first.pack is not None and second.pack is not None and first.pack.sha256 == second.pack.sha256
         return page(

@@ -6,6 +6,8 @@ from pathlib import Path
 import another_backend
 import pytest
 from stand_in import StandIn
+from thor_line import DiesOnce, dies_once
+from tiny_pack import tiny_pack
 
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.errors import SettingError
@@ -47,3 +49,18 @@ def test_a_privileged_agent_is_refused_a_backend_without_privileged_sight():
     episode = Pack.load("starter").episodes[0]
     with pytest.raises(SettingError, match=r"'solver' needs hidden sight, which 'stand-in 1' does not give"):
         handler(lambda assets, quality: StandIn({})).answer(Play(Assignment(episode)))
+
+
+def test_a_worker_whose_engine_ends_starts_another_and_plays_the_episode_again(tmp_path: Path):
+    pack = tiny_pack(tmp_path / "tiny", 1)
+    plan = WorkerPlan(pack.folder, "run", Profile(), agent="sweep", simulator_factory=dies_once)
+    worker, episode = RequestHandler(plan, Told()), pack.episodes[0]
+    lost, played = (worker.answer(Play(Assignment(episode, attempt=attempt))) for attempt in (1, 2))
+    assert isinstance(lost, EpisodeRecord)
+    assert isinstance(played, EpisodeRecord)
+    assert lost.error is not None
+    assert (lost.end, lost.error.boundary) == ("error", "simulator")
+    assert played.end != "error"
+    assert played.steps[: len(lost.steps)] == lost.steps
+    assert DiesOnce.started == 2
+    worker.close()

@@ -4,8 +4,10 @@ from importlib.metadata import PackageNotFoundError
 
 import pytest
 
+from vigil.sim.protocol import WORKER_NUMBER
 from vigil.sim.thor import requirements
 from vigil.sim.thor.requirements import BUILD, examine
+from vigil.sim.thor.start import own_gpu
 
 
 @pytest.fixture
@@ -32,7 +34,7 @@ def test_a_build_that_is_there_is_named(machine, tmp_path):
     machine.setattr(requirements.ctypes.util, "find_library", lambda name: "libvulkan.so.1")
     folder = tmp_path / ".ai2thor" / "releases" / f"thor-CloudRendering-{BUILD}"
     folder.mkdir(parents=True)
-    assert examine() == requirements.Findings("5.0.0", str(folder), ())
+    assert examine() == requirements.Findings("5.0.0", str(folder), "CloudRendering", ())
 
 
 def test_no_client_another_client_another_system(machine):
@@ -47,3 +49,13 @@ def test_no_client_another_client_another_system(machine):
     assert "there is 4.3.0" in examine().missing[0]
     machine.setattr(requirements.platform, "machine", lambda: "arm64")
     assert "Linux on arm64" in examine().missing[1]
+
+
+@pytest.mark.parametrize(("named", "expected"), [("", [None] * 3), ("1", [None] * 3), ("0,1", [0, 1, 0])])
+def test_workers_take_the_gpus_in_turn(monkeypatch: pytest.MonkeyPatch, named: str, expected: list[int | None]) -> None:
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", named)
+    chosen = []
+    for number in range(3):
+        monkeypatch.setenv(WORKER_NUMBER, str(number))
+        chosen.append(own_gpu())
+    assert chosen == expected

@@ -190,17 +190,22 @@ def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
     return Path(same[0])
 
 
-def origins_of(sources: Iterable[Filed]) -> list[HouseOrigin]:
+OnHouse = Callable[[int], None]
+"""Is told how many houses have been read."""
+
+
+def origins_of(sources: Iterable[Filed], on_house: OnHouse = lambda number: None) -> list[HouseOrigin]:
     """Returns where each house is from, with its hash. Raises HouseError at the first that is none."""
     found: list[HouseOrigin] = []
     for source, house in read_all(sources):
         if isinstance(house, HouseError):
             raise house
         found.append(source.origin(house))
+        on_house(len(found))
     return found
 
 
-def check_houses(recipe: Recipe, sources: Iterable[Filed]) -> None:
+def check_houses(recipe: Recipe, sources: Iterable[Filed], on_house: OnHouse = lambda number: None) -> None:
     """Raises PackMismatch that names the first house which is not the recipe's."""
     wanted = {row.name: row.sha256 for row in recipe.houses}
     for number, (source, house) in enumerate(read_all(sources), start=1):
@@ -212,3 +217,4 @@ def check_houses(recipe: Recipe, sources: Iterable[Filed]) -> None:
                 f"The first that differs is {place}: SHA-256 {house.sha256}, the recipe's {wanted[source.name]}. "
                 "It is another version of the dataset; take the one that the recipe names."
             )
+        on_house(number)

@@ -61,7 +61,7 @@ class SimulatorPool:
         if logs is not None:
             logs.mkdir(parents=True, exist_ok=True)
         settings = WorkerSettings(patience_s, max(1, usable_cpus() // workers), logs)
-        self.workers = [Worker(plan, f"worker-{number}", settings) for number in range(1, workers + 1)]
+        self.workers = [Worker(plan, f"worker-{number + 1}", settings, number) for number in range(workers)]
         self._load = dict.fromkeys(self.workers, 0)
         self._sessions = itertools.count(1)
 

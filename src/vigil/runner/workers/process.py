@@ -21,6 +21,7 @@ from typing import Any
 from vigil.actions import Reply
 from vigil.errors import SettingError, SimulatorError
 from vigil.runner.workers.messages import AboutToShowFrame, Failed, Heartbeat, Plan, Proceed, Request
+from vigil.sim.protocol import WORKER_NUMBER
 
 PATIENCE_S = 120.0
 """How long a worker may be silent over one request, or over one step of a whole episode."""
@@ -62,11 +63,11 @@ class _Job:
 class Worker:
     """One worker process, restarted when needed, and the thread that talks to it."""
 
-    def __init__(self, plan: Plan, name: str, settings: WorkerSettings) -> None:
+    def __init__(self, plan: Plan, name: str, settings: WorkerSettings, number: int = 0) -> None:
         self.name = name
         self._plan = plan
         self._patience_s = settings.patience_s
-        self._threads = settings.threads
+        self._environment = {"LP_NUM_THREADS": str(settings.threads), WORKER_NUMBER: str(number)}
         self._log = settings.logs / f"{name}.log" if settings.logs else None
         self._generation = 0
         self._is_up = False
@@ -188,7 +189,7 @@ class Worker:
                 if self._is_killed:
                     ours.close()
                     raise WorkerLost(f"Simulator {self.name} has been closed.")
-                self._process = launch(theirs.fileno(), self._log, self._threads)
+                self._process = launch(theirs.fileno(), self._log, self._environment)
             self._connection = Connection(ours.detach())
             self._generation += 1
             self._is_up = False
@@ -217,10 +218,10 @@ class Worker:
         return text
 
 
-def launch(fd: int, log: Path | None, threads: int) -> "subprocess.Popen[bytes]":
-    """Starts a worker process on its end of a socket pair; `threads` are a software renderer's."""
+def launch(fd: int, log: Path | None, environment: dict[str, str]) -> "subprocess.Popen[bytes]":
+    """Starts a worker process on its end of a socket pair; this process's environment goes before what is given."""
     command = [sys.executable, "-m", "vigil.runner.workers.worker", str(fd)]
-    own = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": str(threads)}
+    one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with open(log or os.devnull, "ab") as output:
         return subprocess.Popen(
             command,
@@ -228,6 +229,6 @@ def launch(fd: int, log: Path | None, threads: int) -> "subprocess.Popen[bytes]"
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=output,
-            env={**own, **os.environ},
+            env={**one_thread, **environment, **os.environ},
             start_new_session=True,
         )

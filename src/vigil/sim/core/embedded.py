@@ -5,7 +5,6 @@ rays; a step whose frame is not requested draws nothing.
 """
 
 import copy
-import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,7 +16,6 @@ from vigil.actions import (
     HORIZON_UP_DEG,
     MAX_STEPS_PER_ACTION,
     MAX_TURN_DEG,
-    STEP_M,
     Intent,
     InteractPixel,
     Look,
@@ -30,11 +28,11 @@ from vigil.house import House
 from vigil.pose import Pose, Vec3, distance, floor_distance, heading, wrap_deg
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import box_of
-from vigil.scene.supports import ancestors, around, rests_over
+from vigil.scene.supports import ancestors, around, lies_over
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import Click, Result, handle, interact, open_to
-from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.motion import CollisionMap, sweeps
 from vigil.sim.core.setup import apply_setup, unknown_object
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting
 from vigil.sim.core.state import SceneState
@@ -287,7 +285,7 @@ class EmbeddedSimulator:
         sign = 1.0 if action.mode == "forward" else -1.0
         ahead_x, ahead_z = heading(state.agent.rotation)
         moved_m, blocker = 0.0, None
-        for length_m in _sweeps(magnitude):
+        for length_m in sweeps(magnitude):
             x, y, z = state.agent.position
             end = Vec3(x + sign * length_m * ahead_x, y, z + sign * length_m * ahead_z)
             blocker = state.plan.blocker(state.agent.position, end)
@@ -359,24 +357,9 @@ class EmbeddedSimulator:
             parent=thing.parent,
             support_chain=tuple(below.id for below in ancestors(state.scene, thing)),
             inside=tuple(other.id for other in around(state.scene, thing)),
-            over=_over(thing, asked, inside=False),
-            over_inside=_over(thing, asked, inside=True),
+            over=lies_over(thing, asked, inside=False),
+            over_inside=lies_over(thing, asked, inside=True),
         )
-
-
-def _over(thing: Thing, asked: list[Thing], *, inside: bool) -> tuple[str, ...]:
-    if thing.is_held or not thing.is_present:
-        return ()
-    receptacles = (other for other in asked if other.is_receptacle and other.is_present and not other.is_held)
-    others = (other for other in receptacles if other is not thing)
-    return tuple(sorted(other.id for other in others if rests_over(thing, other, inside=inside)))
-
-
-def _sweeps(magnitude: float) -> list[float]:
-    """Returns the lengths (m) of a walk: whole steps, then the fraction."""
-    whole = math.floor(magnitude + 1e-9)
-    rest = magnitude - whole
-    return [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else [])
 
 
 _PLACE = ("position", "rotation", "parent", "parent_joint", "surface")

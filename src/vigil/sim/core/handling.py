@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from vigil.actions import REACH_HEIGHT_M, REACH_M, Intent
 from vigil.assets.catalog import CATALOG
-from vigil.pose import Vec3, floor_distance
+from vigil.pose import Box, Vec3, floor_distance
 from vigil.scene.geometry import box_of
 from vigil.scene.supports import children, is_shut_in
 from vigil.scene.things import Thing
@@ -54,11 +54,14 @@ def interact(state: SceneState, intent: Intent, click: Click) -> Result:
 
 def is_in_reach(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> bool:
     """Whether the hand gets to the thing, or for `place` to the clicked point."""
-    floor = state.agent.position
+    return gets_to(state.agent.position, intent, box_of(thing), point)
+
+
+def gets_to(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
+    """Whether the hand of a body that stands at `floor` gets to a box, or for `place` to the clicked point."""
     if intent == "place":
         distance_m, height_m = floor_distance(floor, point), point.y - floor.y
     else:
-        box = box_of(thing)
         distance_m, height_m = box.floor_distance(floor), box.bottom - floor.y
     return distance_m <= REACH_M + REACH_SLACK_M and height_m <= REACH_HEIGHT_M + REACH_SLACK_M
 

@@ -15,6 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 from shapely.geometry.base import BaseGeometry
 
+from vigil.actions import STEP_M
 from vigil.pose import Vec3
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, room_floor, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene
@@ -24,6 +25,13 @@ CENTRE_SHARE = 0.25
 """The share of the body that counts as its axis."""
 TOUCH_M = 1e-6
 """Slack of the distance test: exact contact is free."""
+
+
+def sweeps(magnitude: float) -> list[float]:
+    """Returns the lengths (m) of a walk: whole steps, then the fraction."""
+    whole = math.floor(magnitude + 1e-9)
+    rest = magnitude - whole
+    return [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else [])
 
 
 class CollisionMap:

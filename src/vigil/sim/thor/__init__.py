@@ -1,1 +1,1 @@
-"""AI2-THOR through its own client: what this machine lacks for it, and a connection that never hangs."""
+"""AI2-THOR as a backend through its own client: what a machine lacks for it, a guarded connection, the simulator."""

@@ -15,7 +15,8 @@ from vigil.errors import SettingError, SimulatorError
 ASK_EVERY_S = 0.05
 ZEROS = bytes(65536)
 """What a reader is fed whose engine has ended: no message begins with it, so that the client gives up."""
-GONE_WITHIN_S = 5.0
+GONE_WITHIN_S = 60.0
+"""How long a killed engine may take to be gone: seconds, on a busy machine."""
 
 
 class Connection:
@@ -45,9 +46,23 @@ class Connection:
         except Exception as error:  # the client lets anything through that reading nonsense raises
             raise self._broken("starting", error) from error
         self._watch.has_started.set()
-        self._check(self._controller.last_event.metadata)
+        self._check()
 
-    def _check(self, metadata: dict[str, Any]) -> None:
+    @property
+    def is_over(self) -> bool:
+        """Whether it was closed, or the engine has failed."""
+        return self._watch.is_over
+
+    def open(self, house: dict[str, Any]) -> None:
+        """Has a house built in the place of the one before. Raises SimulatorError, after which it is over."""
+        try:
+            self._controller.reset(scene=house)
+        except Exception as error:
+            raise self._broken("opening a house", error) from error
+        self._check()
+
+    def _check(self) -> None:
+        metadata = self._controller.last_event.metadata
         if not metadata["lastActionSuccess"]:
             self.close()
             raise SimulatorError(f"AI2-THOR's engine did not open the house: {metadata['errorMessage']}")
@@ -95,7 +110,7 @@ class _Watch:
 
     def __init__(self, controller: Any, start_s: float) -> None:
         self._controller = controller
-        self._deadline = time.monotonic() + start_s
+        self._start_s = start_s
         self._over = threading.Event()
         self.has_started = threading.Event()
         self.was_late = False
@@ -115,13 +130,15 @@ class _Watch:
         self._thread.join()
 
     def _run(self) -> None:
+        deadline: float | None = None  # from the start of the engine: the client may have to download it first
         while not self._over.wait(ASK_EVERY_S):
             server = getattr(self._controller, "server", None)
             process = getattr(server, "unity_proc", None)
             if server is None or process is None:
                 continue
             if process.poll() is None:
-                if not self.has_started.is_set() and time.monotonic() > self._deadline:
+                deadline = deadline or time.monotonic() + self._start_s
+                if not self.has_started.is_set() and time.monotonic() > deadline:
                     self.was_late = True
                     process.kill()
                 continue

@@ -19,6 +19,8 @@ class Findings:
 
     client: str
     build: str
+    platform: str
+    """Of the build that fits this machine, as the client calls it."""
     missing: tuple[str, ...]
     """What must be there before AI2-THOR's own engine can run, with what to do; empty when nothing is missing."""
 
@@ -40,7 +42,7 @@ def examine() -> Findings:
     name = f"thor-{kind}-{BUILD}"
     folder = Path.home() / ".ai2thor" / "releases" / name
     build = str(folder) if folder.is_dir() else f"absent; the client would download {SOURCE}/{name}.zip"
-    return Findings(client or "not installed", build, tuple(missing))
+    return Findings(client or "not installed", build, kind, tuple(missing))
 
 
 def _client() -> str | None:

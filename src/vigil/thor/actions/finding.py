@@ -7,6 +7,7 @@ import numpy as np
 from vigil.pose import Pose, Vec3, floor_distance
 from vigil.scene.geometry import whole_box
 from vigil.scene.things import Thing
+from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.actions.action import Action, Kind
 from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.metadata import vector
@@ -14,7 +15,7 @@ from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, seen_from, wide
 from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
-from vigil.thor.base.world import BODY_HEIGHT_M, PROCEDURAL, World, body_of
+from vigil.thor.base.world import PROCEDURAL, World, body_of
 
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
@@ -119,7 +120,7 @@ def _raycast(world: World, origin: Vec3, destination: Vec3) -> dict[str, Any]:
         raise ActionFailed(f"Raycast from {tuple(origin)} to {tuple(destination)} failed to hit any target object!")
     return {
         "objectId": thing.id if thing else None,
-        "hit": vector(point),
+        "hitPoint": vector(point),
         "hitDistance": float(np.linalg.norm(np.subtract(point, origin))),
     }
 

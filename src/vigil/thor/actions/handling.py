@@ -39,7 +39,7 @@ def _set_open(world: World, thing: Thing, openness: float, *, forced: bool) -> N
     if not thing.is_openable:
         raise ActionFailed(_said(world, "not_openable", thing))
     if forced:
-        _alter(world, {thing.id: ObjectSetup(openness=openness)})
+        _alter(world, Setup(objects={thing.id: ObjectSetup(openness=openness)}))
         return
     effect = world.stage.open_to(thing.id, openness)
     if effect.refusal == "interlock":
@@ -82,7 +82,7 @@ def _toggle(world: World, thing: Thing, *, on: bool, forced: bool) -> None:
     if thing.is_toggled == on:
         raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
     if forced:
-        _alter(world, {thing.id: ObjectSetup(is_toggled=on)})
+        _alter(world, Setup(objects={thing.id: ObjectSetup(is_toggled=on)}))
     elif world.stage.handle("activate" if on else "deactivate", thing.id, thing.position).refusal is not None:
         raise ActionFailed("Target must be closed to Toggle On!")
 
@@ -108,7 +108,10 @@ def _pick_up(
     if world.held is not None:
         raise ActionFailed(_said(world, "hand_full", world.thing(world.held)))
     thing, point = target(world, objectId, x, y, forced=forceAction)
-    _do(world, "pick", thing, point)
+    if forceAction and thing.is_pickupable:
+        _alter(world, Setup(held=thing.id))
+    else:
+        _do(world, "pick", thing, point)
     return thing.id
 
 
@@ -171,9 +174,9 @@ def _said(world: World, refusal: RefusalCode, thing: Thing, blocker: str | None 
     return REFUSALS[refusal].format(thing=thing.id, blocker=blocker, held=held)
 
 
-def _alter(world: World, objects: dict[str, ObjectSetup]) -> None:
+def _alter(world: World, setup: Setup) -> None:
     try:
-        world.stage.alter(Setup(objects=objects))
+        world.stage.alter(setup)
     except EpisodeError as error:
         raise bad_argument(str(error)) from None
 

@@ -4,10 +4,11 @@ import math
 from collections.abc import Callable
 
 from vigil.pose import Pose, Vec3, rotate_floor, wrap_deg
+from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.actions.action import Action, Kind
 from vigil.thor.base.failures import ActionFailed, invalid_operation
 from vigil.thor.base.settings import RIGHT_ANGLE
-from vigil.thor.base.world import BODY_HEIGHT_M, World, body_of
+from vigil.thor.base.world import World, body_of
 
 OFF_GRID_M = 1e-3
 OFF_FLOOR_M = 0.05

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.errors import EpisodeError
 from vigil.pose import Vec3
-from vigil.scene.geometry import upright_box
+from vigil.scene.geometry import upright_box, whole_box
 from vigil.scene.supports import contents, level_surfaces, offset_from
 from vigil.scene.things import Thing
 from vigil.thor.actions.action import Action, Kind
@@ -121,7 +121,15 @@ def _support(world: World, name: str, point: Vec3) -> str | None:
             is_over = abs(local.x) <= surface.size_x / 2 and abs(local.z) <= surface.size_z / 2
             if is_over and abs(local.y) <= RESTS_WITHIN_M:
                 found.append((abs(local.y), thing.id))
-    return min(found)[1] if found else None
+    return min([*found, *_tops(world, above, point)], default=(0.0, None))[1]
+
+
+def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
+    """Returns what is no receptacle and has a point right above it, as a pen lies on a book, with the gaps (m)."""
+    others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
+    boxes = [(whole_box(thing), thing.id) for thing in others if not thing.is_structure]
+    gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]
+    return [(gap, name) for gap, name in gaps if gap <= RESTS_WITHIN_M]
 
 
 def _alter(world: World, objects: dict[str, ObjectSetup]) -> None:

@@ -4,6 +4,7 @@ import hashlib
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from vigil.pose import Vec3, heading
 from vigil.sim.staging import STRUCTURES, Layer, Picture, View
 from vigil.thor.base.world import ThirdPartyCamera, World
 
+Wanted = Literal["all", "without colours", "none"]
 OPAQUE = 255
 FAR_AWAY_M = 40.0
 """From where a camera without perspective is drawn, so far that things hardly shrink with their distance."""
@@ -26,9 +28,11 @@ class Image:
     data: bytes
 
 
-def images(world: World, *, has_picture: bool = True) -> list[Image]:
-    """Returns all pictures that the settings ask for, the agent's first; without the coloured ones on demand."""
-    layers = _layers(world) if has_picture else _layers(world) - {"rgb"}
+def images(world: World, wanted: Wanted = "all") -> list[Image]:
+    """Returns the pictures that the settings ask for and an action wants, the agent's first."""
+    if wanted == "none":
+        return []
+    layers = _layers(world) if wanted == "all" else _layers(world) - {"rgb"}
     found = list(_agent_images(world, layers))
     for camera in world.cameras if world.has_house else ():
         found += _of(world, _third_party_view(world, camera), layers, is_third_party=True)

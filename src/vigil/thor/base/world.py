@@ -5,13 +5,10 @@ from dataclasses import dataclass, field
 from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
 from vigil.scene.things import Thing
 from vigil.sim.staging import Stage, View
+from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.base.failures import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
 
-EYE_ABOVE_BODY_M = 0.675
-"""THOR's camera is this far above the agent's position while it stands, and at it while it crouches."""
-BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
-"""How far THOR's agent position is above the floor."""
 PROCEDURAL = "Procedural"
 
 

@@ -1,0 +1,89 @@
+"""What AI2-THOR says when it refuses an action, and the refusal that it is by the protocol.
+
+Messages carry names, exceptions and traces, so that they are known by a part of them. The first row that is found in a
+message counts. What no row knows is told by the logger of this module and taken for UNKNOWN.
+"""
+
+import logging
+import re
+from dataclasses import dataclass
+
+from vigil.scene.walls import EXTERIOR
+from vigil.world import RefusalCode
+
+UNKNOWN: RefusalCode = "blocked_by_object"
+AGENT = "agent"
+
+MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
+    ("is not an Openable object", "not_openable"),
+    ("object is not toggleable", "not_toggleable"),
+    ("controlled by another sim object", "not_toggleable"),
+    ("Target is broken", "not_toggleable"),
+    ("must have the property CanPickup", "not_pickupable"),
+    ("already on!", "already_so"),
+    ("already off!", "already_so"),
+    ("Target must be OFF to open", "interlock"),
+    ("Target must be closed to Toggle On", "interlock"),
+    ("collided with the agent", "blocked_by_agent"),
+    ("collided with agent", "blocked_by_agent"),
+    ("collided with FPSController", "blocked_by_agent"),
+    ("Openable object collided with", "blocked_by_object"),
+    ("carries something", "object_occupied"),
+    ("has something in it already", "hand_full"),
+    ("would cause it to collide and clip into something", "blocked_by_object"),
+    ("isn't holding anything", "hand_empty"),
+    ("Nothing is in the agent's hand", "hand_empty"),
+    ("is NOT a receptacle", "not_a_receptacle"),
+    ("cannot be placed in", "not_a_receptacle"),
+    ("is CLOSED", "receptacle_closed"),
+    ("is full right now", "no_room"),
+    ("No valid positions to place object found", "no_room"),
+    ("can't be dropped", "no_room"),
+    ("a held item", "blocked_by_object"),
+    ("from moving by", "path_blocked"),
+    ("Scene bounds do not contain", "path_blocked"),
+    ("not found within the specified visibility", "nothing_hit"),
+    ("visible but not interactable", "nothing_hit"),
+    ("is not currently Visible", "nothing_hit"),
+    ("No SimObject found", "nothing_hit"),
+    ("no sim objects found", "nothing_hit"),
+    ("beyond your visibilityDistance", "nothing_hit"),
+)
+"""Part of a message -> the refusal that it is."""
+
+OUT_OF_SIGHT = MESSAGES[-6:-3]
+"""Those that say that THOR finds no point of the object in view."""
+
+_BLOCKERS = (re.compile(r"collided with (.+)$"), re.compile(r"([^:]+?) is blocking "))
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why an action was refused."""
+
+    code: RefusalCode
+    blocked_by: str | None = None
+    """What was in the way, as THOR names it."""
+
+
+def refusal_of(message: str) -> Refusal:
+    """Returns the refusal that a message of THOR's is."""
+    code: RefusalCode | None = next((code for part, code in MESSAGES if part in message), None)
+    if code is None:
+        _LOG.warning("AI2-THOR refused for a reason that is not known, taken for %s: %s", UNKNOWN, message)
+        return Refusal(UNKNOWN)
+    if "Scene bounds" in message:
+        return Refusal(code, EXTERIOR)
+    if code == "blocked_by_agent":
+        return Refusal(code, AGENT)
+    if code not in ("path_blocked", "blocked_by_object"):
+        return Refusal(code)
+    words = message.partition(". trace")[0].strip()
+    found = next(filter(None, (pattern.search(words) for pattern in _BLOCKERS)), None)
+    return Refusal(code, found[1].strip() if found else None)
+
+
+def is_out_of_sight(message: str) -> bool:
+    """Whether THOR refused because it finds no point of the object in view."""
+    return any(part in message for part, _ in OUT_OF_SIGHT)

@@ -1,0 +1,208 @@
+"""Changing a house by force: what an episode sets up, and going back to an earlier moment.
+
+Nothing here is done for an agent. THOR's actions take `forceAction`, which leaves out its checks of sight and reach.
+"""
+
+import copy
+from collections.abc import Iterator
+from typing import Any
+
+from vigil.errors import EpisodeError, SimulatorError
+from vigil.pose import Pose, Vec3, distance, turn_between
+from vigil.scene.build import settle
+from vigil.scene.supports import ancestors, contents
+from vigil.scene.things import Thing
+from vigil.sim.core.setup import unknown_object
+from vigil.sim.thor.driver import Driver
+from vigil.sim.thor.mirror import Kept
+from vigil.sim.thor.units import read, teleport_arguments, written
+from vigil.world import ObjectSetup, Placement, Setup
+
+COARSE = 1e-3
+"""How far (m, degrees, openness) a thing that was put back may be from where it was: physics may have moved it."""
+ROUNDS = 200
+"""Changes that are made one after the other, at most: putting one thing back may move another."""
+
+_PLACE = ("position", "rotation", "parentReceptacles", "isPickedUp")
+Step = tuple[str, dict[str, Any]]
+
+
+def set_up(driver: Driver, setup: Setup, house_name: str) -> None:
+    """Changes the house as an episode says. Raises EpisodeError when it cannot be so."""
+    things = driver.mirror.scene.things
+    for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
+        if object_id not in things:
+            raise EpisodeError(f"Setup: {unknown_object(object_id, driver.mirror.scene, house_name)}")
+    wanted = [(things[object_id], change) for object_id, change in setup.objects.items()]
+    for thing, change in wanted:
+        _set_states(driver, thing, change)
+    placed = [(thing, change.placement) for thing, change in wanted if change.placement is not None]
+    for thing, placement in sorted(placed, key=lambda pair: (_depth(setup, pair[0].id), pair[0].id)):
+        _put(driver, thing, placement, house_name)
+    for thing, change in wanted:
+        if change.is_absent:
+            for gone in [*reversed(contents(driver.mirror.scene, thing.id)), thing]:
+                _force(driver, "DisableObject", objectId=gone.id)
+    for thing, _ in placed:
+        if not thing.is_present:
+            raise EpisodeError(f"Setup: {thing.id!r} is placed on what is taken out of the scene. Place it elsewhere.")
+    if setup.held is not None:
+        _fill_hand(driver, things[setup.held])
+    if setup.objects:
+        driver.settle()
+
+
+def stand(driver: Driver, pose: Pose) -> None:
+    """Stands the agent at a pose, whether its body fits or not. Raises SimulatorError."""
+    outcome = driver.do("TeleportFull", **teleport_arguments(pose), forceAction=True)
+    if not outcome.is_done:
+        raise SimulatorError(f"AI2-THOR did not stand the agent at {tuple(pose.position)}: {outcome.message}")
+
+
+def go_back(driver: Driver, kept: Kept) -> bool:
+    """Makes the objects and the hand as they were at a moment. Returns whether that succeeded."""
+    done: set[str] = set()
+    for _ in range(ROUNDS):
+        steps = next((steps for steps in _ways_back(driver, kept, done) if steps), None)
+        if steps is None:
+            return True
+        for action, arguments in steps:
+            driver.do(action, **arguments)
+            done.add(arguments["objectId"])
+    return False
+
+
+def _ways_back(driver: Driver, kept: Kept, done: set[str]) -> Iterator[list[Step]]:
+    """Yields, kind by kind, what is to be done next; nothing when all is as it was, to the last bit or as `done`."""
+    now, before = driver.mirror.objects, kept.objects
+    scene = driver.mirror.scene
+    yield [("EnableObject", {"objectId": name}) for name in before if name not in now]
+    gone = [scene.things[name] for name in now if name not in before]
+    gone.sort(key=lambda thing: -len(ancestors(scene, thing)))  # what is carried goes before what carries it
+    yield [("DisableObject", {"objectId": thing.id}) for thing in gone]
+    both = [name for name in before if name in now]
+    slack = {name: COARSE if name in done else 0.0 for name in both}
+    yield [
+        ("OpenObject", {"objectId": name, "openness": before[name]["openness"], "forceAction": True})
+        for name in both
+        if abs(now[name]["openness"] - before[name]["openness"]) > slack[name]
+    ]
+    yield [
+        (f"ToggleObject{'On' if before[name]['isToggled'] else 'Off'}", {"objectId": name, "forceAction": True})
+        for name in both
+        if now[name]["isToggled"] != before[name]["isToggled"]
+    ]
+    stack = _stack(kept)
+    astray = [name for name in both if name not in stack and _is_elsewhere(now[name], before[name], slack[name])]
+    if astray:
+        name = min(astray, key=lambda name: (_carriers(before, name), name))  # what carries others goes first
+        yield [("TeleportObject", {**_pose_of(before[name]), "objectId": name, "forceAction": True})]
+    if kept.held is not None and driver.mirror.held != kept.held:
+        turned = {**_pose_of(now[kept.held]), "rotation": dict(before[kept.held]["rotation"])}
+        if _is_turned(now[kept.held], before[kept.held], slack[kept.held]):  # the hand keeps a thing's yaw
+            yield [("TeleportObject", {**turned, "objectId": kept.held, "forceAction": True})]
+        yield [("PickupObject", {"objectId": kept.held, "forceAction": True})]
+
+
+def _stack(kept: Kept) -> set[str]:
+    """Returns the ids of what was in the hand, with all that this carried."""
+    if kept.held is None:
+        return set()
+    stack = {kept.held}
+    while True:
+        more = {name for name, said in kept.objects.items() if stack & set(said["parentReceptacles"] or ())} - stack
+        if not more:
+            return stack
+        stack |= more
+
+
+def _carriers(objects: dict[str, Any], name: str) -> int:
+    """Returns how many things an object was in or on, one in the other."""
+    found: set[str] = set()
+    ahead = [name]
+    while ahead:
+        more = set(objects[ahead.pop()]["parentReceptacles"] or ()) & set(objects) - found
+        found |= more
+        ahead.extend(sorted(more))
+    return len(found)
+
+
+def _pose_of(said: Any) -> dict[str, Any]:
+    return {"position": dict(said["position"]), "rotation": dict(said["rotation"])}
+
+
+def _is_elsewhere(now: Any, before: Any, tolerance: float) -> bool:
+    if all(now[name] == before[name] for name in _PLACE):
+        return False
+    if now["isPickedUp"] or set(now["parentReceptacles"] or ()) != set(before["parentReceptacles"] or ()):
+        return True
+    if distance(read(now["position"]), read(before["position"])) > tolerance:
+        return True
+    return _is_turned(now, before, tolerance)
+
+
+def _is_turned(now: Any, before: Any, tolerance: float) -> bool:
+    turns = zip(read(now["rotation"]), read(before["rotation"]), strict=True)
+    return any(abs(turn_between(a, b)) > tolerance for a, b in turns)
+
+
+def _set_states(driver: Driver, thing: Thing, change: ObjectSetup) -> None:
+    if change.openness is not None and change.openness != thing.openness:
+        if not thing.is_openable:
+            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
+        _force(driver, "OpenObject", objectId=thing.id, openness=change.openness, forceAction=True)
+    if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
+        if not thing.is_toggleable:
+            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
+        action = "ToggleObjectOn" if change.is_toggled else "ToggleObjectOff"
+        _force(driver, action, objectId=thing.id, forceAction=True)
+
+
+def _depth(setup: Setup, object_id: str) -> int:
+    """Returns on how many things that are placed too a thing is placed, one on the other."""
+    change = setup.objects.get(object_id)
+    parent = change.placement.parent if change is not None and change.placement is not None else None
+    return 0 if parent is None else 1 + _depth(setup, parent)
+
+
+def _put(driver: Driver, thing: Thing, placement: Placement, house_name: str) -> None:
+    """Puts a thing down where an episode wants it, on the surface of what carries it where one is near."""
+    mirror = driver.mirror
+    if thing.is_structure:
+        raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
+    if not mirror.is_movable(thing):
+        raise EpisodeError(f"Setup: AI2-THOR does not move {thing.id!r} ({thing.category}). Leave it where it is.")
+    goal = copy.copy(thing)
+    goal.position, goal.rotation = placement.position, placement.rotation
+    if placement.parent is not None:
+        parent = mirror.scene.things.get(placement.parent)
+        if parent is None:
+            missing = unknown_object(placement.parent, mirror.scene, house_name)
+            raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
+        settle(goal, parent)
+    before = Vec3(*thing.position)
+    carried = [(each, Vec3(*each.position)) for each in contents(mirror.scene, thing.id)]
+    _teleport(driver, thing, goal.position, goal.rotation)
+    shift = [b - a for a, b in zip(before, thing.position, strict=True)]
+    for each, place in carried:  # THOR leaves behind what lay in or on the thing
+        if distance(each.position, place) <= COARSE < sum(map(abs, shift)):
+            _teleport(driver, each, Vec3(*(a + b for a, b in zip(place, shift, strict=True))), each.rotation)
+
+
+def _teleport(driver: Driver, thing: Thing, position: Vec3, rotation: Vec3) -> None:
+    pivot = driver.mirror.pivot(thing, position, rotation)
+    arguments = {"position": written(pivot), "rotation": written(rotation), "forceAction": True}
+    _force(driver, "TeleportObject", objectId=thing.id, **arguments)
+
+
+def _fill_hand(driver: Driver, thing: Thing) -> None:
+    if not thing.is_pickupable or not thing.is_present:
+        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
+    _force(driver, "PickupObject", objectId=thing.id, forceAction=True)
+
+
+def _force(driver: Driver, action: str, **arguments: Any) -> None:
+    outcome = driver.do(action, **arguments)
+    if not outcome.is_done:
+        name = arguments["objectId"]
+        raise EpisodeError(f"Setup: AI2-THOR's {action} of {name!r} failed: {outcome.message.partition('. trace')[0]}")

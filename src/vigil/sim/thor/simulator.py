@@ -1,0 +1,312 @@
+"""A house in AI2-THOR as a `PrivilegedSimulator`: THOR's own client and engine decide what happens and what is seen.
+
+What the protocol asks for and THOR does not have is enforced here, before THOR is asked: steps of a walk, limits of the
+pitch, reach, interlocks, what may be put where. See docs/ai2thor.md.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from vigil.actions import (
+    HORIZON_DOWN_DEG,
+    HORIZON_UP_DEG,
+    MAX_STEPS_PER_ACTION,
+    MAX_TURN_DEG,
+    InteractPixel,
+    Look,
+    Navigate,
+    PhysicalAction,
+)
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import EpisodeError, SimulatorError
+from vigil.house import House
+from vigil.pose import Pose, Vec3, distance, floor_distance
+from vigil.scene.outlines import room_floor
+from vigil.scene.supports import ancestors, around, lies_over
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.motion import CollisionMap, sweeps
+from vigil.sim.core.setup import unknown_object
+from vigil.sim.core.sight import HEIGHT, WIDTH
+from vigil.sim.thor.driver import Driver
+from vigil.sim.thor.hand import Click, drop, interact, place_of_pixel
+from vigil.sim.thor.line import Line
+from vigil.sim.thor.mirror import Kept, Mirror
+from vigil.sim.thor.refusals import refusal_of
+from vigil.sim.thor.restoring import go_back, set_up, stand
+from vigil.sim.thor.units import teleport_arguments, written
+from vigil.world import Effect, ObjectState, Setup, WorldState
+
+Connect = Callable[[dict[str, Any]], Line]
+"""Starts an engine with a house. Raises SimulatorError and SettingError."""
+FAR_M = 100.0
+
+
+@dataclass(slots=True)
+class _Loaded:
+    house: House
+    driver: Driver
+    initial: Kept
+
+
+class ThorSimulator:
+    """A `PrivilegedSimulator` over an engine of AI2-THOR's."""
+
+    def __init__(self, name: str, connect: Connect, assets: AssetDatabase) -> None:
+        self.name = name
+        self._connect = connect
+        self._assets = assets
+        self._line: Line | None = None
+        self._loaded: _Loaded | None = None
+
+    def load(self, house: House) -> None:
+        """Has the house built by THOR, in place of any earlier one; starts an engine where none runs."""
+        self._loaded = None
+        if self._line is None or self._line.is_over:
+            self._line = self._connect(house.data)
+        else:
+            self._line.open(house.data)
+        mirror = Mirror(house, self._assets, self._line.step("Pass", renderImage=False).metadata)
+        self._loaded = _Loaded(house, Driver(self._line, mirror), mirror.kept())
+
+    def reset(self, start: Pose, setup: Setup) -> None:
+        """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
+        self._restore(self._now().initial)
+        loaded = self._now()
+        set_up(loaded.driver, setup, loaded.house.name)
+        if not loaded.driver.do("TeleportFull", **teleport_arguments(start)).is_done:
+            stand(loaded.driver, start)
+            if not CollisionMap(loaded.driver.mirror.scene).centre_is_free(start.position):
+                x, _, z = start.position
+                raise EpisodeError(
+                    f"House {loaded.house.name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every "
+                    "room. Choose a start from the free places (`can_stand`)."
+                )
+
+    def step(self, action: PhysicalAction) -> Effect:
+        """Carries out one action, or refuses it; never raises for what an agent did."""
+        if isinstance(action, Navigate):
+            return self._turn(action) if action.mode.startswith("turn") else self._walk(action)
+        return self._look(action) if isinstance(action, Look) else self._interact(action)
+
+    def frame(self) -> np.ndarray:
+        """Returns the current egocentric frame, (480, 640, 3) uint8."""
+        return self._now().driver.frame()
+
+    def object_at(self, x: int, y: int) -> str | None:
+        """Returns the id of the object under a pixel; None for structure without an id and sky."""
+        thing = self._shown(x, y)
+        return thing.id if thing else None
+
+    def world(self, object_ids: Iterable[str]) -> WorldState:
+        """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        mirror = self._mirror
+        things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
+        objects = {thing.id: self._object_state(thing, things) for thing in things}
+        return WorldState(agent=mirror.agent, held=mirror.held, objects=objects)
+
+    def renderer(self) -> str:
+        """Returns who draws: AI2-THOR's client does not tell which OpenGL or Vulkan its engine has."""
+        return f"AI2-THOR's engine ({self.name})"
+
+    def close(self) -> None:
+        """Ends the engine; the simulator can load again."""
+        if self._line is not None:
+            self._line.close()
+        self._line = self._loaded = None
+
+    # The rest of `PrivilegedSimulator`: for solvers, validation and authoring alone.
+
+    def object_ids(self) -> list[str]:
+        """Returns the ids of all objects present, sorted."""
+        return sorted(thing.id for thing in self._mirror.scene.things.values() if thing.is_present)
+
+    def scene(self) -> Scene:
+        """Returns the document's things where THOR says that they are. To look at, never to change."""
+        return self._mirror.scene
+
+    def room_at(self, position: Vec3) -> str | None:
+        """Returns the id of the document's room whose floor holds a place; None outside."""
+        where = shapely.Point(position.x, position.z)
+        return next((room.id for room in self._mirror.scene.rooms if room_floor(room).covers(where)), None)
+
+    def can_stand(self, position: Vec3) -> bool:
+        """Whether THOR lets the agent be teleported there."""
+        if self.room_at(position) is None:
+            return False
+        driver, here = self._now().driver, self._mirror.agent
+        there = here.model_copy(update={"position": position._replace(y=here.position.y)})
+        is_free = driver.do("TeleportFull", **teleport_arguments(there)).is_done
+        if is_free:
+            stand(driver, here)
+        return is_free
+
+    def pixels_of(self, object_id: str) -> np.ndarray:
+        """Returns the pixels (n, 2) of x, y that show the object, maybe strided; n = 0 when none."""
+        thing = self._thing(object_id)
+        return self._now().driver.picture().pixels_of(thing.id)
+
+    def sees_from(self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False) -> np.ndarray:
+        """Returns which of n points on an object THOR's own rays from `eye` meet before all else.
+
+        Panes of other things stop these rays in any case: THOR has no others, and its pictures show panes.
+        """
+        del through_glass
+        thing = self._thing(object_id)
+        if thing.is_held or not thing.is_present:
+            return np.zeros(len(points), dtype=bool)
+        return np.array([self._meets(eye, Vec3(*point)) == thing.id for point in points.tolist()], dtype=bool)
+
+    @contextmanager
+    def rehearsal(self) -> Iterator[None]:
+        """Undoes at its end all that is done inside."""
+        kept = self._mirror.kept()
+        try:
+            yield
+        finally:
+            self._restore(kept)
+            if self._mirror.agent != kept.agent:
+                stand(self._now().driver, kept.agent)
+
+    @contextmanager
+    def standing_at(self, pose: Pose) -> Iterator[None]:
+        """Stands the agent elsewhere for the time being, wherever that is."""
+        with self.rehearsal():
+            stand(self._now().driver, pose)
+            yield
+
+    def _now(self) -> _Loaded:
+        if self._loaded is None:
+            raise SimulatorError(f"Simulator {self.name!r} has no house: call `load` first.")
+        return self._loaded
+
+    @property
+    def _mirror(self) -> Mirror:
+        return self._now().driver.mirror
+
+    def _thing(self, object_id: str) -> Thing:
+        thing = self._mirror.scene.things.get(object_id)
+        if thing is None:
+            raise EpisodeError(unknown_object(object_id, self._mirror.scene, self._now().house.name))
+        return thing
+
+    def _restore(self, kept: Kept) -> None:
+        """Brings objects and hand back to a moment; has the house built anew where that does not succeed."""
+        loaded = self._now()
+        if go_back(loaded.driver, kept):
+            return
+        assert self._line is not None
+        self._line.open(loaded.house.data)
+        loaded.driver.do("Pass")
+        if not go_back(loaded.driver, kept):
+            raise SimulatorError(f"AI2-THOR did not bring house {loaded.house.name!r} back to what it was.")
+
+    def _meets(self, eye: Vec3, point: Vec3) -> str | None:
+        """Returns the id of what a ray of THOR's from an eye through a point meets."""
+        way = np.subtract(point, eye)
+        end = np.array(eye) + way * (FAR_M / max(float(np.linalg.norm(way)), 1e-9))
+        outcome = self._now().driver.ask("PerformRaycast", origin=written(eye), destination=written(Vec3(*end)))
+        return outcome.returned["objectId"] if outcome.is_done else None
+
+    def _shown(self, x: int, y: int) -> Thing | None:
+        """Returns the thing under a pixel: what the picture shows, or where that is the hand, what lies behind it."""
+        driver, things = self._now().driver, self._mirror.scene.things
+        name = driver.picture().at(x, y)
+        if name in self._mirror.in_hand():
+            name = driver.ask("GetObjectInFrame", **place_of_pixel(x, y), checkVisible=False).returned
+        thing = things.get(name or "")
+        return None if thing is None or thing.is_held else thing
+
+    def _walk(self, action: Navigate) -> Effect:
+        driver = self._now().driver
+        moved_m, refusal = 0.0, None
+        for length_m in sweeps(min(action.magnitude, float(MAX_STEPS_PER_ACTION))):
+            outcome = driver.do("MoveAhead" if action.mode == "forward" else "MoveBack", moveMagnitude=length_m)
+            if not outcome.is_done:
+                refusal = refusal_of(outcome.message)
+                break
+            moved_m += length_m
+        return Effect(
+            moved_m=moved_m,
+            path_blocked=refusal is not None,
+            blocked_by=None if refusal is None else refusal.blocked_by,
+            refusal="path_blocked" if refusal is not None and moved_m == 0.0 else None,
+            capped=action.magnitude > MAX_STEPS_PER_ACTION,
+        )
+
+    def _turn(self, action: Navigate) -> Effect:
+        degrees, is_right = min(action.magnitude, MAX_TURN_DEG), action.mode == "turn_right"
+        outcome = self._now().driver.do("RotateRight" if is_right else "RotateLeft", degrees=degrees)
+        is_capped = action.magnitude > MAX_TURN_DEG
+        if not outcome.is_done:
+            refusal = refusal_of(outcome.message)
+            return Effect(refusal=refusal.code, blocked_by=refusal.blocked_by, capped=is_capped)
+        return Effect(turned_deg=degrees if is_right else -degrees, capped=is_capped)
+
+    def _look(self, action: Look) -> Effect:
+        """Turns the head by Teleport: LookUp and LookDown take tenths of degrees alone, and refuse what is beyond."""
+        before = self._mirror.agent
+        wanted = before.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
+        horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
+        self._now().driver.do("Teleport", horizon=horizon, forceAction=True)
+        pitched = self._mirror.agent.horizon - before.horizon
+        return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
+
+    def _interact(self, action: InteractPixel) -> Effect:
+        driver = self._now().driver
+        if action.x is None or action.y is None or action.intent == "drop":
+            result = drop(driver)
+            return Effect(refusal=result.refusal, changed=result.changed)
+        if not (0 <= action.x < WIDTH and 0 <= action.y < HEIGHT):
+            return Effect(refusal="nothing_hit")
+        thing, near = self._shown(action.x, action.y), driver.picture().near(action.x, action.y)
+        point = self._point_under(action.x, action.y)
+        known = {name for name in near if name in self._mirror.scene.things} | ({thing.id} if thing else set())
+        seen = Effect(
+            hit=thing.id if thing else None,
+            hit_category=thing.category if thing else None,
+            near=tuple(sorted(known)),
+            click_m=None if point is None else floor_distance(self._mirror.agent.position, point),
+        )
+        if thing is None or point is None:
+            return seen.model_copy(update={"refusal": "nothing_hit"})
+        result = interact(driver, action.intent, Click(thing, point, action.x, action.y))
+        facts = {"refusal": result.refusal, "blocked_by": result.blocked_by, "changed": result.changed}
+        return seen.model_copy(update={**facts, "too_far": result.refusal == "too_far"})
+
+    def _point_under(self, x: int, y: int) -> Vec3 | None:
+        """Returns where THOR's ray through a pixel meets something; None where it says that nothing is."""
+        returned = self._now().driver.ask("GetCoordinateFromRaycast", **place_of_pixel(x, y)).returned
+        if returned is None or not any(returned.values()):
+            return None
+        return Vec3(*(float(returned[axis]) for axis in "xyz"))
+
+    def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:
+        mirror = self._mirror
+        box, is_seen = mirror.box(thing), thing.is_present and not thing.is_held
+        seen = self._now().driver.picture().sighting(thing.id)
+        pixels = seen.pixels if is_seen else 0
+        return ObjectState(
+            category=thing.category,
+            position=thing.position,
+            box=box,
+            openness=thing.openness if thing.is_openable else None,
+            is_toggled=thing.is_toggled if thing.is_toggleable else None,
+            is_held=mirror.held == thing.id,
+            visible=is_seen and thing.id in mirror.visible,
+            visible_px=pixels,
+            open_px=pixels if thing.is_openable else 0,
+            toggle_px=pixels if thing.is_toggleable else 0,
+            nearest_visible_m=seen.nearest_m if pixels else None,
+            box_distance_m=box.floor_distance(mirror.agent.position),
+            center_distance_m=distance(mirror.agent.position, thing.position),
+            parent=thing.parent,
+            support_chain=tuple(below.id for below in ancestors(mirror.scene, thing)),
+            inside=tuple(other.id for other in around(mirror.scene, thing)),
+            over=lies_over(thing, asked, inside=False),
+            over_inside=lies_over(thing, asked, inside=True),
+        )

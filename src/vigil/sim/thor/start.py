@@ -1,0 +1,101 @@
+"""Which engine the back end starts, and with which settings.
+
+`VIGIL_THOR_ENGINE` says which: unset, AI2-THOR's own build; `vigil`, this project's over MuJoCo; `vigil:fake`, that
+over rays alone; else the command of another engine.
+"""
+
+import os
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import SettingError
+from vigil.sim.core.sight import HEIGHT, WIDTH
+from vigil.sim.protocol import WORKER_NUMBER
+from vigil.sim.thor.connection import Connection
+from vigil.sim.thor.requirements import BUILD, CLIENT, examine
+from vigil.sim.thor.simulator import ThorSimulator
+
+ENGINE_VARIABLE = "VIGIL_THOR_ENGINE"
+OWN = "vigil"
+NO_DISPLAY = ":0"
+"""The client wants a text for DISPLAY, and does not look whether such a display is there."""
+SEEN_BY = "masks"
+"""What visible pixels are counted by; part of the name in run headers, so that no run is paired with one of rays."""
+UNITY_START_S = 300.0
+GPUS = "CUDA_VISIBLE_DEVICES"
+
+INITIALIZE: dict[str, Any] = {
+    "width": WIDTH,
+    "height": HEIGHT,
+    "fieldOfView": 90.0,
+    "gridSize": 0.25,
+    "snapToGrid": False,
+    "rotateStepDegrees": 90.0,
+    "visibilityDistance": 6.0,
+    "renderInstanceSegmentation": True,
+    "renderDepthImage": True,
+    "autoSimulation": False,
+}
+"""Settings of the client's Controller: the protocol's camera, the paper's 6 m, time that passes only when told to."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChosenEngine:
+    """An engine, as it is named and started."""
+
+    name: str
+    command: str | None
+    """None for AI2-THOR's own build."""
+
+
+def chosen_engine(quality: str = "default", assets: Path | None = None) -> ChosenEngine:
+    """Returns the engine that the environment chooses; quality and assets are for this project's."""
+    wanted = os.environ.get(ENGINE_VARIABLE, "").strip()
+    if not wanted:
+        return ChosenEngine(f"unity-{BUILD[:8]}", None)
+    own, _, backend = wanted.partition(":")
+    if own != OWN:
+        return ChosenEngine(f"other ({wanted})", wanted)
+    backend = backend or "mujoco"
+    return ChosenEngine(f"{OWN}-{backend}", own_command(engine_options(backend, quality, assets)))
+
+
+def own_command(options: list[str]) -> str:
+    """Returns the command of this project's engine, and sees to a text for DISPLAY, which the client insists on."""
+    os.environ.setdefault("DISPLAY", NO_DISPLAY)
+    return shlex.join([sys.executable, "-m", "vigil.thor", *options])
+
+
+def engine_options(backend: str, quality: str, asset_database: str | Path | None) -> list[str]:
+    """Returns the options of this project's engine, as words of a command line."""
+    words = [f"--backend={backend}", f"--render-quality={quality}"]
+    return words if asset_database is None else [*words, f"--assets={Path(asset_database).absolute()}"]
+
+
+def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
+    """Returns the back end over the engine that the environment chooses, which starts with the first house."""
+    engine = chosen_engine(quality, assets.path)
+
+    def connect(house: dict[str, Any]) -> Connection:
+        if engine.command is not None:
+            return Connection(house, engine.command, **INITIALIZE)
+        needed = examine()
+        if needed.missing:
+            raise SettingError(
+                f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {ENGINE_VARIABLE}={OWN} takes this "
+                "project's engine, which needs the client alone."
+            )
+        where = {"platform": needed.platform, "gpu_device": own_gpu()}
+        return Connection(house, None, start_s=UNITY_START_S, **where, **INITIALIZE)
+
+    return ThorSimulator(f"thor/{CLIENT} {engine.name} {SEEN_BY}", connect, assets)
+
+
+def own_gpu() -> int | None:
+    """Returns which of the GPUs that CUDA_VISIBLE_DEVICES names is this worker's; None where it names one or none."""
+    named = [name for name in os.environ.get(GPUS, "").split(",") if name.strip()]
+    return int(os.environ.get(WORKER_NUMBER, "0")) % len(named) if len(named) > 1 else None

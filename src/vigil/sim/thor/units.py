@@ -1,0 +1,46 @@
+"""AI2-THOR's way to write vectors, and where it says that the agent is."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from vigil.pose import EYE_HEIGHT_M, Pose, Vec3, wrap_deg
+
+EYE_ABOVE_BODY_M = 0.675
+"""THOR's camera is this far above the agent's position while it stands, and at it while it crouches."""
+BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
+"""How far THOR's agent position is above the floor."""
+OFF_FLOOR_M = 0.05
+"""How far from that height the agent may be and still stand on the floor."""
+
+
+def written(vector: Vec3) -> dict[str, float]:
+    """Returns a vector as THOR writes it."""
+    return {"x": float(vector.x), "y": float(vector.y), "z": float(vector.z)}
+
+
+def read(said: Mapping[str, Any]) -> Vec3:
+    """Returns a vector that THOR wrote."""
+    return Vec3(float(said["x"]), float(said["y"]), float(said["z"]))
+
+
+def read_pose(agent: Mapping[str, Any]) -> Pose:
+    """Returns the pose that metadata tell; heights near the floor are the floor's."""
+    x, y, z = read(agent["position"])
+    height, horizon = y - BODY_HEIGHT_M, float(agent["cameraHorizon"])
+    return Pose(
+        position=Vec3(x, 0.0 if abs(height) <= OFF_FLOOR_M else height, z),
+        rotation=wrap_deg(float(agent["rotation"]["y"])),
+        horizon=horizon - 360.0 if horizon > 180.0 else horizon,
+        standing=bool(agent["isStanding"]),
+    )
+
+
+def teleport_arguments(pose: Pose) -> dict[str, Any]:
+    """Returns the arguments of TeleportFull that stand the agent at a pose."""
+    x, y, z = pose.position
+    return {
+        "position": written(Vec3(x, y + BODY_HEIGHT_M, z)),
+        "rotation": {"x": 0.0, "y": pose.rotation, "z": 0.0},
+        "horizon": pose.horizon,
+        "standing": pose.standing,
+    }
