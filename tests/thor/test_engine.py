@@ -170,3 +170,28 @@ def test_cameras_that_cannot_be_are_refused(client):
     client.do("AddThirdPartyCamera", position=place, rotation={})
     client.do("UpdateThirdPartyCamera", thirdPartyCameraId=0, fieldOfView=40.0)
     assert client.last.metadata["thirdPartyCameras"][0]["fieldOfView"] == 40.0
+
+
+def test_a_camera_keeps_what_an_update_leaves_out(client):
+    client.do("AddThirdPartyCamera", position={"x": 3, "y": 2, "z": 2}, rotation={"x": 30, "y": 40}, fieldOfView=45)
+    client.do("UpdateThirdPartyCamera", position={"x": 1, "z": 4}, rotation={"y": 90}, fieldOfView=55)
+    camera = client.last.metadata["thirdPartyCameras"][0]
+    assert camera["position"] == {"x": 1.0, "y": 2.0, "z": 4.0}
+    assert camera["rotation"] == {"x": 30.0, "y": 90.0, "z": 0.0}
+    for wrong in (-1, 0, 181):
+        assert "fov must be set" in client.fail("UpdateThirdPartyCamera", fieldOfView=wrong)
+    assert client.last.metadata["thirdPartyCameras"][0] == camera
+
+
+def test_one_action_may_ask_for_masks(client):
+    client.do("RotateRight")
+    assert [image.kind for image in client.last.images] == ["image"]
+    assert client.do("Pass", renderInstanceSegmentation=True)["colors"]
+    assert [image.kind for image in client.last.images] == ["image", "ids"]
+    client.do("Pass")
+    assert [image.kind for image in client.last.images] == ["image"]
+
+
+def test_what_is_here_already_may_be_asked_for(client):
+    before = client.do("Pass")["objects"]
+    assert client.do("ResetMaterials")["objects"] == client.do("SetRandomSeed", seed=3)["objects"] == before

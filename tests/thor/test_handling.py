@@ -91,3 +91,10 @@ def test_what_is_disabled_comes_back(client):
     assert client.get("Mug|1")["objectType"] == "Mug"
     client.do("RemoveFromScene", objectIds=["Mug|1", "Apple|1"])
     assert "is not the objectId on any object" in client.fail("RemoveFromScene", objectId="Mug|1")
+
+
+def test_the_old_name_of_openness_still_counts(client):
+    client.do("OpenObject", objectId="Fridge|1", moveMagnitude=0.65, forceAction=True)
+    assert client.get("Fridge|1")["openness"] == 0.65
+    client.do("OpenObject", objectId="Fridge|1", moveMagnitude=0, forceAction=True)
+    assert client.get("Fridge|1")["openness"] == 1.0

@@ -69,3 +69,11 @@ def test_crouching_lowers_the_camera(client):
     assert not low["agent"]["isStanding"]
     assert client.fail("Crouch") == "Already crouching"
     assert client.do("Stand")["cameraPosition"]["y"] == pytest.approx(high)
+
+
+def test_rotate_look_sets_the_turn_and_the_head_and_nothing_else(client):
+    before = client.stand(3.5, 2.5, yaw=30.0)["agent"]
+    after = client.do("RotateLook", rotation=90, horizon=31)["agent"]
+    assert after == {**before, "rotation": {"x": 0.0, "y": 90.0, "z": 0.0}, "cameraHorizon": 31.0}
+    level = client.do("RotateLook")["agent"]
+    assert level["rotation"]["y"] == level["cameraHorizon"] == 0.0

@@ -36,6 +36,8 @@ class Engine:
         is_fast = self._world.settings.fast_action_emit and self._world.serves_patches
         if action is not None and action.only_reads and failure is None and is_fast:
             return Answer({**result, "agentId": 0}, is_patch=True)
+        if sent.get("renderInstanceSegmentation") is True:
+            return self._with_masks(result, number, _wanted(sent))
         return self._whole(result, number, _wanted(sent))
 
     def _carried_out(self, action: Action | None, name: str, sent: Mapping[str, Any]) -> Any:
@@ -46,6 +48,15 @@ class Engine:
         if action.takes_anything and not action.parameters:
             return action.handler(self._world, **{key: value for key, value in sent.items() if key != "action"})
         return action.handler(self._world, **action.arguments(sent))
+
+    def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> Answer:
+        """Returns an answer with the instance masks that this action alone asks for."""
+        world, settings = self._world, self._world.settings
+        world.settings = settings.model_copy(update={"render_instance_segmentation": True})
+        try:
+            return self._whole(result, number, wanted)
+        finally:
+            world.settings = settings
 
     def _whole(self, result: dict[str, Any], number: int, wanted: Wanted = "all") -> Answer:
         world = self._world

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from vigil.pose import Vec3
 from vigil.thor.base.failures import ActionFailed
 
-Kind = Literal["float", "int", "bool", "string", "Vector3", "object", "list", "any"]
+Kind = Literal["float", "int", "bool", "string", "Vector3", "OptionalVector3", "object", "list", "any"]
 
 ALWAYS_ALLOWED = frozenset(
     {
@@ -90,12 +90,17 @@ def _vector(value: Any) -> Vec3:
     return Vec3(*(_number(value.get(axis, 0.0)) for axis in "xyz"))
 
 
+def _some_of_a_vector(value: Any) -> dict[str, float]:
+    return {axis: _number(value[axis]) for axis in "xyz" if value.get(axis) is not None}
+
+
 _CONVERT: dict[Kind, Callable[[Any], Any]] = {
     "float": _number,
     "int": _whole,
     "bool": _exactly(bool),
     "string": _exactly(str),
     "Vector3": _vector,
+    "OptionalVector3": _some_of_a_vector,
     "object": _exactly(dict),
     "list": _exactly(list),
     "any": lambda value: value,

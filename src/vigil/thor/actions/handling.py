@@ -54,9 +54,12 @@ def _open(
     x: float | None = None,
     y: float | None = None,
     openness: float = 1.0,
+    moveMagnitude: float | None = None,
     forceAction: bool = False,
     **_: object,
 ) -> None:
+    if moveMagnitude is not None:  # the name of `openness` in old programs, where 0 is all the way
+        openness = moveMagnitude or 1.0
     if not 0.0 <= openness <= 1.0:
         raise invalid_operation("openness must be in [0:1]")
     thing, _point = target(world, objectId, x, y, forced=forceAction)

@@ -15,7 +15,7 @@ MISSING: dict[str, str] = {
     **dict.fromkeys(("BreakObject", "SliceObject", "CookObject", "DirtyObject", "CleanObject"), _NO_SUCH_STATE),
     **dict.fromkeys(("FillObjectWithLiquid", "EmptyLiquidFromObject", "UseUpObject"), _NO_SUCH_STATE),
     **dict.fromkeys(("SetRoomTempDecayTimeForType", "SetRoomTempDecayTimeGlobal"), _NO_SUCH_STATE),
-    **dict.fromkeys(("RandomizeMaterials", "RandomizeColors", "RandomizeLighting", "ResetMaterials"), _NO_LOOKS),
+    **dict.fromkeys(("RandomizeMaterials", "RandomizeColors", "RandomizeLighting"), _NO_LOOKS),
     **dict.fromkeys(("SetSkybox", "GetMaterials"), _NO_LOOKS),
     **dict.fromkeys(("SpawnAsset", "GetAssetDatabase"), _OWN_ASSETS),
     **dict.fromkeys(("MoveHeldObject", "MoveHeldObjectAhead", "MoveHeldObjectBack", "MoveHeldObjectLeft"), _HAND),

@@ -101,6 +101,11 @@ def _look_down(world: World, degrees: float = 0.0, **_: object) -> None:
     _look(world, degrees, down=True)
 
 
+def _rotate_look(world: World, rotation: Vec3 | None = None, horizon: float = 0.0, **_: object) -> None:
+    turned = wrap_deg(0.0 if rotation is None else rotation.y)
+    world.stage.stand(world.agent.model_copy(update={"rotation": turned, "horizon": horizon}))
+
+
 def _teleport(  # THOR's names, and both of its forms: position, or x, y and z
     world: World,
     position: Vec3 | None = None,
@@ -198,6 +203,7 @@ ACTIONS = (
     Action("RotateAgent", _rotate_agent, _TURN, required=(("degrees",),), lacks=_NO_HAND),
     Action("LookUp", _look_up, _LOOK),
     Action("LookDown", _look_down, _LOOK),
+    Action("RotateLook", _rotate_look, {"rotation": "Vector3", "horizon": "float"}, takes_anything=True),
     Action("Teleport", _teleport, _POSE, lacks=_NO_HAND),
     Action(
         "TeleportFull",

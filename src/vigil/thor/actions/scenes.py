@@ -102,8 +102,8 @@ def _camera(
 def _update_camera(
     world: World,
     thirdPartyCameraId: int = 0,
-    position: Vec3 | None = None,
-    rotation: Vec3 | None = None,
+    position: dict[str, float] | None = None,
+    rotation: dict[str, float] | None = None,
     fieldOfView: float | None = None,
     orthographic: bool | None = None,
     orthographicSize: float | None = None,
@@ -114,11 +114,11 @@ def _update_camera(
     old = world.cameras[thirdPartyCameraId]
     flat = old.orthographic_size is not None if orthographic is None else orthographic
     world.cameras[thirdPartyCameraId] = _camera(
-        position or old.position,
-        rotation or old.rotation,
-        fieldOfView or old.field_of_view,
+        old.position._replace(**position or {}),
+        old.rotation._replace(**rotation or {}),
+        old.field_of_view if fieldOfView is None else fieldOfView,
         flat,
-        orthographicSize or old.orthographic_size,
+        old.orthographic_size if orthographicSize is None else orthographicSize,
     )
 
 
@@ -167,7 +167,12 @@ ACTIONS = (
         (("position", "rotation"),),
         lacks=_NO_CAMERA,
     ),
-    Action("UpdateThirdPartyCamera", _update_camera, {**_CAMERA, "thirdPartyCameraId": "int"}, lacks=_NO_CAMERA),
+    Action(
+        "UpdateThirdPartyCamera",
+        _update_camera,
+        {**_CAMERA, **dict.fromkeys(("position", "rotation"), "OptionalVector3"), "thirdPartyCameraId": "int"},
+        lacks=_NO_CAMERA,
+    ),
     Action("SetObjectFilter", _set_filter, {"objectIds": "list"}, (("objectIds",),), only_reads=True),
     Action("ResetObjectFilter", _reset_filter, only_reads=True),
     Action("Pass", _nothing),
@@ -176,4 +181,6 @@ ACTIONS = (
     Action("UnpausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("AdvancePhysicsStep", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("MakeAllObjectsUnbreakable", _nothing, lacks="nothing breaks"),
+    Action("SetRandomSeed", _nothing, {"seed": "int"}, (("seed",),), lacks="nothing here is drawn at random"),
+    Action("ResetMaterials", _nothing, lacks="materials are the house's own always"),
 )
