@@ -36,8 +36,9 @@ class Attempt(BaseModel):
 
 
 def spec_sha256(spec: RunSpec) -> str:
-    """Returns the hash of the settings of a run, the address of its model apart."""
-    return hashlib.sha256(spec.model_copy(update={"base_url": None}).model_dump_json().encode()).hexdigest()
+    """Returns the hash of a run's settings without what may change in its folder: address, program, more episodes."""
+    same = spec.model_copy(update={"base_url": None, "agent_files": {}, "episode_ids": ()})
+    return hashlib.sha256(same.model_dump_json().encode()).hexdigest()
 
 
 def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
