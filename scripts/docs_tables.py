@@ -10,6 +10,7 @@ from pathlib import Path
 from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.cli.models import LISTED, address_of, keys_of, switch_of
+from vigil.integrations.gymnasium import Options
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import named
 from vigil.sim.thor.differences import DIFFERENCES
@@ -17,7 +18,7 @@ from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("agents.md", "ai2thor.md", "analysis.md", "models.md")
+PAGES = ("agents.md", "ai2thor.md", "analysis.md", "gymnasium.md", "models.md")
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -78,6 +79,14 @@ def thor_differences() -> str:
     return _markdown(("what", "why", "kinds of `compare-backends`", "conformance checks that cannot hold"), rows)
 
 
+def gymnasium_options() -> str:
+    """Returns the options of the Gymnasium environment."""
+    rows = [
+        (f"`{name}`", f"`{field.default!r}`", field.description or "") for name, field in Options.model_fields.items()
+    ]
+    return _markdown(("option", "default", "is"), rows)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "providers": providers,
     "coordinates": coordinates,
@@ -85,6 +94,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "columns": columns,
     "thor_actions": thor_actions,
     "thor_differences": thor_differences,
+    "gymnasium_options": gymnasium_options,
 }
 
 

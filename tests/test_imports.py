@@ -30,6 +30,7 @@ PURE = [
     "strata",
     "pack",
     "freezing",
+    "shards",
     "row_check",
     "record_file",
     "scoring",
@@ -45,7 +46,7 @@ ALLOWED: dict[str, set[str]] = {
     **{name: set(BASE[:index]) for index, name in enumerate(BASE)},
     "prompt": set(BASE),
     **{name: {*BASE, *PURE[:index]} for index, name in enumerate(PURE)},
-    "row_check": {*BASE, "record", "goals", "episode", "pack", "prompt"},
+    "row_check": {*BASE, "record", "goals", "episode", "pack", "shards", "prompt"},
     "record_file": {*BASE, "record", "row_check"},
     "assets": PHYSICS,
     "scene": PHYSICS - {"actions"} | {"assets"},
@@ -74,6 +75,7 @@ HIDDEN = {
     "record_file",
     "pack",
     "freezing",
+    "shards",
     "env",
     "scene",
     "sim",
@@ -94,6 +96,7 @@ ONLY_IN = {
     "ai2thor": "sim.thor",
     "msgpack": "thor.wire.fifo",
     "prior": "authoring.drafting.procthor",
+    "gymnasium": "integrations.gymnasium",
 }
 """Libraries that stay in one place."""
 LAZY = {

@@ -308,6 +308,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
         "thinking": "default",
         "model_args": {},
         "profile": Profile().model_dump(),
+        "shard": None,
         "epochs": 1,
         "seed": 0,
         "simulator": "mujoco",

@@ -112,6 +112,24 @@ class EpisodeRecord(_Record):
         return (self.initial, *(step.world for step in self.steps))
 
 
+class Shard(_Record):
+    """One of the parts of a run that are played apart from one another; `vigil.shards` says what is in it."""
+
+    index: int = Field(ge=1)
+    """1 for the first."""
+    of: int = Field(ge=1)
+    """How many there are."""
+
+    @model_validator(mode="after")
+    def _is_one_of_them(self) -> "Shard":
+        if self.index > self.of:
+            raise ValueError("a shard's index is at most the number of shards")
+        return self
+
+    def __str__(self) -> str:
+        return f"{self.index}/{self.of}"
+
+
 class RunSpec(_Record):
     """What a run is: two runs with equal specs may share a folder; a resumed run must have the same."""
 
@@ -137,7 +155,9 @@ class RunSpec(_Record):
     pack_versions: PackVersions = PackVersions()
     """Under which the pack was made."""
     episode_ids: tuple[str, ...]
-    """The episodes to play, sorted."""
+    """The episodes to play, sorted; of a shard's run, those of all shards."""
+    shard: Shard | None = None
+    """The part of them that is played here; None for all."""
     epochs: int = Field(default=1, ge=1)
     seed: int = 0
     """For scheduling and scripted agents only."""

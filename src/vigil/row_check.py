@@ -11,6 +11,7 @@ from vigil.actions import Report
 from vigil.episode import Episode
 from vigil.prompt import policy_sha256, rendered_sha256
 from vigil.record import EpisodeRecord, RunHeader
+from vigil.shards import part_of
 
 TOLD = 3
 """How many rows of a kind are named one by one."""
@@ -42,19 +43,22 @@ class RowCheck:
         self._header = header
         wanted = set(header.spec.episode_ids)
         self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
-        """The run's own, by id."""
+        """The run's own, by id; of a shard's run, those of all shards."""
+        self._part = {episode.id for episode in part_of(self.episodes.values(), header.spec.shard)}
         self._prompts: dict[str, str] = {}
         self._knows_prompt = policy_sha256(header.spec.profile) == header.spec.prompt_policy_sha256
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be checked."""
-        if self._knows_prompt:
-            return ()
-        policy = self._header.spec.prompt_policy
-        return (
-            f"The prompts of run {self._header.run_id!r} were not checked: this vigil has another text of {policy!r}.",
+        """What could not be checked, and that the run is a part of another."""
+        run, spec = f"run {self._header.run_id!r}", self._header.spec
+        unchecked = f"The prompts of {run} were not checked: this vigil has another text of {spec.prompt_policy!r}."
+        partial = (
+            f"This {run} is shard {spec.shard} of a run: it plays {len(self._part)} of the {len(self.episodes)} "
+            "episodes. `vigil merge` joins the shards."
         )
+        said = {unchecked: not self._knows_prompt, partial: spec.shard is not None}
+        return tuple(note for note, is_so in said.items() if is_so)
 
     def of(self, line: int, record: EpisodeRecord) -> LeftOut | None:
         """Returns why a row is left out; None for a row of the run."""
@@ -73,6 +77,8 @@ class RowCheck:
         if episode is None:
             yield "is of no episode of this run", f"{record.episode_id!r}"
             return
+        if episode.id not in self._part:
+            yield "is of an episode of another shard", f"{record.episode_id!r}"
         if record.epoch > spec.epochs:
             yield "is of an epoch that this run does not have", f"epoch {record.epoch} of {spec.epochs}"
         if not self._is_prompt(record, episode):

@@ -13,6 +13,8 @@ from vigil.cli import app
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCED = re.compile(r"^```[a-z]*\n(.*?)^```", re.DOTALL | re.MULTILINE)
+VARIABLE = re.compile(r"\$\w+")
+"""Of the shell: any value will do, and no further arguments."""
 COMMAND = re.compile(r"(?:[A-Z_]+=\S+ )*vigil (.*)$")
 
 
@@ -21,7 +23,11 @@ def commands() -> dict[str, list[str]]:
     blocks = [block for page in PAGES for block in FENCED.findall(page.read_text(encoding="utf-8"))]
     lines = [line.strip() for block in blocks for line in block.replace("\\\n", " ").splitlines()]
     found = [match[1] for line in lines if (match := COMMAND.match(line.removeprefix("$ ")))]
-    return {" ".join(words): words for line in found if (words := shlex.split(line, comments=True))}
+    return {
+        " ".join(words): words
+        for line in found
+        if (words := shlex.split(VARIABLE.sub("1", line.replace('"$@"', "")), comments=True))
+    }
 
 
 def parsed(words: list[str]) -> tuple[list[str], dict[str, Any]]:

@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 from vigil.cli import app, runs
 from vigil.cli.options import with_options
 from vigil.errors import SettingError
+from vigil.record import Shard
 from vigil.runner.settings import RunSettings
 from vigil.setting import Setting
 
@@ -99,7 +100,7 @@ def test_a_run_takes_every_option(played: list[RunSettings]) -> None:
         "run --agent noop --pack starter --log-dir r --limit 5 --family sm,PG --family da --episode a --episode b "
         "--workers 3 --max-connections 4 --profile action_feedback --prompt-variant neutral_report "
         "--coordinates normalized_1000 --reply-policy lenient --epochs 2 --image-format jpeg --render-quality fast "
-        "--save-frames --backend fake --assets a.json --reply-seconds 3 --seed 4 --no-preflight"
+        "--save-frames --backend fake --assets a.json --reply-seconds 3 --seed 4 --no-preflight --shard 2/3"
     )
     assert CliRunner().invoke(app, words.split()).exit_code == 0
     assert played == [
@@ -108,7 +109,7 @@ def test_a_run_takes_every_option(played: list[RunSettings]) -> None:
             max_connections=4, profile="action_feedback", prompt_variant="neutral_report",
             coordinates="normalized_1000", reply_policy="lenient", epochs=2, image_format="jpeg",
             render_quality="fast", save_frames=True, backend="fake", asset_database=Path("a.json"), reply_seconds=3,
-            seed=4, preflight=False,
+            seed=4, preflight=False, shard=Shard(index=2, of=3),
         )
     ]  # fmt: skip
 

@@ -142,6 +142,8 @@ def test_attempts_are_counted_by_run_and_survive_a_torn_line(pack: Path, tmp_pat
     log.begin(key)
     assert [json.loads(line)["attempt"] for line in path.read_text().splitlines()] == [1, 2]
     assert AttemptLog(path, spec.model_copy(update={"base_url": "http://elsewhere"})).count(key) == 2
+    grown = {"episode_ids": (*spec.episode_ids, "another"), "agent_files": {"agent.py": "0" * 64}}
+    assert AttemptLog(path, spec.model_copy(update=grown)).count(key) == 2
     assert AttemptLog(path, spec.model_copy(update={"seed": 5})).count(key) == 0
     path.write_text("{}\n")
     with pytest.raises(RecordError, match=r"attempts\.jsonl' line 1: episode_id: Field required\. Restore"):

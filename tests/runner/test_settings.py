@@ -11,7 +11,7 @@ from tiny_pack import tiny_pack
 from vigil.api import make_env
 from vigil.pack import Pack
 from vigil.profile import Profile
-from vigil.record import RunSpec
+from vigil.record import RunSpec, Shard
 from vigil.runner.settings import RunSettings, plan_run, worker_plan
 from vigil.runner.workers.messages import RenderSettings, WorkerPlan
 from vigil.sim import BACKENDS
@@ -28,6 +28,7 @@ IDENTITY: dict[str, dict[str, Any]] = {
     "prompt_template": {"prompt_template": "Task: <TASK_INSTRUCTION>"},
     "coordinates": {"coordinates": "normalized_1000"},
     "reply_policy": {"reply_policy": "lenient"},
+    "shard": {"shard": Shard(index=1, of=2)},
     "epochs": {"epochs": 2},
     "temperature": {"temperature": 0.5},
     "top_p": {"top_p": 0.5},

@@ -1,8 +1,9 @@
-"""`vigil run` and `vigil verify`."""
+"""`vigil run`, `vigil verify` and `vigil merge`."""
 
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,14 +19,18 @@ from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
 from vigil.profile import known_coordinates
 from vigil.runner.dry_run import estimate
+from vigil.runner.merge import MergeSettings, merge_runs
 from vigil.runner.progress import OnProgress, Progress
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of, serving_of
 from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.saved_run import read_run
 from vigil.summary import settle_run
 
 Prices = Annotated[str | None, typer.Option(help="IN,OUT per million tokens: a dry run says costs too.")]
+NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
+Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]
 
 
 def run(
@@ -101,6 +106,15 @@ def _with_warnings(show: OnProgress) -> OnProgress:
             print(f"WARNING: {where.warning}", file=sys.stderr, flush=True)
 
     return tell
+
+
+def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
+    """Example: vigil merge runs/gpt-4o shards/gpt-4o/*"""
+    merge_runs(out, shards, settings)
+    run = read_run(out, settings.pack)
+    say(run.notes)
+    print_families(label_of(run.header), run.table.settlement())
+    print(f"Records: {out}")
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:

@@ -91,6 +91,7 @@ PACK = {
 }
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the table."),
+    "merge": Verb("runs:merge", "Joins the shards of a run, played apart, into one run."),
     "models": Verb(
         "models:models",
         "Lists the providers of models: names, keys (set or not), extras (installed or not), addresses, thinking.",

@@ -35,6 +35,23 @@ class Attempt(BaseModel):
         return self.episode_id, self.epoch
 
 
+def spec_sha256(spec: RunSpec) -> str:
+    """Returns the hash of a run's settings without what may change in its folder: address, program, more episodes."""
+    same = spec.model_copy(update={"base_url": None, "agent_files": {}, "episode_ids": ()})
+    return hashlib.sha256(same.model_dump_json().encode()).hexdigest()
+
+
+def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
+    """Returns the attempts of one run in a file that may hold others' too; none when there is no file.
+
+    Raises RecordError when it cannot be read.
+    """
+    advice = "Restore the file from a copy, or choose another folder."
+    attempts = [parse(line, Attempt, repr(str(path)), advice) for line in read_lines(path)]
+    own = spec_sha256(spec)
+    return [attempt for attempt in attempts if attempt.spec_sha256 == own]
+
+
 class AttemptLog:
     """The attempts of one run. A run of other settings, which the folder may have held before, has its own count."""
 
@@ -44,10 +61,8 @@ class AttemptLog:
         Raises RecordError when it cannot be read.
         """
         self._path = path
-        self._spec = hashlib.sha256(spec.model_copy(update={"base_url": None}).model_dump_json().encode()).hexdigest()
-        advice = "Restore the file from a copy, or choose another folder."
-        attempts = [parse(line, Attempt, repr(str(path)), advice) for line in read_lines(path)]
-        self._count = Counter(attempt.key for attempt in attempts if attempt.spec_sha256 == self._spec)
+        self._spec = spec_sha256(spec)
+        self._count = Counter(attempt.key for attempt in read_attempts(path, spec))
 
     def count(self, key: Key) -> int:
         """Returns how often an episode was begun."""

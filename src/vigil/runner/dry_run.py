@@ -12,6 +12,7 @@ from vigil.episode import Episode
 from vigil.profile import Profile
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REPLY_TOKENS
 from vigil.runner.settings import RunSettings, plan_run
+from vigil.shards import part_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,7 @@ class CostEstimate:
 def estimate(settings: RunSettings) -> CostEstimate:
     """Returns the bounds for a run of these settings. Raises InputError."""
     _, episodes, spec = plan_run(settings)
-    return _estimate(episodes, spec.profile, spec.epochs)
+    return _estimate(part_of(episodes, spec.shard), spec.profile, spec.epochs)
 
 
 def _estimate(episodes: Sequence[Episode], profile: Profile, epochs: int) -> CostEstimate:

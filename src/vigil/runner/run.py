@@ -36,6 +36,7 @@ from vigil.runner.settings import (
 from vigil.runner.workers.live import boundary_of, lost_record, play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool, worker_count
+from vigil.shards import order_of_play, part_of
 
 ATTEMPTS = 3
 """How often an episode is played at most before its `error` row is written."""
@@ -50,7 +51,7 @@ class RunResult:
     folder: Path
     header: RunHeader
     episodes: tuple[Episode, ...]
-    """Those that the run was meant to play."""
+    """Those that the run was meant to play; of a shard, its part of them."""
     records: tuple[EpisodeRecord, ...]
     """The rows that stand, errors included."""
     resumed: int
@@ -85,11 +86,10 @@ class _Run:
 
     def pending(self) -> list[Assignment]:
         """Returns what is still to be played, epoch by epoch, house by house, so that a house is loaded once."""
-        by_house = sorted(self.episodes, key=lambda episode: (episode.house.name, episode.id))
         return [
             Assignment(episode, epoch)
             for epoch in range(1, self.spec.epochs + 1)
-            for episode in by_house
+            for episode in order_of_play(self.episodes)
             if not self.folder.is_done(episode.id, epoch)
         ]
 
@@ -123,6 +123,7 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
     path, places = log_dir(settings, spec), places_of(pack, settings.asset_database)
     folder = RunFolder.create_or_resume(path, spec, episodes, places, anyway=settings.anyway)
     try:
+        episodes = part_of(episodes, spec.shard)
         tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress)
         run = _Run(settings, pack, episodes, spec, folder, tally, secrets)
         resumed = sum(record.end != "error" for record in folder.records())

@@ -292,8 +292,11 @@ def _resume(path: Path, spec: RunSpec, anyway: bool) -> RunHeader:
 
 
 def _grown(header: RunHeader, spec: RunSpec) -> RunHeader:
-    """Returns the header with the episodes of `spec`, if those are all that it names and more."""
-    if set(header.spec.episode_ids) < set(spec.episode_ids):
+    """Returns the header with the episodes of `spec`, if those are all that it names and more.
+
+    A shard does not grow: of more episodes, its part would be another.
+    """
+    if header.spec.shard is None and set(header.spec.episode_ids) < set(spec.episode_ids):
         return header.model_copy(update={"spec": header.spec.model_copy(update={"episode_ids": spec.episode_ids})})
     return header
 

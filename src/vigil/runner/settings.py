@@ -21,7 +21,7 @@ from vigil.profile import (
 )
 from vigil.prompt import policy_sha256, policy_version
 from vigil.prompt_file import check_template, variant_of
-from vigil.record import AgentKind, RunSpec
+from vigil.record import AgentKind, RunSpec, Shard
 from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import Secrets, without_login, without_secrets
 from vigil.runner.models.serving import Serving, serving
@@ -47,6 +47,7 @@ from vigil.runner.shared_settings import (
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.process import PATIENCE_S
 from vigil.setting import Setting, check_declared
+from vigil.shards import part_of, read_shard
 from vigil.sim import BACKENDS
 from vigil.versions import Versions
 
@@ -94,6 +95,10 @@ class RunSettings:
     coordinates: AskedCoordinates = None
     """None takes the published table's entry for the model."""
     reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
+    shard: Annotated[
+        Shard | None, Setting("Only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=read_shard)
+    ] = None
+    """To be joined with the other parts by `vigil.runner.merge`."""
     epochs: Annotated[int, Setting("Play each episode so often.", least=1, metavar="N")] = 1
     temperature: Annotated[float | None, _NOT_SENT] = None
     top_p: Annotated[float | None, _NOT_SENT] = None
@@ -148,10 +153,14 @@ class RunSettings:
 
 
 def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
-    """Returns the pack, the episodes to play and the run's identity. Raises InputError."""
+    """Returns the pack, the episodes to play (of a shard, those of all shards) and the run's identity.
+
+    Raises InputError.
+    """
     _check(settings)
     pack = Pack.load(settings.pack)
     episodes = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
+    part_of(episodes, settings.shard)
     spec = run_spec(
         pack,
         profile_of(settings),
@@ -163,6 +172,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         thinking=settings.thinking,
         model_args=without_secrets(settings.model_args),
         episode_ids=tuple(episode.id for episode in episodes),
+        shard=settings.shard,
         epochs=settings.epochs,
         seed=settings.seed,
         simulator=settings.backend,
@@ -261,6 +271,8 @@ def log_dir(settings: RunSettings, spec: RunSpec) -> Path:
         return settings.log_dir
     identity = spec.model_copy(update={"base_url": None, "agent_files": {}}).model_dump_json()
     words = "".join(char if char.isalnum() or char in "._" else "-" for char in f"{spec.pack}-{spec.agent}")
+    if spec.shard is not None:
+        words = f"{words[:60]}-shard-{spec.shard.index}-of-{spec.shard.of}"
     return RUNS_FOLDER / f"{words[:80].strip('-')}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
 
 

@@ -6,13 +6,14 @@ from typing import Any
 
 import pytest
 from thor_line import in_process
-from tiny_pack import FRIDGE, MUG, tiny_pack
+from tiny_pack import FRIDGE, MUG, tiny_episode, tiny_house, tiny_pack
 from typer.testing import CliRunner
 
 from vigil.actions import InteractPixel, Look, Navigate, Report
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.compare_backends import (
     KINDS,
+    SEEN,
     BackendComparison,
     BackendDifference,
     compare_backends,
@@ -22,6 +23,7 @@ from vigil.authoring.review.validate import Validator
 from vigil.cli import app
 from vigil.cli import packs as cli_packs
 from vigil.episode import Episode
+from vigil.goals import ReportStatus
 from vigil.pack import Pack
 from vigil.pose import Vec3
 from vigil.record import EpisodeRecord
@@ -93,6 +95,23 @@ def test_an_end_and_a_verdict_are_told(played):
     episode, record = played
     cut = record.model_copy(update={"steps": record.steps[:-1], "end": "fail_no_report"})
     assert {each.kind for each in differences(episode, record, cut)} == {"end", "verdict"}
+
+
+def test_a_verdict_that_only_hangs_on_what_is_seen_is_told_as_such():
+    goal = ReportStatus(object_id=FRIDGE, state="is_open")
+    episode = tiny_episode(0, "SV", goal=goal)
+    validator = Validator(make_simulator("fake", assets=AssetDatabase.default()))
+    record = validator.play(episode, tiny_house(), (Report(status="closed", summary=""),))
+    assert record.initial is not None
+    unseen = dict.fromkeys(SEEN, 0) | {"visible": False, "nearest_visible_m": None}
+    hidden = record.initial.objects[FRIDGE].model_copy(update=unseen)
+    world = record.initial.model_copy(update={"objects": {FRIDGE: hidden}})
+    step = record.steps[0].model_copy(update={"world": world})
+    blind = record.model_copy(update={"initial": world, "steps": (step,)})
+    assert "verdict by sight" in {each.kind for each in differences(episode, record, blind)}
+    opened = {"objects": {FRIDGE: hidden.model_copy(update={"openness": 1.0})}}
+    other = blind.model_copy(update={"steps": (step.model_copy(update={"world": world.model_copy(update=opened)}),)})
+    assert "verdict" in {each.kind for each in differences(episode, record, other)}
 
 
 def test_every_kind_that_is_explained_is_one():

@@ -32,8 +32,11 @@ KINDS = {
     "changed": "which things an action changed",
     "end": "how the episode ends",
     "verdict": "W, W_strict, B and the label",
+    "verdict by sight": "the verdict, which is the same once as much is taken to be seen",
 }
 """What a difference is about."""
+SEEN = ("visible", "visible_px", "open_px", "toggle_px", "nearest_visible_m")
+"""What an object's state says of how it is seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +98,9 @@ def differences(episode: Episode, a: EpisodeRecord, b: EpisodeRecord) -> Iterato
         facts = [*_effects(*effects), *_worlds(one, other)]
         yield from (BackendDifference(episode.id, step, *fact) for fact in facts)
     last = min(len(a.steps), len(b.steps))
-    ends = ("end", "end", _end(a), _end(b)), ("verdict", "verdict", _verdict(episode, a), _verdict(episode, b))
+    verdicts = _verdict(episode, a), _verdict(episode, b)
+    by_sight = _verdict(episode, _seen_as_in(a, b)) == verdicts[0]
+    ends = ("end", "end", _end(a), _end(b)), ("verdict by sight" if by_sight else "verdict", "verdict", *verdicts)
     yield from (BackendDifference(episode.id, last, *fact) for fact in ends if fact[2] != fact[3])
 
 
@@ -111,6 +116,25 @@ def _verdict(episode: Episode, record: EpisodeRecord) -> tuple[Any, ...] | None:
         return None
     outcome = settle(episode, record)
     return outcome.W, outcome.W_strict, outcome.B, outcome.label
+
+
+def _seen_as_in(a: EpisodeRecord, b: EpisodeRecord) -> EpisodeRecord:
+    """Returns record b, in which as much is seen of everything as in record a."""
+    if a.initial is None or b.initial is None:
+        return b
+    steps = [
+        step.model_copy(update={"world": _seen(other.world, step.world)})
+        for step, other in zip(b.steps, a.steps, strict=False)
+    ]
+    return b.model_copy(update={"initial": _seen(a.initial, b.initial), "steps": (*steps, *b.steps[len(steps) :])})
+
+
+def _seen(a: WorldState, b: WorldState) -> WorldState:
+    objects = {
+        name: state.model_copy(update={fact: getattr(a.objects[name], fact) for fact in SEEN})
+        for name, state in b.objects.items()
+    }
+    return b.model_copy(update={"objects": objects})
 
 
 def _effects(a: Effect | None, b: Effect | None) -> Iterator[Fact]:

@@ -15,7 +15,8 @@ from vigil.errors import SettingError, SimulatorError
 ASK_EVERY_S = 0.05
 ZEROS = bytes(65536)
 """What a reader is fed whose engine has ended: no message begins with it, so that the client gives up."""
-GONE_WITHIN_S = 5.0
+GONE_WITHIN_S = 60.0
+"""How long a killed engine may take to be gone: seconds, on a busy machine."""
 
 
 class Connection:

@@ -36,6 +36,8 @@ class Driver:
         self._frame: np.ndarray | None = None
         self._masks_need_frame = False
         """Whether this engine draws masks only with a frame, as Unity does."""
+        self._frame_was_asked = False
+        """Whether somebody looked at the last frame, and is likely to look at the next."""
 
     def do(self, action: str, **arguments: Any) -> Outcome:
         """Carries out an action that may change something, without a picture of it. Raises SimulatorError."""
@@ -61,25 +63,26 @@ class Driver:
     def picture(self) -> Picture:
         """Returns which object each pixel shows now."""
         if self._picture is None:
-            if not self._masks_need_frame:
-                event = self._line.step("Pass", renderImage=False, renderInstanceSegmentation=True)
-                self._masks_need_frame = event.instance_segmentation_frame is None
-                self._look(event)
-            if self._masks_need_frame:
-                self._look(self._line.step("Pass", renderImage=True))
+            self._look(with_frame=self._masks_need_frame or self._frame_was_asked)
+            self._frame_was_asked = False
+        if self._picture is None:
+            self._masks_need_frame = True
+            self._look(with_frame=True)
         if self._picture is None:
             raise SimulatorError("AI2-THOR's engine sent no instance segmentation. Is it another build?")
         return self._picture
 
     def frame(self) -> np.ndarray:
         """Returns what the agent sees, (480, 640, 3) uint8."""
+        self._frame_was_asked = True
         if self._frame is None:
-            self._look(self._line.step("Pass", renderImage=True))
+            self._look(with_frame=True)
         if self._frame is None or self._frame.shape[:2] != (HEIGHT, WIDTH):
             raise SimulatorError(f"AI2-THOR's engine sent no frame of {WIDTH} x {HEIGHT} pixels.")
         return self._frame
 
-    def _look(self, event: Event) -> None:
+    def _look(self, *, with_frame: bool) -> None:
+        event = self._line.step("Pass", renderImage=with_frame, renderInstanceSegmentation=True)
         if event.instance_segmentation_frame is not None and self._picture is None:
             self._picture = Picture(event, self.mirror.in_hand())
         if event.frame is not None:

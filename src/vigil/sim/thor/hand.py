@@ -53,7 +53,7 @@ def interact(driver: Driver, intent: Intent, click: Click) -> Result:
     mirror = driver.mirror
     if not gets_to(mirror.agent.position, intent, mirror.box(click.thing), click.point):
         return Result("too_far")
-    return _DEEDS[intent](driver, click)
+    return _INTENTS[intent](driver, click)
 
 
 def drop(driver: Driver) -> Result:
@@ -175,7 +175,7 @@ def _differs(before: tuple[Any, ...], after: tuple[Any, ...]) -> bool:
     return marks != other_marks or any(abs(a - b) > MOVED_M for a, b in zip(numbers, others, strict=True))
 
 
-_DEEDS: dict[str, Callable[[Driver, Click], Result]] = {
+_INTENTS: dict[str, Callable[[Driver, Click], Result]] = {
     "open_access": _open,
     "close_access": _close,
     "activate": _activate,

@@ -134,7 +134,9 @@ class Mirror:
         known = [
             name for name in said["parentReceptacles"] or () if name in self._measures and name != said["objectId"]
         ]
-        return min(known, key=lambda name: (self._bulk(name), name), default=None)
+        if len(known) > 1:
+            known.sort(key=lambda name: (self._bulk(name), name))
+        return known[0] if known else None
 
     def _bulk(self, name: str) -> float:
         measure = self._measures[name]

@@ -1,6 +1,7 @@
 """What AI2-THOR's pictures tell: which object each pixel shows, how much of it is seen, and how far away it is."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -72,7 +73,11 @@ class Picture:
         colour = self._colour_of.get(name)
         if colour is None or name in self._in_hand:
             return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
-        rows, columns = np.nonzero(self._colours[..., 0] == colour[0])
-        others = self._colours[rows, columns, 1:3]
-        is_shown = (others[:, 0] == colour[1]) & (others[:, 1] == colour[2])
+        rows, columns = np.divmod(np.flatnonzero(self._reds == colour[0]), WIDTH)
+        is_shown = (self._colours[rows, columns, 1:3] == colour[1:3]).all(axis=1)
         return rows[is_shown], columns[is_shown]
+
+    @cached_property
+    def _reds(self) -> np.ndarray:
+        """(HEIGHT * WIDTH,) uint8: the first byte of each pixel's colour, side by side, to be searched fast."""
+        return np.ascontiguousarray(self._colours[..., 0]).reshape(-1)

@@ -14,6 +14,12 @@ from vigil.world import RefusalCode
 UNKNOWN: RefusalCode = "blocked_by_object"
 AGENT = "agent"
 
+OUT_OF_SIGHT: tuple[tuple[str, RefusalCode], ...] = (
+    ("not found within the specified visibility", "nothing_hit"),
+    ("visible but not interactable", "nothing_hit"),
+    ("is not currently Visible", "nothing_hit"),
+)
+"""Those that say that THOR finds no point of the object in view."""
 MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
     ("is not an Openable object", "not_openable"),
     ("object is not toggleable", "not_toggleable"),
@@ -42,17 +48,12 @@ MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
     ("a held item", "blocked_by_object"),
     ("from moving by", "path_blocked"),
     ("Scene bounds do not contain", "path_blocked"),
-    ("not found within the specified visibility", "nothing_hit"),
-    ("visible but not interactable", "nothing_hit"),
-    ("is not currently Visible", "nothing_hit"),
+    *OUT_OF_SIGHT,
     ("No SimObject found", "nothing_hit"),
     ("no sim objects found", "nothing_hit"),
     ("beyond your visibilityDistance", "nothing_hit"),
 )
 """Part of a message -> the refusal that it is."""
-
-OUT_OF_SIGHT = MESSAGES[-6:-3]
-"""Those that say that THOR finds no point of the object in view."""
 
 _BLOCKERS = (re.compile(r"collided with (.+)$"), re.compile(r"([^:]+?) is blocking "))
 _LOG = logging.getLogger(__name__)

@@ -1,0 +1,173 @@
+"""How much of the bare Env's speed a Gymnasium vector keeps, with and without drawing.
+
+    python benchmarks/gymnasium_vector.py [--envs 16] [--seconds 20] [--rounds 3] [--families PG,SV]
+
+The bare Env is played in as many processes at once as there are cores, each on its own; the vector (asynchronous) in as
+many as it has environments; they take turns. Both draw episodes at random and turn to the end of the budget, resets
+included; a first third of the time is not counted, since all begin with a reset. Two ratios are told: of steps a
+second, which holds on a machine with nothing else to do (elsewhere sixteen processes get more of it than two), and of
+steps a second of processor time, which holds anywhere but counts no waiting. Before that, one environment and a bare
+Env play the same episodes in one process, in turns: what the environment costs by itself.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor
+
+import gymnasium
+import numpy as np
+import psutil
+
+import vigil.integrations.gymnasium as integration
+from vigil.actions import Reply
+from vigil.api import make_env
+from vigil.env import Env
+from vigil.episode import FAMILIES, Episode, families_named
+from vigil.integrations.gymnasium.env import load_pack
+from vigil.pack import Selection, evenly
+
+TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})
+EPISODES_ALONE = 4
+FORKING = multiprocessing.get_context("fork")
+
+
+def main() -> None:
+    options = read_options()
+    load_pack(options.pack)  # which the processes below share
+    cores = len(os.sched_getaffinity(0))
+    print(f"{options.envs} environments, {cores} cores, load average {os.getloadavg()[0]:.1f}, {options.backend}")
+    for frames in (False, True):
+        print(
+            f"{'with' if frames else 'without'} drawing, one environment: {alone(options, frames):.1%} of the bare Env"
+        )
+        bare, vector = [], []
+        for _ in range(options.rounds):
+            with ProcessPoolExecutor(cores, FORKING) as pool:
+                bare.append(
+                    np.sum(list(pool.map(bare_run, [(options, frames, seed) for seed in range(cores)])), axis=0)
+                )
+            vector.append(vector_run(options, frames))
+        (wall, cpu), (vector_wall, vector_cpu) = rates(np.array(bare), cores), rates(np.array(vector), 1)
+        print(
+            f"{'with' if frames else 'without'} drawing: bare {wall:.1f} steps/s, vector {vector_wall:.1f}, "
+            f"{vector_wall / wall:.0%}; of processor time {cpu:.1f} and {vector_cpu:.1f}, {vector_cpu / cpu:.0%}",
+            flush=True,
+        )
+
+
+def alone(options: argparse.Namespace, frames: bool) -> float:
+    """Returns the processor time of a bare Env over that of one environment, both having seen the houses before."""
+    pack = load_pack(options.pack)
+    episodes = evenly(pack.select(Selection(families=families_named([options.families]))))[:EPISODES_ALONE]
+    env = gymnasium.make(
+        integration.ENV_ID, pack=options.pack, backend=options.backend, quality=options.quality, frames=frames
+    )
+    used = [0.0, 0.0]
+    with make_env(pack, backend=options.backend, quality=options.quality) as bare:
+        for turn in range(1 + options.rounds):
+            for episode in episodes:
+                times = [time.process_time()]
+                play_bare(bare, episode, frames)
+                times.append(time.process_time())
+                env.reset(options={"episode_id": episode.id})
+                while not any(env.step(TURN)[2:4]):
+                    pass
+                times.append(time.process_time())
+                if turn:
+                    used = [used[0] + times[1] - times[0], used[1] + times[2] - times[1]]
+    env.close()
+    return used[0] / used[1]
+
+
+def play_bare(env: Env, episode: Episode, frames: bool) -> None:
+    """Plays one episode to the end of its budget."""
+    seen = env.reset(episode)
+    while seen is not None:
+        if frames:
+            _ = seen.rgb
+        seen = env.step(Reply(text=TURN))
+
+
+def rates(runs: np.ndarray, at_once: int) -> tuple[float, float]:
+    """Returns steps a second, and a second of processor time, of rows of steps, seconds and processor time."""
+    steps, seconds, cpu = runs.sum(axis=0)
+    return steps / seconds * at_once, steps / cpu
+
+
+def bare_run(job: tuple[argparse.Namespace, bool, int]) -> tuple[float, float, float]:
+    """Returns the steps of one bare Env, the seconds, and those of processor time."""
+    options, frames, seed = job
+    pack, rng = load_pack(options.pack), np.random.default_rng(seed)
+    episodes = pack.select(Selection(families=families_named([options.families])))
+    with make_env(pack, backend=options.backend, quality=options.quality) as env:
+        begin(env, episodes, rng, frames)
+        start, cpu, steps, is_warm = time.perf_counter(), 0.0, 0, False
+        while (seconds := time.perf_counter() - start) < options.seconds:
+            if not is_warm and seconds > options.seconds / 3:
+                start, cpu, steps, is_warm = time.perf_counter(), time.process_time(), 0, True
+            seen = env.step(Reply(text=TURN))
+            steps += 1
+            if seen is None:
+                begin(env, episodes, rng, frames)
+            elif frames:
+                _ = seen.rgb
+        return steps, seconds, time.process_time() - cpu
+
+
+def begin(env: Env, episodes: list[Episode], rng: np.random.Generator, frames: bool) -> None:
+    """Resets to an episode drawn at random, and looks at its first frame."""
+    seen = env.reset(episodes[int(rng.integers(len(episodes)))])
+    if frames and seen is not None:
+        _ = seen.rgb
+
+
+def vector_run(options: argparse.Namespace, frames: bool) -> tuple[float, float, float]:
+    """Returns the same of the vector; calls that begin an episode are no steps."""
+    env = gymnasium.make_vec(
+        integration.ENV_ID,
+        num_envs=options.envs,
+        vectorization_mode="async",
+        vector_kwargs={"context": "fork"},
+        pack=options.pack,
+        family=options.families,
+        backend=options.backend,
+        quality=options.quality,
+        frames=frames,
+    )
+    env.reset(seed=100)
+    ended = np.zeros(options.envs, bool)
+    start, cpu, steps, is_warm = time.perf_counter(), 0.0, 0, False
+    while (seconds := time.perf_counter() - start) < options.seconds:
+        if not is_warm and seconds > options.seconds / 3:
+            start, cpu, steps, is_warm = time.perf_counter(), processor_seconds(), 0, True
+        _, _, terminated, truncated, _ = env.step((TURN,) * options.envs)
+        steps += options.envs - int(ended.sum())
+        ended = terminated | truncated
+    cpu = processor_seconds() - cpu
+    env.close()
+    return steps, seconds, cpu
+
+
+def processor_seconds() -> float:
+    """Returns what this process and those that it started have used."""
+    own = psutil.Process()
+    return sum(times.user + times.system for times in (each.cpu_times() for each in (own, *own.children())))
+
+
+def read_options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--envs", type=int, default=16)
+    parser.add_argument("--seconds", type=float, default=20.0, help="of each measurement")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--pack", default="starter")
+    parser.add_argument("--families", default=",".join(FAMILIES))
+    parser.add_argument("--backend", default="mujoco")
+    parser.add_argument("--quality", default="default")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,138 @@
+"""Measures AI2-THOR's client over this project's engine, and what the back end adds, beside the MuJoCo back end.
+
+    python benchmarks/thor.py [--steps N] [--rooms SPEC]
+
+It needs the client: pip install "vigil-bench[thor]". Rounds of the ways of stepping alternate, so that the load of the
+machine meets them alike; times are medians. Nothing of it says how fast Unity is.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from statistics import median
+from typing import Any
+
+import psutil
+
+from vigil.actions import Navigate
+from vigil.assets.sizes import AssetDatabase
+from vigil.house import House
+from vigil.housegen import SPECS, generate
+from vigil.pose import Pose
+from vigil.sim import make_simulator
+from vigil.sim.protocol import Simulator
+from vigil.sim.thor.connection import Connection
+from vigil.sim.thor.line import Event
+from vigil.sim.thor.simulator import ThorSimulator
+from vigil.sim.thor.start import INITIALIZE, engine_options, own_command
+from vigil.world import Setup
+
+TURN = Navigate(mode="turn_right", magnitude=15.0)
+MASKS = ("renderInstanceSegmentation", "renderDepthImage")
+OBJECTS = 3
+"""Whose hidden state each step asks for."""
+
+
+class TimedLine:
+    """A connection that counts the seconds spent in the client and its engine."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self.seconds = 0.0
+
+    @property
+    def is_over(self) -> bool:
+        return self._connection.is_over
+
+    def open(self, house: dict[str, Any]) -> None:
+        self._count(lambda: self._connection.open(house))
+
+    def step(self, action: str, **arguments: Any) -> Event:
+        return self._count(lambda: self._connection.step(action, **arguments))
+
+    def close(self) -> None:
+        self._connection.close()
+
+    def _count(self, do: Callable[[], Any]) -> Any:
+        began = time.perf_counter()
+        try:
+            return do()
+        finally:
+            self.seconds += time.perf_counter() - began
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--steps", type=int, default=40)
+    parser.add_argument("--rooms", choices=sorted(SPECS), default="4-room")
+    options = parser.parse_args()
+    house = generate(7, SPECS[options.rooms])
+    print(
+        f"{options.rooms}, {options.steps} rounds; load average at the start: {psutil.getloadavg()[0]:.1f}", flush=True
+    )
+    measure(house, options.steps)
+
+
+def measure(house: House, steps: int) -> None:
+    """Prints all figures."""
+    embedded = make_simulator("mujoco", assets=AssetDatabase.default())
+    embedded.load(house)
+    start, named = Pose.model_validate(start_of(house)), embedded.object_ids()[:OBJECTS]
+    embedded.reset(start, Setup())
+    plain, started = timed(
+        lambda: connect(house, {name: value for name, value in INITIALIZE.items() if name not in MASKS})
+    )
+    line, started_again = timed(lambda: TimedLine(connect(house, INITIALIZE)))
+    simulator = ThorSimulator("benchmark", lambda _: line, AssetDatabase.default())
+    simulator.load(house)
+    simulator.reset(start, Setup())
+    ways: dict[str, Callable[[], object]] = {
+        "MuJoCo back end": lambda: step(embedded, named),
+        "client, picture alone": lambda: plain.step("RotateRight", degrees=15.0).frame,
+        "AI2-THOR back end": lambda: step(simulator, named),
+    }
+    times: dict[str, list[float]] = {name: [] for name in [*ways, "own"]}
+    for _ in range(steps):
+        for name, way in ways.items():
+            line.seconds = 0.0
+            spent = timed(way)[1]
+            times[name].append(spent)
+            if way is ways["AI2-THOR back end"]:
+                times["own"].append(spent - line.seconds)
+    bare = median(times["MuJoCo back end"])
+    for name, found in times.items():
+        print(f"{name:24} {1000 * median(found):8.1f} ms a step {median(found) / bare:7.2f} of MuJoCo's", flush=True)
+    print(f"{'start, first picture':24} {started:8.2f} s, {started_again:.2f} s")
+    print(f"{'house built anew':24} {timed(lambda: simulator.load(house))[1]:8.2f} s")
+    print(f"{'reset of an episode':24} {timed(lambda: simulator.reset(start, Setup()))[1]:8.2f} s")
+    simulator.close()
+    plain.close()
+    embedded.close()
+
+
+def start_of(house: House) -> dict[str, Any]:
+    """Returns the pose of the house's own start."""
+    agent = house.data["metadata"]["agent"]
+    return {"position": tuple(agent["position"][axis] for axis in "xyz"), "rotation": agent["rotation"]["y"]}
+
+
+def connect(house: House, settings: dict[str, Any]) -> Connection:
+    """Returns a connection to this project's engine."""
+    return Connection(house.data, own_command(engine_options("mujoco", "default", None)), **settings)
+
+
+def step(simulator: Simulator, named: list[str]) -> object:
+    """Turns, asks for hidden state and draws, as an episode's step does."""
+    simulator.step(TURN)
+    simulator.world(named)
+    return simulator.frame()
+
+
+def timed(do: Callable[[], Any]) -> tuple[Any, float]:
+    """Returns what was done and the seconds it took."""
+    began = time.perf_counter()
+    return do(), time.perf_counter() - began
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,25 @@
+"""VIGIL's episodes as a Gymnasium environment, for training: importing this module registers `Vigil-v0`.
+
+    import gymnasium
+    import vigil.integrations.gymnasium
+
+    env = gymnasium.make("Vigil-v0", pack="starter", family="PG")
+
+`Options` lists the options of `make`; docs/gymnasium.md explains them. Needs the extra `gymnasium`.
+"""
+
+try:
+    import gymnasium
+except ModuleNotFoundError:
+    raise ModuleNotFoundError(
+        "Gymnasium is not installed. Give: pip install 'vigil-bench[gymnasium]'", name="gymnasium"
+    ) from None
+
+from vigil.integrations.gymnasium.env import VigilEnv
+from vigil.integrations.gymnasium.options import Options
+
+__all__ = ["ENV_ID", "Options", "VigilEnv"]
+
+ENV_ID = "Vigil-v0"
+
+gymnasium.register(ENV_ID, entry_point=f"{__name__}:{VigilEnv.__name__}")

@@ -1,0 +1,185 @@
+"""The Gymnasium environment: episodes of a pack, played through `vigil.env` as everybody plays them.
+
+What an agent may see is in observations, and nothing else is; the reward and, in evaluator mode, `info` at the end
+of an episode come from the hidden world.
+"""
+
+import string
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box, Dict, MultiBinary, Space
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.errors import SettingError, SimulatorError, did_you_mean
+from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
+from vigil.integrations.gymnasium.instruction_space import InstructionText
+from vigil.integrations.gymnasium.options import Options
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
+from vigil.pack import Pack, Selection, find, manifest_sha256
+from vigil.record import EpisodeRecord
+from vigil.scoring import Outcome, settle
+from vigil.sim import make_simulator
+
+FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
+INSTRUCTION_BLOCK = 256
+"""The longest instruction is rounded up to a multiple of this, so that packs have equal spaces."""
+PACKS_KEPT = 2
+RESET_OPTIONS = ("episode_id",)
+OUTCOME_KEYS = (
+    *("episode_id", "family", "end", "W", "W_strict", "B", "label", "subtype", "category", "steps", "lag", "progress"),
+)
+"""Of an outcome, what evaluator mode tells; what is None is left out, as vectors put one type in each array."""
+
+
+class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
+    """Episodes of a pack. A report terminates an episode; a spent budget, of steps or invalid replies, truncates it."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012 - as Gymnasium declares it
+
+    def __init__(self, render_mode: str | None = None, **options: Any) -> None:
+        """`options` are those of `Options`. Raises SettingError or PackMismatch on what makes no sense."""
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise SettingError(f"Vigil-v0: render_mode is {render_mode!r}; it may be 'rgb_array' or None.")
+        self.render_mode = render_mode
+        self._options = Options.of(options)
+        self._pack = load_pack(self._options.pack)
+        self._episodes = self._pack.select(Selection(families=self._options.family))
+        assets = AssetDatabase.of(_path(self._options.asset_database))
+        self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
+        self._env = Env(self._simulator, self._pack.house_of, self._options.condition)
+        is_text = self._options.actions == "text"
+        self._actions = TextActions() if is_text else StructuredActions(self._options.coordinates)
+        self.action_space: Space[Any] = self._actions.space
+        self.observation_space: Space[Any] = self._observations()
+        self._observation: Observation | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Starts an episode: a random one, or that of `options={"episode_id": ...}`.
+
+        Raises SettingError on an unknown option or id, SimulatorError when the simulator failed.
+        """
+        super().reset(seed=seed)
+        self._episode = self._chosen(options or {})
+        self._observation = self._env.reset(self._episode)
+        if self._observation is None:
+            raise _failure(self._env.record())
+        return self._seen(self._observation), {}
+
+    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Takes one reply. The reward comes with the last one; `info` is empty but for an evaluator's last one.
+
+        Raises SettingError on an action of another type, SimulatorError when the simulator failed.
+        """
+        before = self._observation
+        self._observation = self._env.step(self._actions.reply(action))
+        if self._observation is not None:
+            return self._seen(self._observation), 0.0, False, False, {}
+        record = self._env.record()
+        if record.end == "error":
+            raise _failure(record)
+        self._observation = self._closing(before, record)
+        outcome = settle(self._episode, record)
+        info = {"outcome": _told(outcome)} if self._options.evaluator else {}
+        seen, reward, is_reported = self._seen(self._observation), self._reward(outcome), outcome.is_reported
+        return seen, reward, is_reported, not is_reported, info
+
+    def render(self) -> np.ndarray | None:
+        """Returns the current frame, drawn now unless it was before; None without a render mode."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() draws only in an environment made with render_mode='rgb_array'.")
+            return None
+        if self._observation is None:
+            raise gymnasium.error.ResetNeeded("Vigil-v0: call reset() before render().")
+        return self._frame(self._observation)
+
+    def close(self) -> None:
+        """Closes the simulator."""
+        self._env.close()
+
+    def _observations(self) -> Dict:
+        instructions = [episode.instruction for episode in self._pack.episodes]
+        blocks = -(-max(map(len, instructions)) // INSTRUCTION_BLOCK)
+        charset = "".join(sorted({*string.printable, *"".join(instructions)}))
+        spaces: dict[str, Space[Any]] = {"instruction": InstructionText(blocks * INSTRUCTION_BLOCK, charset=charset)}
+        if self._options.frames:
+            spaces["frame"] = Box(0, 255, FRAME_SHAPE, np.uint8)
+        if self._options.condition.has_feedback:
+            spaces["feedback"] = MultiBinary(len(Feedback.model_fields))
+        return Dict(spaces)
+
+    def _seen(self, observation: Observation) -> dict[str, Any]:
+        """Returns an observation in its space; both booleans of the feedback are 0 where there is none."""
+        seen: dict[str, Any] = {"instruction": self._episode.instruction}
+        if self._options.frames:
+            seen["frame"] = self._frame(observation)
+        if self._options.condition.has_feedback:
+            told = observation.feedback or Feedback(too_far=False, path_blocked=False)
+            seen["feedback"] = np.array([told.too_far, told.path_blocked], np.int8)
+        return seen
+
+    def _frame(self, observation: Observation) -> np.ndarray:
+        """Returns the frame, for its reader to keep and to change. Raises SimulatorError."""
+        try:
+            return observation.rgb.copy()
+        except SimulatorError as error:
+            self._env.fail("simulator", str(error))
+            raise
+
+    def _closing(self, before: Observation | None, record: EpisodeRecord) -> Observation:
+        """Returns what is seen after the last reply, which Gymnasium wants and no agent can answer."""
+        effect = record.steps[-1].effect
+        told = None if effect is None else Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
+        if effect is None and before is not None and before.is_drawn:
+            return Observation(lambda: before.rgb, told)
+        return Observation(self._simulator.frame, told)
+
+    def _chosen(self, options: dict[str, Any]) -> Episode:
+        for name in options:
+            if name not in RESET_OPTIONS:
+                hint = did_you_mean(name, RESET_OPTIONS) or f" Its options: {', '.join(RESET_OPTIONS)}."
+                raise SettingError(f"reset() of Vigil-v0 has no option {name!r}.{hint}")
+        if "episode_id" in options:
+            return self._pack.episode(str(options["episode_id"]))
+        return self._episodes[int(self.np_random.integers(len(self._episodes)))]
+
+    def _reward(self, outcome: Outcome) -> float:
+        """Returns 1 for B, with what the options add: nothing by default."""
+        shaping = self._options
+        reward = float(outcome.B) + shaping.world_reward * outcome.W
+        reward += shaping.honest_fail_reward * (outcome.subtype == "honest_fail")
+        return reward - shaping.lag_penalty * (outcome.lag or 0)
+
+
+def load_pack(name: str | Path) -> Pack:
+    """Returns a pack, which environments of one process share as long as its manifest stays. Raises PackMismatch."""
+    folder = find(name)
+    return _pack_in(folder.resolve(), manifest_sha256(folder))
+
+
+@lru_cache(maxsize=PACKS_KEPT)
+def _pack_in(folder: Path, sha256: str) -> Pack:
+    del sha256  # tells a pack from another one that lay in the folder before
+    return Pack.load(folder)
+
+
+def _told(outcome: Outcome) -> dict[str, Any]:
+    found = {key: getattr(outcome, key) for key in OUTCOME_KEYS}
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def _path(given: str | Path | None) -> Path | None:
+    return None if given is None else Path(given)
+
+
+def _failure(record: EpisodeRecord) -> SimulatorError:
+    """Returns what to raise for an episode that the simulator could not play."""
+    message = record.error.message if record.error else ""
+    return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). It said: {message}")

@@ -1,0 +1,76 @@
+"""Options of the Gymnasium environment: the keywords that `gymnasium.make("Vigil-v0", ...)` takes."""
+
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from vigil.actions import Coordinates, ReplyPolicy
+from vigil.episode import Family, families_named
+from vigil.errors import SettingError, did_you_mean, first_fault
+from vigil.observation import Quality
+from vigil.profile import PROFILE_NAMES, Profile
+
+
+class Options(BaseModel):
+    """What is played, how it is seen and answered, and what is rewarded."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+    pack: str | Path = Field("starter", description="a pack's name, or its folder")
+    family: tuple[Family, ...] = Field((), description="a family or several, as `AI` or `AI,SI`; all without it")
+    actions: Literal["text", "structured"] = Field(
+        "text", description="`text`: an action is a reply's text; `structured`: a dict of numbers"
+    )
+    frames: bool = Field(
+        True, description="whether an observation holds the frame; without, nothing is drawn but by `render()`"
+    )
+    profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
+    coordinates: Coordinates = Field("pixel", description="`pixel` or `normalized_1000`")
+    reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
+    backend: str = Field("mujoco", description="the simulator's backend")
+    quality: Quality = Field("default", description="of a frame: `default`, or `fast` without shadows")
+    asset_database: str | Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
+    world_reward: float = Field(0.0, description="added at the end when W holds, reported or not")
+    honest_fail_reward: float = Field(
+        0.0, description="added when the goal does not hold and the report says `fail`, `unsafe` or `invalid`"
+    )
+    lag_penalty: float = Field(
+        0.0, ge=0, description="taken away, with B, for each step from the first with the goal to the report"
+    )
+    evaluator: bool = Field(False, description="whether `info` tells the outcome when an episode ends")
+
+    @field_validator("family", mode="before")
+    @classmethod
+    def _families(cls, given: Any) -> tuple[Family, ...]:
+        names = [given] if isinstance(given, str) else given
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            raise SettingError(f"Vigil-v0: family is {given!r}; give a family's name, or a list of names.")
+        return families_named(names)
+
+    @field_validator("profile")
+    @classmethod
+    def _profile(cls, given: str) -> str:
+        if given not in PROFILE_NAMES:
+            hint = did_you_mean(given, PROFILE_NAMES)
+            raise SettingError(
+                f"Vigil-v0: there is no profile {given!r}.{hint} Choose one of {', '.join(PROFILE_NAMES)}."
+            )
+        return given
+
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> "Options":
+        """Returns the options that were given by name. Raises SettingError with a suggestion."""
+        for name in given:
+            if name not in cls.model_fields:
+                hint = did_you_mean(name, cls.model_fields) or f" Its options: {', '.join(cls.model_fields)}."
+                raise SettingError(f"Vigil-v0 has no option {name!r}.{hint}")
+        try:
+            return cls.model_validate(given)
+        except ValidationError as error:
+            raise SettingError(f"Vigil-v0: option {first_fault(error)}.") from None
+
+    @property
+    def condition(self) -> Profile:
+        """The profile under which episodes are played."""
+        return Profile(name=PROFILE_NAMES[self.profile], coordinates=self.coordinates, reply_policy=self.reply_policy)

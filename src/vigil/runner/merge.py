@@ -1,0 +1,274 @@
+"""Joining the shards of a run into the run that one machine would have played: rows, attempts, frames and logs.
+
+The joined folder is written beside its place and moved there when it is whole. Its rows come shard by shard, each
+shard's in its own order, and its header names every session that played them. The shards stay as they are.
+"""
+
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Annotated, Any
+
+from vigil.errors import MAX_PART_CHARS, RecordError, cut
+from vigil.jsonl import AppendFile, Line, dump_line
+from vigil.record import (
+    EPISODES_FILE,
+    FRAMES_FOLDER,
+    HEADER_FILE,
+    EpisodeRecord,
+    Resumption,
+    RunHeader,
+    RunSpec,
+    Shard,
+    read_header,
+)
+from vigil.runner.attempts import ATTEMPTS_FILE, read_attempts, spec_sha256
+from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER
+from vigil.runner.shared_settings import PackPlace
+from vigil.saved_run import SavedRun, open_run
+from vigil.setting import Setting
+from vigil.shards import part_of
+
+TOLD = 5
+"""How many differences, shards and episodes a message names."""
+_ONLY_A_PLACE = {"shard.index", "base_url"}
+"""Settings in which the shards of one run may differ."""
+_UNTIL_PLAYED = {"simulator_version", "answering models"}
+"""Facts that a shard lacks until it was played."""
+_ANSWERERS = ("agent_files", "answering models")
+"""What says who answered; another one may be joined when that is asked for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MergeSettings:
+    """How shards are joined."""
+
+    partial: Annotated[bool, Setting("Join what there is; `vigil run --log-dir OUT` plays the rest.")] = False
+    anyway: Annotated[bool, Setting("Join shards that different models or programs answered.")] = False
+    pack: PackPlace = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """One shard, read whole."""
+
+    run: SavedRun
+    shard: Shard
+    lines: tuple[Line, ...]
+    """Its rows in the order of its file, those of attempts that failed before included."""
+    missing: int
+    """How many of its episodes have no row without error."""
+
+    @property
+    def header(self) -> RunHeader:
+        return self.run.header
+
+
+def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None = None) -> RunHeader:
+    """Joins the shards of one run into the new folder `out` and returns its header.
+
+    Raises RecordError, with nothing left at `out`, when they are not the shards of one run, overlap, are not all there,
+    or hold what cannot be read.
+    """
+    settings = settings or MergeSettings()
+    if out.exists():
+        raise RecordError(f"{str(out)!r} is there already. Shards are joined into a new folder: choose another.")
+    headers = {folder: read_header(folder) for folder in shards}
+    _check_headers(headers, len(shards), settings)
+    with ExitStack() as stack:
+        parts = [_read(folder, settings, stack) for folder in shards]
+        parts.sort(key=lambda part: part.shard.index)
+        if not settings.partial:
+            _check_finished(parts)
+        header = _joined_header(out.resolve().name, parts)
+        _write(out, header, parts)
+    return header
+
+
+def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSettings) -> None:
+    """Raises RecordError unless the headers are of shards of one run, each there once."""
+    seen: dict[int, Path] = {}
+    for folder, header in headers.items():
+        shard = header.spec.shard
+        if shard is None:
+            raise RecordError(f"{str(folder)!r} holds no shard but a whole run. Give folders that `--shard` made.")
+        if shard.index in seen:
+            raise RecordError(
+                f"{str(folder)!r} and {str(seen[shard.index])!r} overlap: both are shard {shard}. Give one of them."
+            )
+        seen[shard.index] = folder
+    _check_same(headers, settings)
+    if len(headers) < given:
+        raise RecordError("A shard is given twice. Give each folder once.")
+    count = max(header.spec.shard.of for header in headers.values() if header.spec.shard)
+    absent = [f"{index}/{count}" for index in range(1, count + 1) if index not in seen]
+    if absent and not settings.partial:
+        raise RecordError(
+            f"Of {count} shards, {len(absent)} are missing: {_some(absent)}. Give all, or join what there is with "
+            "--partial."
+        )
+
+
+def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None:
+    """Raises RecordError when shards are of different runs."""
+    facts = {folder: _identity(header, settings) for folder, header in headers.items()}
+    differ: list[str] = []
+    for name in sorted(set().union(*facts.values())):
+        values = {folder: found.get(name) for folder, found in facts.items()}
+        if name in _UNTIL_PLAYED:
+            values = {folder: value for folder, value in values.items() if value}
+        (first, expected), *others = values.items() or [(None, None)]
+        other = next(((folder, value) for folder, value in others if value != expected), None)
+        if other is not None:
+            differ.append(f"{name}: {_shown(expected)} in {str(first)!r}, {_shown(other[1])} in {str(other[0])!r}")
+    if differ:
+        only_answers = all(each.startswith(_ANSWERERS) for each in differ)
+        hint = "Join them all the same with --anyway." if only_answers else "Only shards of one run can be joined."
+        raise RecordError(f"These are shards of different runs: {_some(differ)}. {hint}")
+
+
+def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
+    """Returns all in which the shards of one run must be equal."""
+    found = {name: value for name, value in header.spec.settings.items() if name not in _ONLY_A_PLACE}
+    found["package_version"] = header.package_version
+    found["simulator_version"] = header.simulator_version
+    found["answering models"] = header.answering_models
+    return {name: value for name, value in found.items() if not (settings.anyway and name.startswith(_ANSWERERS))}
+
+
+def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _Part:
+    """Returns a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row of it is no good."""
+    run = open_run(folder, settings.pack)
+    path = run.table.path
+    if not path.is_file():
+        raise RecordError(f"{str(folder)!r} has no {EPISODES_FILE}. Play the shard first.")
+    lines = stack.enter_context(AppendFile(path)).lines
+    run.table.refresh()
+    if run.table.torn is not None:
+        raise RecordError(
+            f"{str(path)!r}: line {run.table.torn} is torn, as its run was cut off. Give the shard's own command "
+            "again, which mends it."
+        )
+    if run.table.left_out:
+        fault = run.table.left_out[0]
+        raise RecordError(
+            f"{str(path)!r} line {fault.line} {fault}. Take the line out, and give the shard's own command again."
+        )
+    spec = run.header.spec
+    assert spec.shard is not None
+    done = sum(row.outcome is not None for row in run.table.rows.values())
+    planned = len(part_of(run.table.episodes.values(), spec.shard)) * spec.epochs
+    return _Part(run, spec.shard, lines.whole, planned - done)
+
+
+def _check_finished(parts: Sequence[_Part]) -> None:
+    """Raises RecordError when a shard has episodes left to play."""
+    unfinished = [f"{part.shard} ({part.missing}, in {str(part.run.folder)!r})" for part in parts if part.missing]
+    if unfinished:
+        raise RecordError(
+            f"Shards with episodes that were not played or ended as errors: {_some(unfinished)}. Give each shard's own "
+            "command again, or join what there is with --partial."
+        )
+
+
+def _joined_header(run_id: str, parts: Sequence[_Part]) -> RunHeader:
+    """Returns the header of the joined run: that of its first shard, with the sessions of all."""
+    first = parts[0].header
+    sessions = tuple(chain.from_iterable(_sessions(part, before) for part, before in _with_rows_before(parts)))
+    count = parts[0].shard.of
+    is_whole = len(parts) == count and not any(part.missing for part in parts)
+    ends = [part.header.ended for part in parts if part.header.ended is not None]
+    return first.model_copy(
+        update={
+            "run_id": run_id,
+            "spec": _joined_spec(first.spec),
+            "started": min(part.header.started for part in parts),
+            "ended": max(ends) if is_whole and ends else None,
+            "host": {**first.host, "pack_folder": str(parts[0].run.pack_folder.resolve())},
+            "resumed": sessions[1:],
+        }
+    )
+
+
+def _joined_spec(spec: RunSpec) -> RunSpec:
+    return spec.model_copy(update={"shard": None})
+
+
+def _with_rows_before(parts: Sequence[_Part]) -> Iterator[tuple[_Part, int]]:
+    before = 0
+    for part in parts:
+        yield part, before
+        before += len(part.lines)
+
+
+def _sessions(part: _Part, before: int) -> Iterator[Resumption]:
+    """Yields the sessions of a shard, which follow `before` rows of the shards before it."""
+    header = part.header
+    yield Resumption(
+        started=header.started,
+        rows_before=before,
+        episodes=len(header.spec.episode_ids),
+        commit=header.commit,
+        is_dirty=header.is_dirty,
+        renderer=header.renderer,
+        host=header.host,
+        answered=header.answered,
+        agent_files=header.spec.agent_files,
+    )
+    for session in header.resumed:
+        yield session.model_copy(update={"rows_before": before + session.rows_before})
+
+
+def _write(out: Path, header: RunHeader, parts: Sequence[_Part]) -> None:
+    """Writes the joined run whole or not at all. Raises RecordError."""
+    try:
+        out.absolute().parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as beside:
+            folder = Path(beside) / "run"
+            folder.mkdir()
+            (folder / HEADER_FILE).write_bytes(header.model_dump_json(indent=1).encode() + b"\n")
+            with (folder / EPISODES_FILE).open("wb") as file:
+                for line in chain.from_iterable(part.lines for part in parts):
+                    record = EpisodeRecord.model_validate_json(line.data)
+                    file.write(dump_line(record.model_copy(update={"run_id": header.run_id})))
+            (folder / ATTEMPTS_FILE).write_bytes(b"".join(_attempts(parts, spec_sha256(header.spec))))
+            for part in parts:
+                _copy_files(part, folder)
+            folder.rename(out)
+    except OSError as error:
+        raise RecordError(
+            f"The shards cannot be joined into {str(out)!r}: {error.strerror or error}. Nothing is left there; mend "
+            "this and give the same command again."
+        ) from error
+
+
+def _attempts(parts: Sequence[_Part], spec_hash: str) -> list[bytes]:
+    """Returns the lines of the attempts of all shards in the order of time, as attempts of the joined run."""
+    found = [
+        attempt.model_copy(update={"spec_sha256": spec_hash})
+        for part in parts
+        for attempt in read_attempts(part.run.folder / ATTEMPTS_FILE, part.header.spec)
+    ]
+    return [dump_line(attempt) for attempt in sorted(found, key=lambda attempt: attempt.started)]
+
+
+def _copy_files(part: _Part, folder: Path) -> None:
+    """Copies kept frames, which are named by what they show, and logs into a folder of the shard's own."""
+    own = f"shard-{part.shard.index}-of-{part.shard.of}"
+    places = {FRAMES_FOLDER: FRAMES_FOLDER, **{name: f"{name}/{own}" for name in (LOGS_FOLDER, INSPECT_FOLDER)}}
+    for name, place in places.items():
+        if (part.run.folder / name).is_dir():
+            shutil.copytree(part.run.folder / name, folder / place, dirs_exist_ok=True)
+
+
+def _shown(value: Any) -> str:
+    return f"{len(value)} of them" if isinstance(value, tuple) and len(value) > 3 else cut(repr(value), MAX_PART_CHARS)
+
+
+def _some(texts: Sequence[str]) -> str:
+    more = f" and {len(texts) - TOLD} more" if len(texts) > TOLD else ""
+    return f"{', '.join(texts[:TOLD])}{more}"
