@@ -195,3 +195,10 @@ def test_one_action_may_ask_for_masks(client):
 def test_what_is_here_already_may_be_asked_for(client):
     before = client.do("Pass")["objects"]
     assert client.do("ResetMaterials")["objects"] == client.do("SetRandomSeed", seed=3)["objects"] == before
+
+
+def test_the_answer_to_a_filter_is_filtered(client):
+    assert [each["objectId"] for each in client.do("SetObjectFilter", objectIds=["Fridge|1"])["objects"]] == [
+        "Fridge|1"
+    ]
+    assert len(client.do("ResetObjectFilter")["objects"]) > 1
