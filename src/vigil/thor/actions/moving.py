@@ -203,7 +203,13 @@ ACTIONS = (
     Action("RotateAgent", _rotate_agent, _TURN, required=(("degrees",),), lacks=_NO_HAND),
     Action("LookUp", _look_up, _LOOK),
     Action("LookDown", _look_down, _LOOK),
-    Action("RotateLook", _rotate_look, {"rotation": "Vector3", "horizon": "float"}, takes_anything=True),
+    Action(
+        "RotateLook",
+        _rotate_look,
+        {"rotation": "Vector3", "horizon": "float"},
+        takes_anything=True,
+        lacks="the limits of the head are not looked at",
+    ),
     Action("Teleport", _teleport, _POSE, lacks=_NO_HAND),
     Action(
         "TeleportFull",
