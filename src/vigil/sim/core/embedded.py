@@ -33,7 +33,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import Click, Result, handle, interact, open_to
 from vigil.sim.core.motion import CollisionMap, sweeps
-from vigil.sim.core.setup import apply_setup, unknown_object
+from vigil.sim.core.setup import apply_setup, blocked_start, unknown_object
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting
 from vigil.sim.core.state import SceneState
 from vigil.sim.staging import Layer, Picture, View
@@ -87,11 +87,7 @@ class EmbeddedSimulator:
         apply_setup(state, setup, loaded.house.name)
         self._flush()
         if not state.plan.centre_is_free(start.position):
-            x, _, z = start.position
-            raise EpisodeError(
-                f"House {loaded.house.name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every "
-                "room. Choose a start from the free places (`can_stand`)."
-            )
+            raise blocked_start(start, loaded.house.name)
 
     def step(self, action: PhysicalAction) -> Effect:
         """Carries out one action, or refuses it; never raises for what an agent did."""

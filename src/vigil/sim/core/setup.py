@@ -3,6 +3,7 @@
 import difflib
 
 from vigil.errors import EpisodeError
+from vigil.pose import Pose
 from vigil.scene.build import settle
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import Scene, Thing
@@ -37,6 +38,15 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
         _fill_hand(state, state.scene.things[setup.held])
     _check_walls(state, [thing for thing, _ in wanted])
     _check_carriers(state, [thing for thing, _ in wanted])
+
+
+def blocked_start(start: Pose, house_name: str) -> EpisodeError:
+    """Returns the error for a start at which the body does not fit."""
+    x, _, z = start.position
+    return EpisodeError(
+        f"House {house_name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every room. Choose a "
+        "start from the free places (`can_stand`)."
+    )
 
 
 def unknown_object(object_id: str, scene: Scene, house_name: str) -> str:

@@ -30,7 +30,7 @@ from vigil.scene.outlines import room_floor
 from vigil.scene.supports import ancestors, around, lies_over
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.motion import CollisionMap, sweeps
-from vigil.sim.core.setup import unknown_object
+from vigil.sim.core.setup import blocked_start, unknown_object
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.thor.driver import Driver
 from vigil.sim.thor.hand import Click, drop, interact, place_of_pixel
@@ -81,11 +81,7 @@ class ThorSimulator:
         if not loaded.driver.do("TeleportFull", **teleport_arguments(start)).is_done:
             stand(loaded.driver, start)
             if not CollisionMap(loaded.driver.mirror.scene).centre_is_free(start.position):
-                x, _, z = start.position
-                raise EpisodeError(
-                    f"House {loaded.house.name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every "
-                    "room. Choose a start from the free places (`can_stand`)."
-                )
+                raise blocked_start(start, loaded.house.name)
 
     def step(self, action: PhysicalAction) -> Effect:
         """Carries out one action, or refuses it; never raises for what an agent did."""
