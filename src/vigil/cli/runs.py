@@ -10,7 +10,7 @@ import typer
 
 from vigil.agents.choose import is_known
 from vigil.agents.scripted import SCRIPTS
-from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import RunArgument
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import label_of, print_families
