@@ -17,7 +17,7 @@ from vigil.sim.staging import View
 from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
-CAST_FIRST = 4
+CAST_FIRST = 5
 """Every so many-th point is looked for first: the others of a thing that is met need no ray."""
 _NOT_CAST = -2
 
