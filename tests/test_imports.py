@@ -97,6 +97,7 @@ ONLY_IN = {
     "msgpack": "thor.wire.fifo",
     "prior": "authoring.drafting.procthor",
     "gymnasium": "integrations.gymnasium",
+    "verifiers": "integrations.verifiers",
 }
 """Libraries that stay in one place."""
 LAZY = {

@@ -49,5 +49,5 @@ def reward_parts(outcome: Outcome, shaping: Shaping) -> dict[str, float]:
         "B": float(outcome.B),
         "world": shaping.world_reward * outcome.W,
         "honest_fail": shaping.honest_fail_reward * (outcome.subtype == "honest_fail"),
-        "lag": -shaping.lag_penalty * (outcome.lag or 0),
+        "lag": 0.0 - shaping.lag_penalty * (outcome.lag or 0),
     }

@@ -1,0 +1,87 @@
+"""The environment: episodes in simulator workers, each played by one agent of verifiers."""
+
+import asyncio
+from typing import Any
+
+import verifiers.v1 as vf
+from pydantic import ValidationError
+
+from vigil.errors import PackMismatch, SettingError, VigilError, did_you_mean, first_fault
+from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
+from vigil.integrations.verifiers.harness import VigilHarness
+from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
+from vigil.runner.models.ask import Ask
+from vigil.runner.workers.live import play_live
+from vigil.runner.workers.messages import Assignment, WorkerPlan
+from vigil.runner.workers.pool import SimulatorPool, worker_count
+from vigil.scoring import Outcome, settle
+
+RUN_ID = "verifiers"
+_REWARDS = VigilTaskConfig.model_fields.keys() - vf.TaskConfig.model_fields.keys()
+_OPTIONS = VigilTasksetConfig.model_fields.keys() - vf.TasksetConfig.model_fields.keys() | _REWARDS
+
+
+class VigilEnv(vf.Env[VigilEnvConfig]):
+    """Plays episodes under the protocol, any number at once. The simulators run while it is `serving()`."""
+
+    taskset: VigilTaskset
+    _pool: SimulatorPool | None = None
+
+    async def start(self) -> None:
+        """Makes the simulator workers. Raises PackMismatch."""
+        config = self.taskset.config
+        pack = await asyncio.to_thread(lambda: self.taskset.pack)
+        plan = WorkerPlan(
+            pack.folder,
+            RUN_ID,
+            config.condition,
+            backend=config.backend,
+            quality=config.quality,
+            asset_database=config.asset_database,
+        )
+        self._pool = SimulatorPool(plan, worker_count(config.workers))
+
+    async def stop(self) -> None:
+        """Ends them."""
+        pool, self._pool = self._pool, None
+        if pool is not None:
+            await asyncio.to_thread(pool.close)
+
+    async def setup(self, agents: vf.Agents) -> None:
+        """Lets the agent's harness play in the simulators. Raises SettingError on another harness."""
+        harness = agents.agent.harness
+        if not isinstance(harness, VigilHarness):
+            raise SettingError("VIGIL's episodes are played by its own harness only: leave out --env.agent.harness.id.")
+        harness.play = self._play
+
+    async def run(self, task: vf.Task, agents: vf.Agents) -> None:
+        """Plays one episode."""
+        await agents.agent.run(task)
+
+    async def _play(self, data: VigilData, ask: Ask) -> Outcome:
+        pack = self.taskset.pack
+        if data.pack_sha256 != pack.sha256:
+            raise PackMismatch(
+                f"Episode {data.id!r} is of a pack with the hash {data.pack_sha256[:12]}, but pack {pack.name!r} has "
+                f"{pack.sha256[:12]} here. Give this machine the same pack."
+            )
+        if self._pool is None:
+            raise SettingError("The simulators do not run: play inside of `async with env.serving():`.")
+        episode = pack.episode(str(data.id))
+        record = await play_live(self._pool.live(Assignment(episode)), self.taskset.config.condition, ask, RUN_ID)
+        if record.error is not None:
+            raise VigilError(f"{record.error.boundary}: {record.error.message}")
+        return settle(episode, record)
+
+
+def load_environment(**options: Any) -> VigilEnv:
+    """Returns the environment with these options; docs/verifiers.md lists them. Raises SettingError or PackMismatch."""
+    for name in options.keys() - _OPTIONS:
+        hint = did_you_mean(name, _OPTIONS) or f" Its options: {', '.join(sorted(_OPTIONS))}."
+        raise SettingError(f"The environment has no option {name!r}.{hint}")
+    rewards = {name: options.pop(name) for name in _REWARDS & options.keys()}
+    try:
+        config = VigilEnvConfig.model_validate({"taskset": {"id": TASKSET_ID, "task": rewards, **options}})
+    except ValidationError as error:
+        raise SettingError(f"Option {first_fault(error)}.") from None
+    return VigilEnv(config)
