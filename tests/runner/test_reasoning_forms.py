@@ -26,6 +26,7 @@ def test_the_smoke_pack_is_played_in_every_form(tmp_path: Path) -> None:
             told = {**asked, "model_args": {"stream": is_streamed}}
             for record in run_pack(quick(pack.folder, tmp_path / str(is_streamed), epochs=half, **told)).records:
                 played[record.episode_id, model.check(record, record.epoch - 1 + half * is_streamed)] += 1
+    assert {bool(request.body.get("stream")) for request in server.requests} == {False, True}
     assert played == Counter((episode.id, name) for episode in pack.episodes for name in NAMES)
 
 
