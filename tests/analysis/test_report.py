@@ -354,3 +354,13 @@ def test_a_figure_is_written_in_its_files_format(write: Write, tmp_path: Path):
         out = tmp_path / f"plane.{suffix}"
         assert command("figure", "plane", "--runs", run, "--out", out).exit_code == 0
         assert out.read_bytes().startswith(start)
+
+
+def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) -> None:
+    garbled = study(read_runs([write("fine"), write("garbled", small_records(lambda f: EpisodeCourse(f, False, "IL")))]))
+    notes = TABLES["invalid_replies"](garbled).notes
+    said = [note for note in notes if "no action" in note]
+    assert len(said) == 1
+    fraction = garbled.entries[1].run.rows
+    invalid = int((fraction["protocol_failures"] + fraction["malformed_actions"]).sum())
+    assert f"of the replies are no action ({invalid} " in said[0]

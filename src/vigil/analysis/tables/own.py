@@ -3,11 +3,13 @@
 Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
 """
 
+import json
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import (
@@ -41,6 +43,7 @@ from vigil.analysis.tables.table import (
 from vigil.goals import STATE_LABELS
 from vigil.rates import RATES, rate_of
 from vigil.record import Resumption, RunHeader
+from vigil.summary import no_actions
 
 MODEL = Column("model", "Run", "text")
 WILSON_NOTE = "Intervals: Wilson."
@@ -252,7 +255,15 @@ def invalid_replies(study: Study) -> Table:
         for entry in by_b(study.entries)
     )
     title = "Replies that are no actions, events and cost: means per episode"
-    return Table("invalid_replies", title, columns, rows, (HOUSES_NOTE,))
+    said = ((entry.name, _no_actions(entry.run.rows)) for entry in by_b(study.entries))
+    notes = (HOUSES_NOTE, *(f"{name}: {text}." for name, text in said if text))
+    return Table("invalid_replies", title, columns, rows, notes)
+
+
+def _no_actions(rows: pd.DataFrame) -> str:
+    return no_actions(
+        int(rows["steps"].sum()), map(json.loads, rows["invalid_reasons"]), int(rows["would_parse_leniently"].sum())
+    )
 
 
 def runs(study: Study) -> Table:
