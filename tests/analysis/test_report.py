@@ -357,7 +357,9 @@ def test_a_figure_is_written_in_its_files_format(write: Write, tmp_path: Path):
 
 
 def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) -> None:
-    garbled = study(read_runs([write("fine"), write("garbled", small_records(lambda f: EpisodeCourse(f, False, "IL")))]))
+    garbled = study(
+        read_runs([write("fine"), write("garbled", small_records(lambda f: EpisodeCourse(f, False, "IL")))])
+    )
     notes = TABLES["invalid_replies"](garbled).notes
     said = [note for note in notes if "no action" in note]
     assert len(said) == 1
