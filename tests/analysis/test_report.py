@@ -26,6 +26,7 @@ from vigil.analysis.tables.table import Column, Table, TableRow, printed
 from vigil.analysis.tables.text import latex, markdown
 from vigil.cli import app, reports
 from vigil.profile import ACTION_FEEDBACK, Profile
+from vigil.record import Answered, Resumption, read_header
 
 PAPERS_OWN = [
     "global_cross_section",
@@ -366,3 +367,17 @@ def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) ->
     fraction = garbled.entries[1].run.rows
     invalid = int((fraction["protocol_failures"] + fraction["malformed_actions"]).sum())
     assert f"of the replies are no action ({invalid} " in said[0]
+
+
+def test_what_really_answered_stands_beside_what_was_asked_for(write: Write) -> None:
+    folder = write("run", agent="vllm/alias")
+    header = read_header(folder)
+    answered = Answered(replies=3, models={"alias-2026": 3}, replies_with_reasoning=1)
+    later = Resumption(started=header.started, rows_before=1, answered=Answered(models={"alias-2027": 1}))
+    changed = header.model_copy(update={"answered": answered, "resumed": (later,)})
+    (folder / "run.json").write_text(changed.model_dump_json(), encoding="utf-8")
+    (row,) = (
+        row for row in TABLES["models"](study(read_runs([folder, write("silent")]))).rows if row.cells.get("answered")
+    )
+    assert (row.cells["api"], row.cells["answered"]) == ("vllm/alias", "alias-2026, alias-2027")
+    assert row.cells["thinking"] == "not said; reasoning came"
