@@ -19,7 +19,7 @@ from vigil.analysis.measures.paper import paper
 from vigil.cli import app
 from vigil.cli.models import LISTED
 from vigil.errors import SettingError
-from vigil.profile import COORDINATES_BY_MODEL
+from vigil.profile import COORDINATES_BY_MODEL, known_coordinates
 from vigil.runner.models.providers import PROVIDERS, named
 
 pytestmark = INSPECT
@@ -37,6 +37,12 @@ def _no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_model_of_the_paper_has_a_command() -> None:
     assert sorted(COMMANDS) == sorted(model.name for model in paper().models)
     assert len(COMMANDS) == 28
+
+
+def test_the_page_names_the_papers_models_without_coordinates() -> None:
+    unknown = {name for name, command in COMMANDS.items() if known_coordinates(shlex.split(command)[2]) is None}
+    assert unknown == {"Kimi-VL-A3B (T)", "Kimi-VL-A3B-Instruct"}
+    assert "models Kimi-VL alone has none" in PAGE
 
 
 @pytest.mark.parametrize("name", COMMANDS)
