@@ -29,17 +29,8 @@ class VigilEnv(vf.Env[VigilEnvConfig]):
 
     async def start(self) -> None:
         """Makes the simulator workers. Raises PackMismatch."""
-        config = self.taskset.config
-        pack = await asyncio.to_thread(lambda: self.taskset.pack)
-        plan = WorkerPlan(
-            pack.folder,
-            RUN_ID,
-            config.condition,
-            backend=config.backend,
-            quality=config.quality,
-            asset_database=config.asset_database,
-        )
-        self._pool = SimulatorPool(plan, worker_count(config.workers))
+        plan = await asyncio.to_thread(self.worker_plan)
+        self._pool = SimulatorPool(plan, worker_count(self.taskset.config.workers))
 
     async def stop(self) -> None:
         """Ends them."""
@@ -57,6 +48,18 @@ class VigilEnv(vf.Env[VigilEnvConfig]):
     async def run(self, task: vf.Task, agents: vf.Agents) -> None:
         """Plays one episode."""
         await agents.agent.run(task)
+
+    def worker_plan(self) -> WorkerPlan:
+        """Returns what the simulator workers are told. Raises PackMismatch."""
+        config = self.taskset.config
+        return WorkerPlan(
+            self.taskset.pack.folder,
+            RUN_ID,
+            config.condition,
+            backend=config.backend,
+            quality=config.quality,
+            asset_database=config.asset_database,
+        )
 
     async def _play(self, data: VigilData, ask: Ask) -> Outcome:
         pack = self.taskset.pack
@@ -83,5 +86,6 @@ def load_environment(**options: Any) -> VigilEnv:
     try:
         config = VigilEnvConfig.model_validate({"taskset": {"id": TASKSET_ID, "task": rewards, **options}})
     except ValidationError as error:
-        raise SettingError(f"Option {first_fault(error)}.") from None
+        fault = first_fault(error).removeprefix("taskset.").replace("Value error, ", "", 1)
+        raise SettingError(f"Option {fault.rstrip('.')}.") from None
     return VigilEnv(config)
