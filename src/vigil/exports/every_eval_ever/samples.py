@@ -72,10 +72,7 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
             "tool_calls_count": calls,
         },
         "token_usage": _token_usage(record, outcome),
-        "performance": {
-            "latency_ms": round(1000 * outcome.seconds, 3),
-            "generation_time_ms": round(1000 * sum(step.reply.seconds for step in record.steps), 3),
-        },
+        "performance": {"generation_time_ms": round(1000 * sum(step.reply.seconds for step in record.steps), 3)},
         "metadata": _metadata(outcome),
     }
 
