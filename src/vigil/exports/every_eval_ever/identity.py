@@ -8,7 +8,7 @@ from typing import Any, Literal
 from vigil.analysis.measures.models import GROUPS, told_group
 from vigil.errors import SettingError
 from vigil.record import AgentKind, RunHeader
-from vigil.runner.models.providers import PROVIDERS, Named, named
+from vigil.runner.models.providers import Named, named
 from vigil.runner.models.serving import is_own_address
 
 MAKERS: Mapping[str, str] = {
@@ -67,12 +67,11 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
             "results of models. Leave it out; --format parquet and hf take it."
         )
     served = named(spec.agent)
-    name = _without_service(served)
-    maker, _, rest = name.rpartition("/")
+    maker, _, rest = served.name.rpartition("/")
     if developer is None and maker.strip("/"):
-        developer, rest = name.split("/", 1)
+        developer, rest = served.name.split("/", 1)
     if developer is None and _deployment(header, served) == "externally_managed":
-        developer = MAKERS.get(served.prefix)
+        developer = MAKERS.get(served.prefix.partition("/")[0])
     found = Identity(developer or "", rest, served)
     if "/" in found.developer or not all(map(_is_component, found.folders)):
         raise SettingError(
@@ -99,12 +98,6 @@ def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
     if header.answering_models:
         details["answered_as"] = ", ".join(header.answering_models)
     return {**info, "additional_details": details}
-
-
-def _without_service(served: Named) -> str:
-    """Returns a model's name without the service that some providers have before it."""
-    service, _, rest = served.name.partition("/")
-    return rest if rest and f"{served.prefix}/{service}" in PROVIDERS else served.name
 
 
 def _deployment(header: RunHeader, served: Named) -> Literal["self_deployed", "externally_managed", "unknown"]:
