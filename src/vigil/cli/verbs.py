@@ -122,7 +122,10 @@ VERBS: dict[str, Verb | Group] = {
         "web:review",
         "Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.",
     ),
-    "export": Verb("web:export", "Writes a run as a static site, or one episode as a self-contained page, GIF or MP4."),
+    "export": Verb(
+        "exports.verb:export",
+        "Writes a run as a static site, an episode as a page or film, runs as Parquet, a dataset or results to share.",
+    ),
     "render": Verb(
         "render:render",
         "Draws what an agent would see, one asset on a stage, or single things where such things stand.",
