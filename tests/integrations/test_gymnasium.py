@@ -408,10 +408,10 @@ def test_render_says_what_it_lacks(pack: str) -> None:
 def test_a_pack_is_loaded_once_for_all_environments_until_it_changes(tmp_path: Path) -> None:
     folder = tmp_path / "pack"
     tiny_pack(folder, 2)
-    first = make(str(folder)).unwrapped._pack
-    assert make(str(folder)).unwrapped._pack is first
+    first = make(str(folder)).unwrapped._source._pack
+    assert make(str(folder)).unwrapped._source._pack is first
     loose_pack(folder, [tiny_episode(7)], [tiny_house()])
-    assert [episode.id for episode in make(str(folder)).unwrapped._pack.episodes] == ["tiny-DA-007"]
+    assert [episode.id for episode in make(str(folder)).unwrapped._source._pack.episodes] == ["tiny-DA-007"]
 
 
 def test_an_environment_is_made_again_from_its_description(pack: str) -> None:

@@ -110,7 +110,7 @@ class StreamHouseMaker:
     def _named(self, draft: Draft, number: int) -> Draft:
         """Returns a draft under an id that says where in which stream it is; in a house its own hash orders it."""
         episode = draft.episode
-        stem = f"stream{self._settings.seed}v{stream_version()}_{number:08d}"
+        stem = f"stream{self._settings.seed}v{stream_version()}_{number:010d}"
         family, category = episode.family.lower(), draft.facts.category.lower()
         named = episode.model_copy(update={"id": f"{stem}_{episode.id[-DIGITS:]}_{category}_{family}"})
         return draft.model_copy(update={"episode": named})

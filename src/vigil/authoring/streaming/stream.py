@@ -9,7 +9,7 @@ their speed shows in what is read.
 """
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import closing
 from dataclasses import dataclass
@@ -92,13 +92,8 @@ class Stream:
 
     def __iter__(self) -> Iterator[StreamItem]:
         """Yields the episodes. Raises SettingError when none fits in many houses, SimulatorError."""
-        number = 0
-        for made in self.houses():
-            house = made.house if made.drafts else None
-            for draft in made.drafts:
-                assert house is not None
-                yield StreamItem(number, made.number, draft, house)
-                number += 1
+        with closing(self.houses()) as houses:
+            yield from items_in(houses)
 
     def houses(self) -> Iterator[StreamHouse]:
         """Yields house after house, those without a wanted episode too. Raises as iteration does."""
@@ -109,6 +104,20 @@ class Stream:
                 if barren >= MOST_BARREN:
                     raise SettingError(self._nothing_found())
                 yield house
+
+    def after(self, houses: int) -> "Stream | None":
+        """Returns the same stream without its first houses; None when nothing is left of it."""
+        first, asked = self.first + houses, self.settings
+        if self.last is not None and first >= self.last:
+            return None
+        return Stream(
+            asked.seed,
+            families=asked.families,
+            difficulties=asked.difficulties,
+            first=first,
+            last=self.last,
+            workers=self._workers,
+        )
 
     def worker_pids(self) -> list[int]:
         """Returns the ids of the background processes that run."""
@@ -145,3 +154,14 @@ class Stream:
             f"Stream {asked.seed}: no episode of {', '.join(asked.families)} that is {' or '.join(asked.difficulties)} "
             f"in {MOST_BARREN} houses in a row. Ask for more families or difficulties."
         )
+
+
+def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
+    """Yields the episodes of houses, in their order."""
+    number = 0
+    for made in houses:
+        house = made.house if made.drafts else None
+        for draft in made.drafts:
+            assert house is not None
+            yield StreamItem(number, made.number, draft, house)
+            number += 1
