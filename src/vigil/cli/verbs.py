@@ -127,6 +127,10 @@ VERBS: dict[str, Verb | Group] = {
         "Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.",
     ),
     "export": Verb("web:export", "Writes a run as a static site, or one episode as a self-contained page, GIF or MP4."),
+    "demos": Verb(
+        "training.demos:demos",
+        "Writes demonstrations of a stream for training: a model's requests, the solver's answers, false reports.",
+    ),
     "render": Verb(
         "render:render",
         "Draws what an agent would see, one asset on a stage, or single things where such things stand.",
