@@ -1,4 +1,4 @@
-"""The card of a folder of demonstrations: a README that says what it holds, and that HF `datasets` reads its rows by."""
+"""The card of a folder of demonstrations: what it holds, and how HF `datasets` finds its rows."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,15 +20,15 @@ with VIGIL is among them.
 
 | column | says |
 |---|---|
-| `messages` | the chat that a model is sent, the last message being the right answer; past pictures are left out, as in \
-evaluation |
+| `messages` | the chat that a model is sent, and as its last message the right answer; past pictures are left out, \
+as in evaluation |
 | `images` | the one picture, that of the part `{{"type": "image"}}`{where} |
 | `kind` | `demonstration`, or `correction`: the same request with a false report besides |
 | `rejected` | of a correction: the false report, which the answer is to be preferred to |
 | `fault` | `premature_success` (the goal does not hold yet), `wrong_state` (the other label), `false_fail` (giving up \
 when it is done) |
-| `id`, `episode_id`, `family`, `difficulty`, `step` | where the row is from; ids name the target: never show them to a \
-model |
+| `id`, `episode_id`, `family`, `difficulty`, `step` | where the row is from; ids name the target: never show them to \
+a model |
 
 ## Counts
 | rows | |
@@ -43,8 +43,8 @@ model |
 - Houses and episodes are generated; every solution was validated by replaying it, and played again for these rows.
 - Actions are the solver's, which knows the hidden world: it walks straight to what it has not seen yet. It does not
   search as one must who does not know.
-- Thoughts and reports are sentences of a few fixed forms. They name things that the instruction names; "I see" stands
-  where at least 40 pixels of a thing are in the frame within 6 m, "I do not see" where none is.
+- Thoughts and reports are sentences of a few fixed forms. They call things what the instruction calls them; "I see"
+  stands where at least 40 pixels of a thing are in the frame within 6 m, "I do not see" where none is.
 - Every report in an answer is true: the scoring of VIGIL calls it so. Every rejected one was scored too, and is false.
 - Pictures are drawn by MuJoCo, quality `{quality}`; another graphics driver may draw other pixels. All else depends on
   the stream's seed, filters and version alone.

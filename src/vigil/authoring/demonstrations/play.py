@@ -7,7 +7,7 @@ it false.
 
 import json
 import zlib
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -15,7 +15,8 @@ from vigil.actions import Action, Coordinates, InteractPixel, Reply, Report, Sta
 from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.demonstrations.words import GIVEN_UP, report_of, subject_in, thought_of
+from vigil.authoring.demonstrations.words import GIVEN_UP, phrases_in, report_of, subject_in, thought_of
+from vigil.authoring.language.referring import Phrase
 from vigil.authoring.streaming.stream import StreamItem
 from vigil.env import Env
 from vigil.errors import SimulatorError
@@ -54,6 +55,8 @@ class Demonstrator:
         self._profile = profile
         self._simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality=quality)
         self._item: StreamItem | None = None
+        self._phrases: dict[str, Phrase] = {}
+        """What the instruction calls its things."""
         self._env = Env(self._simulator, lambda episode: self._now().house, profile)
 
     def close(self) -> None:
@@ -88,6 +91,8 @@ class Demonstrator:
         item, found = self._now(), list[Example]()
         conversation = Conversation(self._profile, item.episode.instruction)
         observation = self._env.reset(item.episode)
+        setup = item.episode.setup
+        self._phrases = phrases_in(item.episode.instruction, self._simulator.scene(), setup.held)
         for index, action in enumerate(actions):
             if observation is None:
                 raise SimulatorError(f"Episode {item.episode.id!r}: the simulator failed.")
@@ -103,12 +108,13 @@ class Demonstrator:
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> str:
         """Returns an action with a thought, from what the frame before it shows."""
         world, goal = record.worlds[index], self._now().episode.goal
-        about = _subject_id(record, index, goal.object_id)
+        about = _subject_id(record, index, self._phrases, goal.object_id)
         pixels = self._simulator.pixels_of(about)
-        subject = subject_in(world, about, float(pixels[:, 0].mean()) if len(pixels) else None)
+        x = float(pixels[:, 0].mean()) if len(pixels) else None
+        subject = subject_in(world.objects[about], self._phrases[about], x)
         if not isinstance(action, Report):
             return self._answer(action, thought_of(action, subject, ""))
-        said = report_of(goal, world, action.status)
+        said = report_of(goal, self._phrases, action.status)
         return self._answer(action.model_copy(update={"summary": said}), thought_of(action, subject, said))
 
     def _corrections(self, shown: Sequence[Example], record: EpisodeRecord) -> list[Example]:
@@ -119,10 +125,10 @@ class Demonstrator:
         if isinstance(goal, ReportStatus):
             positive, negative = STATE_LABELS[goal.state]
             other = negative if closing.status == positive else positive
-            false = self._report(other, report_of(goal, record.worlds[-2], other))
+            false = self._report(other, report_of(goal, self._phrases, other))
             return self._kept(shown, [(last, "wrong_state", false)])
         early = shown[zlib.crc32(last.episode_id.encode()) % (len(shown) - 1)]
-        claim = self._report("success", report_of(goal, record.worlds[-2], "success"))
+        claim = self._report("success", report_of(goal, self._phrases, "success"))
         return self._kept(
             shown, [(early, "premature_success", claim), (last, "false_fail", self._report("fail", GIVEN_UP))]
         )
@@ -158,13 +164,10 @@ def _pointed(pixel: int, size: int, coordinates: Coordinates) -> int:
     return pixel if coordinates == "pixel" else -(-pixel * 1000 // size)
 
 
-def _subject_id(record: EpisodeRecord, index: int, target_id: str) -> str:
-    """Returns which thing an action is about: what the next click meets, if the instruction names it, else the target.
-
-    Clicks to drop meet nothing.
-    """
+def _subject_id(record: EpisodeRecord, index: int, named: Container[str], target_id: str) -> str:
+    """Returns which thing an action is about: what the next click meets that the instruction names, else the target."""
     for step in record.steps[index:]:
         hit = step.effect.hit if step.effect is not None else None
-        if isinstance(step.action, InteractPixel) and hit in record.worlds[0].objects:
+        if isinstance(step.action, InteractPixel) and hit is not None and hit in named:
             return hit
     return target_id

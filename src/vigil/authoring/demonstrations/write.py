@@ -31,8 +31,8 @@ def check_source(pack: str) -> None:
     """Raises SettingError unless demonstrations may be made of a pack: of a stream alone."""
     if not is_stream(pack):
         raise SettingError(
-            f"No demonstrations are made of pack {pack!r}: who trains on a pack's episodes can no longer be measured on "
-            "them. Give a stream, whose houses are in no packaged pack: --pack stream:7."
+            f"No demonstrations are made of pack {pack!r}: who trains on a pack's episodes cannot be measured on them. "
+            "Give a stream, whose houses are in no packaged pack: --pack stream:7."
         )
 
 
