@@ -77,7 +77,7 @@ class _Process:
             self._end()
         raise SimulatorError(
             f"House {number} of stream {self._settings.seed}: {MOST_DEATHS} background processes ended while they made "
-            "it. Is there enough memory? Each takes some 400 MB."
+            "it. Is there enough memory? Each takes some 500 MB."
         )
 
     def close(self) -> None:
