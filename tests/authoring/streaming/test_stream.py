@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -192,7 +193,7 @@ def test_another_version_is_refused() -> None:
 
 
 @pytest.mark.parametrize("options", [{"first": -1}, {"first": 2, "last": 2}, {"workers": -1}])
-def test_settings_without_sense_are_refused(options: dict[str, int]) -> None:
+def test_settings_without_sense_are_refused(options: dict[str, Any]) -> None:
     with pytest.raises(SettingError):
         Stream(7, **options)
 

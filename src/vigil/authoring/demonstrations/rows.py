@@ -79,7 +79,7 @@ def row_of(example: Example) -> Row:
 
 
 def _message(message: Message) -> dict[str, Any]:
-    content = [{"type": "text", "text": message.text}]
+    content: list[dict[str, str | None]] = [{"type": "text", "text": message.text}]
     if message.picture is not None:
         content.append({"type": "image", "text": None})
     return {"role": message.role, "content": content}

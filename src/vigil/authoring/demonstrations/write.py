@@ -56,7 +56,7 @@ def write_demonstrations(
         raise SettingError(f"{str(out)!r} is not empty, or no folder. Write into a new one.")
     make, table = FORMATS[form]
     rows, episodes = Counter[str](), Counter[str]()
-    with _whole(out) as folder, closing(iter(stream)) as items, closing(Demonstrator(profile, quality)) as player:
+    with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
         with closing(make(folder)) as writer:
             for item in islice(items, count):
                 found = [row_of(example) for example in player.examples(item)]

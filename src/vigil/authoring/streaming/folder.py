@@ -5,7 +5,7 @@ a larger count adds to the folder: its episodes are then those that one command 
 """
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -77,7 +77,7 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
     )
 
 
-def kept_houses(path: Path, stream: Stream) -> Iterator[StreamHouse]:
+def kept_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None]:
     """Yields the houses of a stream: those in the file, then new ones, each of which is written down before.
 
     Raises SettingError when the file holds another stream's.

@@ -9,7 +9,7 @@ their speed shows in what is read.
 """
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import closing
 from dataclasses import dataclass
@@ -91,12 +91,15 @@ class Stream:
         self.close()
 
     def __iter__(self) -> Iterator[StreamItem]:
-        """Yields the episodes. Raises SettingError when none fits in many houses, SimulatorError."""
+        return self.items()
+
+    def items(self) -> Generator[StreamItem, None, None]:
+        """Yields the episodes, as iteration does. Raises SettingError when none fits in many houses, SimulatorError."""
         with closing(self.houses()) as houses:
             yield from items_in(houses)
 
-    def houses(self) -> Iterator[StreamHouse]:
-        """Yields house after house, those without a wanted episode too. Raises as iteration does."""
+    def houses(self) -> Generator[StreamHouse, None, None]:
+        """Yields house after house, those without a wanted episode too. Raises as `items` does."""
         barren = 0
         with closing(self._made()) as made:
             for house in made:
@@ -128,7 +131,7 @@ class Stream:
         for pool in self._pools:
             pool.close()
 
-    def _made(self) -> Iterator[StreamHouse]:
+    def _made(self) -> Generator[StreamHouse, None, None]:
         numbers = iter(range(self.first, self.last)) if self.last is not None else count(self.first)
         if not self._workers:
             maker = StreamHouseMaker(self.settings)
