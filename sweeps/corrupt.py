@@ -176,8 +176,8 @@ def one_case(
     run = finished.with_name("corrupted")
     shutil.copytree(finished, run)
     try:
-        deed = corrupt(rng, run)
-        return deed, {name: attempt(name, reader, run, shows_trace) for name, reader in readers.all().items()}
+        corruption = corrupt(rng, run)
+        return corruption, {name: attempt(name, reader, run, shows_trace) for name, reader in readers.all().items()}
     finally:
         shutil.rmtree(run)
 
@@ -205,12 +205,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         readers = Readers(finished, pack.folder)
         with progress("cases", ticks=False) as show:
             for number, case in enumerate(cases, start=1):
-                deed, found = one_case(given.seed, case, finished, readers, given.case is not None)
+                corruption, found = one_case(given.seed, case, finished, readers, given.case is not None)
                 for name, outcome in found.items():
                     outcomes[outcome if outcome in ("works", "refuses") else "falls"] += 1
                     if outcome not in ("works", "refuses"):
                         falls[f"{name}: {outcome[:90]}"] += 1
-                        print(f"case {case}: {deed}: {name}: {outcome}", flush=True)
+                        print(f"case {case}: {corruption}: {name}: {outcome}", flush=True)
                 show(number, len(cases), f"{outcomes['falls']} falls")
         readers.close()
     for fall, count in falls.most_common():

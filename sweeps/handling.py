@@ -1,14 +1,14 @@
 """Fuzzes the handling of things: random picking, placing, dropping, opening, closing and switching, with real clicks.
 
-    python -m sweeps.handling                        1,000 pieces: a house each, 60 deeds in it
+    python -m sweeps.handling                        1,000 pieces: a house each, 60 interactions in it
     python -m sweeps.handling --piece 3              one house again
 
 The agent is stood before one thing after another, faces it and clicks on a pixel of it. After every interaction: what
 was refused left all as it was, to the last bit; what was put down or moved is no deeper in other solids than it ever
 was, beyond the simulator's own tolerance; it lies in one room, and on the floor or its surface; what lies on or in a
 thing moved along with it and kept its place relative to it; what is shut in can neither be clicked on nor picked; a
-thing picked and placed at the same point again and again comes to rest at the same place; and all deeds carried out
-again in a simulator loaded afresh give the same world, to the last bit.
+thing picked and placed at the same point again and again comes to rest at the same place; and all interactions carried
+out again in a simulator loaded afresh give the same world, to the last bit.
 """
 
 import math
@@ -61,17 +61,17 @@ class Interaction:
 
 @dataclass(slots=True)
 class InteractionLog:
-    """What was done in a house, and how the house was after each deed."""
+    """What was done in a house, and how the house was after each interaction."""
 
     house: House
     setup: Setup
     start: Pose
-    deeds: list[Interaction] = field(default_factory=list)
+    interactions: list[Interaction] = field(default_factory=list)
     moments: list[Snapshot] = field(default_factory=list)
 
 
 def fuzz(seed: int, backend: str, count: int, piece: int) -> Finding:
-    """Returns what came of a piece: `count` deeds in one house."""
+    """Returns what came of a piece: `count` interactions in one house."""
     finding = Finding()
     rng = random.Random(f"{seed}/{piece}")
     house, _ = draw_house(rng)
@@ -101,11 +101,11 @@ class RandomInteractions:
         self._faults: list[tuple[str, str]] = []
 
     def do(self, count: int) -> list[tuple[str, str]]:
-        """Does so many deeds. Returns what did not hold."""
+        """Does so many interactions. Returns what did not hold."""
         for _ in range(count):
             thing = self._interesting()
             if self._stand_before(thing):
-                self._deed(thing, self._intent(thing))
+                self._interact(thing, self._intent(thing))
         return self._faults
 
     def _interesting(self) -> Thing:
@@ -152,7 +152,7 @@ class RandomInteractions:
             self._counts["shut in, and out of reach of clicks"] += 1
         return False
 
-    def _deed(self, thing: Thing, intent: Intent) -> None:
+    def _interact(self, thing: Thing, intent: Intent) -> None:
         pixels = self._simulator.pixels_of(thing.id)
         if self._is_hidden(thing):
             self._faults.append(("what is shut in can be clicked on", f"{thing.id} in {thing.parent}"))
@@ -167,16 +167,16 @@ class RandomInteractions:
         return is_shut_in(scene, thing) and all(each.openness == 0.0 for each in ancestors(scene, thing))
 
     def _click(self, thing: Thing, action: InteractPixel) -> Effect:
-        """Carries out a deed and looks at all that must hold of it."""
+        """Carries out an interaction and looks at all that must hold of it."""
         agent = self._simulator.world(()).agent
         before, places = snapshot(self._simulator), self._relative_places()
         effect = self._simulator.step(action)
         after = snapshot(self._simulator)
-        what = f"deed {len(self.story.deeds)}, {action.intent} {thing.id} at {agent.position}: {effect!r}"
+        what = f"interaction {len(self.story.interactions)}, {action.intent} {thing.id} at {agent.position}: {effect!r}"
         names = changed(before, after) - {"agent"}
-        self.story.deeds.append(Interaction(agent, action))
+        self.story.interactions.append(Interaction(agent, action))
         self.story.moments.append(after)
-        self._counts["deeds"] += 1
+        self._counts["interactions"] += 1
         self._counts[f"{action.intent}: {effect.refusal or 'done'}"] += 1
         faults = self._sanity.faults(0.0, names) + self._relations(places)
         if effect.refusal is not None and before != after:
@@ -222,7 +222,7 @@ class RandomInteractions:
     def _again(self, receptacle: Thing, action: InteractPixel) -> None:
         """Picks up what was placed and places it at the same point, twice: the two places must be equal."""
         scene = self._simulator.scene()
-        placed = [t for t in children(scene, receptacle.id) if self.story.deeds and t.is_pickupable]
+        placed = [t for t in children(scene, receptacle.id) if self.story.interactions and t.is_pickupable]
         last = self.story.moments[-1]
         earlier = self.story.moments[-2] if len(self.story.moments) > 1 else last
         moved = [thing for thing in placed if last[thing.id] != earlier[thing.id]]
@@ -267,14 +267,14 @@ def _stand(simulator: EmbeddedSimulator, pose: Pose) -> None:
 
 
 def replayed(story: InteractionLog, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
-    """Returns in what the same deeds come out otherwise in a simulator loaded afresh."""
+    """Returns in what the same interactions come out otherwise in a simulator loaded afresh."""
     simulator.reset(story.start, story.setup)
-    for number, (deed, moment) in enumerate(zip(story.deeds, story.moments, strict=True)):
-        _stand(simulator, deed.pose)
-        simulator.step(deed.action)
+    for number, (interaction, moment) in enumerate(zip(story.interactions, story.moments, strict=True)):
+        _stand(simulator, interaction.pose)
+        simulator.step(interaction.action)
         found = snapshot(simulator)
         if found != moment:
-            return [("done again the world differs", f"after deed {number}: {difference(moment, found)}")]
+            return [("done again the world differs", f"after interaction {number}: {difference(moment, found)}")]
     return []
 
 

@@ -25,6 +25,7 @@ from vigil.goals import (
     ObjectInState,
     ReportStatus,
     TargetGrounded,
+    goal_words,
     is_observable,
     is_state_observable,
     state_label,
@@ -629,3 +630,59 @@ def test_a_goal_without_its_kind_is_none(fields: dict):
 )
 def test_a_state_has_one_of_two_labels(query, is_toggled, openness, label):
     assert state_label(query, is_toggled=is_toggled, openness=openness) == label
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        (TargetGrounded(object_id="Mug|1"), "the last ground click is on Mug|1"),
+        (AgentNearTarget(object_id="Bed|1", threshold_m=1.25), "the agent stands less than 1.25 m from Bed|1"),
+        (ObjectInState(object_id="Bed|1", state="is_visible"), "Bed|1 has been seen"),
+        (ObjectInState(object_id="Safe|1", state="is_open"), "Safe|1 is open"),
+        (ObjectInState(object_id="Safe|1", state="is_open", value=False), "Safe|1 is closed"),
+        (ObjectInState(object_id="Lamp|1", state="is_toggled"), "Lamp|1 is on"),
+        (ObjectInState(object_id="Lamp|1", state="is_toggled", value=False), "Lamp|1 is off"),
+        (ObjectHeld(object_id="Mug|1"), "Mug|1 is in the hand"),
+        (ObjectAtReceptacle(object_id="Mug|1", receptacle_id="Bed|1"), "Mug|1 is in or on Bed|1"),
+        (ObjectAtReceptacle(object_id="Mug|1", receptacle_id="Safe|1", inside=True), "Mug|1 is inside Safe|1"),
+        (
+            ReportStatus(object_id="Safe|1", state="is_open"),
+            "the report says whether Safe|1 is open or closed, with its state in view and untouched",
+        ),
+        (
+            ReportStatus(object_id="Lamp|1", state="is_toggled"),
+            "the report says whether Lamp|1 is on or off, with its state in view and untouched",
+        ),
+        (
+            ObjectAtReceptacle(
+                object_id="Mug|1",
+                receptacle_id="Bed|1",
+                chain=(ObjectInState(object_id="Safe|1", state="is_open"), ObjectHeld(object_id="Mug|1")),
+            ),
+            "Mug|1 is in or on Bed|1; on the way: Safe|1 is open, then Mug|1 is in the hand",
+        ),
+    ],
+)
+def test_a_goal_is_said_in_words(goal, words):
+    assert goal_words(goal) == words
+
+
+@pytest.mark.parametrize(
+    ("constraint", "words"),
+    [
+        (Constraint(kind="object_open", object_id="Safe|1", latched=False), "Safe|1 is open (at the end)"),
+        (Constraint(kind="object_closed", object_id="Safe|1", latched=True), "Safe|1 is closed (at some moment)"),
+        (Constraint(kind="object_on", object_id="Lamp|1", latched=True), "Lamp|1 is on (at some moment)"),
+        (Constraint(kind="object_off", object_id="Lamp|1", latched=False), "Lamp|1 is off (at the end)"),
+        (
+            Constraint(kind="object_released", object_id="Cup|1", latched=True),
+            "Cup|1 is no longer in the hand (at some moment)",
+        ),
+        (
+            Constraint(kind="object_moved", object_id="Box|1", latched=True, distance_m=0.5),
+            "Box|1 has been moved by 0.5 m or more (at some moment)",
+        ),
+    ],
+)
+def test_a_constraint_is_said_in_words(constraint, words):
+    assert goal_words(ObjectHeld(object_id="Mug|1", constraint=constraint)) == f"Mug|1 is in the hand; and {words}"

@@ -1,6 +1,7 @@
 """Goals: what must be true in the hidden world for an episode to count as completed.
 
-The kinds of goals and constraints, and whether each holds at one moment. `vigil.goal_check` applies them to a record.
+The kinds of goals and constraints, whether each holds at one moment, and what it asks for in words. `vigil.goal_check`
+applies them to a record.
 Source: `protocol.md` section 4.1.
 """
 
@@ -21,6 +22,15 @@ STRICTLY_CLOSED = 0.01
 TOLERANCE = 1e-6
 NEAR_M = 1.5
 """Distance threshold of `agent_near_target`, and the reach that progress is measured to."""
+_STATES = {("is_open", True): "is open", ("is_open", False): "is closed"}
+_STATES |= {("is_toggled", True): "is on", ("is_toggled", False): "is off"}
+_CONSTRAINTS = {
+    "object_open": "is open",
+    "object_closed": "is closed",
+    "object_on": "is on",
+    "object_off": "is off",
+    "object_released": "is no longer in the hand",
+}
 
 
 class Constraint(BaseModel):
@@ -266,3 +276,42 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 def latched(values: Sequence[bool]) -> list[bool]:
     """Returns whether a value has been true so far, row by row."""
     return list(accumulate(values, lambda before, now: before or now))
+
+
+def goal_words(goal: Goal) -> str:
+    """Returns what must be true at the end, with the ids of the objects."""
+    text = _final_words(goal)
+    if goal.chain:
+        text += "; on the way: " + ", then ".join(_final_words(link) for link in goal.chain)
+    if goal.constraint is not None:
+        text += f"; and {_constraint_words(goal.constraint)}"
+    return text
+
+
+def _final_words(goal: Goal) -> str:
+    target = goal.object_id
+    match goal:
+        case TargetGrounded():
+            return f"the last ground click is on {target}"
+        case AgentNearTarget():
+            return f"the agent stands less than {goal.threshold_m:g} m from {target}"
+        case ObjectInState() if goal.state == "is_visible":
+            return f"{target} has been seen"
+        case ObjectInState():
+            return f"{target} {_STATES[goal.state, goal.value]}"
+        case ObjectHeld():
+            return f"{target} is in the hand"
+        case ObjectAtReceptacle():
+            return f"{target} is {'inside' if goal.inside else 'in or on'} {goal.receptacle_id}"
+        case ReportStatus():
+            pair = "open or closed" if goal.state == "is_open" else "on or off"
+            return f"the report says whether {target} is {pair}, with its state in view and untouched"
+        case _:
+            assert_never(goal)
+
+
+def _constraint_words(constraint: Constraint) -> str:
+    when = "at some moment" if constraint.latched else "at the end"
+    if constraint.kind == "object_moved":
+        return f"{constraint.object_id} has been moved by {constraint.distance_m:g} m or more ({when})"
+    return f"{constraint.object_id} {_CONSTRAINTS[constraint.kind]} ({when})"

@@ -129,11 +129,11 @@ def change_value(rng: random.Random, document: Any) -> str:
         if not isinstance(holder[key], (dict, list)) or not holder[key] or rng.random() < 0.2:
             break
         holder = holder[key]
-    deed = rng.random()
-    if deed < 0.2:
+    share = rng.random()
+    if share < 0.2:
         del holder[key]
         return f"{'.'.join(place)} removed"
-    if deed < 0.3 and isinstance(holder, dict):
+    if share < 0.3 and isinstance(holder, dict):
         holder["unknown"] = rng.choice(ODD)
         return f"something beside {'.'.join(place)}"
     holder[key] = rng.choice(ODD)
@@ -221,6 +221,6 @@ def corrupt(rng: random.Random, folder: Path) -> str:
     """Corrupts one file of a run's folder and returns what was done."""
     frames = sorted((folder / "frames").rglob("*.png"))
     choices = [(EPISODES_FILE, (*ANY_FILE, *OF_ROWS, *OF_ROWS)), (HEADER_FILE, (*ANY_FILE, *OF_HEADER))]
-    name, deeds = rng.choice([*choices, *choices, (str(rng.choice(frames).relative_to(folder)), ANY_FILE[:7])])
-    deed = rng.choice([deed for deed in deeds if not (deed is _utf16 and name.endswith(".png"))])
-    return f"{name}: {deed(rng, folder / name)}"
+    name, corruptions = rng.choice([*choices, *choices, (str(rng.choice(frames).relative_to(folder)), ANY_FILE[:7])])
+    corruption = rng.choice([each for each in corruptions if not (each is _utf16 and name.endswith(".png"))])
+    return f"{name}: {corruption(rng, folder / name)}"

@@ -9,7 +9,7 @@ from another_backend import with_nothing_besides
 from vigil.authoring.drafting import proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.pack import Pack
 from vigil.profile import Profile

@@ -9,7 +9,7 @@ import pytest
 from vigil.actions import InteractPixel
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.episode import FAMILIES
 from vigil.pack import Pack

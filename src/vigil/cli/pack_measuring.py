@@ -11,7 +11,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.baselines import AGENTS, BASELINES, baselines_table, broken_promises, guess_lines, measured
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
-from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import PackArgument
 from vigil.cli.progress import run_progress
 from vigil.cli.text import say

@@ -1,18 +1,6 @@
-"""Words for people: goals, actions, effects and verdicts as sentences."""
-
-from typing import assert_never
+"""Words for people: actions, effects and verdicts as sentences."""
 
 from vigil.actions import STEP_M, Action, InteractPixel, InvalidAction, Look, Navigate
-from vigil.goals import (
-    AgentNearTarget,
-    Constraint,
-    Goal,
-    ObjectAtReceptacle,
-    ObjectHeld,
-    ObjectInState,
-    ReportStatus,
-    TargetGrounded,
-)
 from vigil.scoring import Outcome
 from vigil.world import Effect
 
@@ -44,54 +32,6 @@ ENDS = {
     "invalid_action_limit_exceeded": "it exceeded the limit of invalid actions",
     "error": "the infrastructure failed; never scored",
 }
-_STATES = {("is_open", True): "is open", ("is_open", False): "is closed"}
-_STATES |= {("is_toggled", True): "is on", ("is_toggled", False): "is off"}
-_CONSTRAINTS = {
-    "object_open": "is open",
-    "object_closed": "is closed",
-    "object_on": "is on",
-    "object_off": "is off",
-    "object_released": "is no longer in the hand",
-}
-
-
-def goal_words(goal: Goal) -> str:
-    """Returns what must be true at the end, with the ids of the objects."""
-    text = _final_words(goal)
-    if goal.chain:
-        text += "; on the way: " + ", then ".join(_final_words(link) for link in goal.chain)
-    if goal.constraint is not None:
-        text += f"; and {_constraint_words(goal.constraint)}"
-    return text
-
-
-def _final_words(goal: Goal) -> str:
-    target = goal.object_id
-    match goal:
-        case TargetGrounded():
-            return f"the last ground click is on {target}"
-        case AgentNearTarget():
-            return f"the agent stands less than {goal.threshold_m:g} m from {target}"
-        case ObjectInState() if goal.state == "is_visible":
-            return f"{target} has been seen"
-        case ObjectInState():
-            return f"{target} {_STATES[goal.state, goal.value]}"
-        case ObjectHeld():
-            return f"{target} is in the hand"
-        case ObjectAtReceptacle():
-            return f"{target} is {'inside' if goal.inside else 'in or on'} {goal.receptacle_id}"
-        case ReportStatus():
-            pair = "open or closed" if goal.state == "is_open" else "on or off"
-            return f"the report says whether {target} is {pair}, with its state in view and untouched"
-        case _:
-            assert_never(goal)
-
-
-def _constraint_words(constraint: Constraint) -> str:
-    when = "at some moment" if constraint.latched else "at the end"
-    if constraint.kind == "object_moved":
-        return f"{constraint.object_id} has been moved by {constraint.distance_m:g} m or more ({when})"
-    return f"{constraint.object_id} {_CONSTRAINTS[constraint.kind]} ({when})"
 
 
 def action_words(action: Action | None, invalid: InvalidAction | None) -> str:

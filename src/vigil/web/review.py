@@ -25,12 +25,13 @@ from vigil.authoring.review.reviews import (
 )
 from vigil.episode import FAMILIES, Episode, Size
 from vigil.errors import SettingError, first_fault
+from vigil.goals import goal_words
 from vigil.house import House
 from vigil.pack import HOUSES, Pack
 from vigil.pose import wrap_deg
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
-from vigil.web.phrases import action_words, click_of, goal_words
+from vigil.web.phrases import action_words, click_of
 from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page
 

@@ -10,12 +10,13 @@ from vigil.actions import InteractPixel
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
 from vigil.goal_check import GoalRow, check
+from vigil.goals import goal_words
 from vigil.pose import Box
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord, StepRecord
 from vigil.replies import parse_reply
 from vigil.scoring import Outcome
-from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, goal_words, verdict_words
+from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, verdict_words
 from vigil.world import WorldState
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.solving.solvers import is_doable
+from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.pack import Pack
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, Setup

@@ -9,7 +9,7 @@ from stand_in import StandIn
 from thor_line import DiesOnce, dies_once
 from tiny_pack import tiny_pack
 
-from vigil.authoring.solving.solvers import privileged_agent
+from vigil.authoring.ways.solvers import privileged_agent
 from vigil.errors import SettingError
 from vigil.pack import Pack
 from vigil.profile import Profile

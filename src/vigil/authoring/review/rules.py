@@ -15,7 +15,7 @@ from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import places_within
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.solving.solvers import is_doable
+from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.goal_check import GoalRow, check
 from vigil.goals import (

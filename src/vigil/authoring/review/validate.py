@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from vigil.actions import REACH_M, Action, InteractPixel, Report
 from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, EpisodeStart, broken_by
-from vigil.authoring.review.synthetic_records import SyntheticWorlds, record_of
-from vigil.authoring.review.wrong_ways import WrongWay, wins, wrong_ways
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.solving.solvers import solution
+from vigil.authoring.ways.solvers import solution
+from vigil.authoring.ways.synthetic_records import SyntheticWorlds, record_of
+from vigil.authoring.ways.wrong_ways import WrongWay, wins, wrong_ways
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import EpisodeError, PackMismatch

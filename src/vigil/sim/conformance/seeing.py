@@ -97,7 +97,7 @@ def draws_frames(trial: Trial) -> None:
     expect(bool((held[300:, 200:440] != first[300:, 200:440]).any()), "a held apple is not drawn")
 
 
-def _deeds(trial: Trial) -> list[WorldState]:
+def _several_actions(trial: Trial) -> list[WorldState]:
     """Does a bit of everything. Returns the world after each part."""
     worlds: list[WorldState] = []
     ids = trial.simulator.object_ids()
@@ -121,16 +121,16 @@ def resets_exactly(trial: Trial) -> None:
     ids = trial.simulator.object_ids()
     trial.stand(3.5, 2.5, WEST)
     first = trial.simulator.world(ids)
-    _deeds(trial)
+    _several_actions(trial)
     trial.stand(3.5, 2.5, WEST)
     expect(trial.simulator.world(ids) == first, "a reset did not restore the house")
 
 
 def repeats_itself(trial: Trial) -> None:
     """The same actions give the same worlds to the last bit."""
-    first = [world.model_dump_json() for world in _deeds(trial)]
+    first = [world.model_dump_json() for world in _several_actions(trial)]
     trial.simulator.load(trial.house)
-    again = [world.model_dump_json() for world in _deeds(trial)]
+    again = [world.model_dump_json() for world in _several_actions(trial)]
     expect(first == again, "the same actions gave other worlds")
 
 

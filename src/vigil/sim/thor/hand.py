@@ -1,6 +1,6 @@
 """What a click does: the protocol's rules are asked before THOR is, and what THOR refuses is a refusal by the protocol.
 
-Source: protocol.md section 2.2, in the order of `vigil.sim.core.handling`.
+Source: protocol.md section 2.2.
 """
 
 from collections.abc import Callable
@@ -8,18 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from vigil.actions import Intent
-from vigil.assets.catalog import CATALOG
 from vigil.pose import Vec3, floor_distance
-from vigil.scene.supports import around, children, is_shut_in
+from vigil.scene.supports import around
 from vigil.scene.things import Thing
 from vigil.sim.core.click_target import kind_meant
-from vigil.sim.core.handling import Result, gets_to
-from vigil.sim.core.opening import MOVED_WITHIN
+from vigil.sim.core.handling import Result
+from vigil.sim.core.handling_rules import gets_to, refusal_by_rule
 from vigil.sim.core.placing import SPOT_WITHIN_M
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.thor.driver import Driver, Outcome
 from vigil.sim.thor.refusals import is_out_of_sight, refusal_of
-from vigil.world import CLOSED_BELOW
 
 SPOT_SLACK_M = 0.02
 MOVED_M = 1e-6
@@ -53,7 +51,12 @@ def interact(driver: Driver, intent: Intent, click: Click) -> Result:
     mirror = driver.mirror
     if not gets_to(mirror.agent.position, intent, mirror.box(click.thing), click.point):
         return Result("too_far")
-    return _INTENTS[intent](driver, click)
+    refusal = refusal_by_rule(mirror.scene, mirror.held, intent, click.thing, click.point)
+    if refusal is not None:
+        return Result(refusal)
+    if intent == "place":
+        return _place(driver, click)
+    return _tried(driver, lambda: _on(driver, click, _ACTIONS[intent]))
 
 
 def drop(driver: Driver) -> Result:
@@ -63,67 +66,9 @@ def drop(driver: Driver) -> Result:
     return _tried(driver, lambda: driver.do("DropHandObject"))
 
 
-def _open(driver: Driver, click: Click) -> Result:
-    return _turn(driver, click, 1.0, "OpenObject")
-
-
-def _close(driver: Driver, click: Click) -> Result:
-    return _turn(driver, click, 0.0, "CloseObject")
-
-
-def _turn(driver: Driver, click: Click, target: float, action: str) -> Result:
-    thing = click.thing
-    if not thing.is_openable:
-        return Result("not_openable")
-    if abs(thing.openness - target) < MOVED_WITHIN:
-        return Result("already_so")
-    if target > thing.openness and CATALOG[thing.category].runs_only_when_closed and thing.is_toggled:
-        return Result("interlock")
-    return _tried(driver, lambda: _on(driver, click, action))
-
-
-def _activate(driver: Driver, click: Click) -> Result:
-    return _toggle(driver, click, True)
-
-
-def _deactivate(driver: Driver, click: Click) -> Result:
-    return _toggle(driver, click, False)
-
-
-def _toggle(driver: Driver, click: Click, target: bool) -> Result:
-    thing = click.thing
-    if not thing.is_toggleable:
-        return Result("not_toggleable")
-    if thing.is_toggled == target:
-        return Result("already_so")
-    if target and CATALOG[thing.category].runs_only_when_closed and thing.openness >= CLOSED_BELOW:
-        return Result("interlock")
-    return _tried(driver, lambda: _on(driver, click, f"ToggleObject{'On' if target else 'Off'}"))
-
-
-def _pick(driver: Driver, click: Click) -> Result:
-    thing, scene = click.thing, driver.mirror.scene
-    if not thing.is_pickupable or thing.is_structure:
-        return Result("not_pickupable")
-    if driver.mirror.held is not None:
-        return Result("hand_full")
-    if is_shut_in(scene, thing):
-        return Result("receptacle_closed")
-    if not thing.is_receptacle and children(scene, thing.id):
-        return Result("object_occupied")
-    return _tried(driver, lambda: _on(driver, click, "PickupObject"))
-
-
 def _place(driver: Driver, click: Click) -> Result:
-    scene, receptacle = driver.mirror.scene, click.thing
-    if driver.mirror.held is None:
-        return Result("hand_empty")
-    held = scene.things[driver.mirror.held]
-    if not receptacle.is_receptacle or not CATALOG[receptacle.category].takes(CATALOG[held.category]):
-        return Result("not_a_receptacle")
-    meant = kind_meant(receptacle, click.point)
-    if is_shut_in(scene, receptacle) or meant == "shut":
-        return Result("receptacle_closed")
+    held = driver.mirror.scene.things[driver.mirror.held or ""]
+    meant = kind_meant(click.thing, click.point)  # before THOR changes anything
     result = _tried(
         driver, lambda: driver.do("PutObject", **click.place, putNearXY=True, placeStationary=True, forceAction=False)
     )
@@ -175,11 +120,11 @@ def _differs(before: tuple[Any, ...], after: tuple[Any, ...]) -> bool:
     return marks != other_marks or any(abs(a - b) > MOVED_M for a, b in zip(numbers, others, strict=True))
 
 
-_INTENTS: dict[str, Callable[[Driver, Click], Result]] = {
-    "open_access": _open,
-    "close_access": _close,
-    "activate": _activate,
-    "deactivate": _deactivate,
-    "pick": _pick,
-    "place": _place,
+_ACTIONS: dict[Intent, str] = {
+    "open_access": "OpenObject",
+    "close_access": "CloseObject",
+    "activate": "ToggleObjectOn",
+    "deactivate": "ToggleObjectOff",
+    "pick": "PickupObject",
 }
+"""THOR's actions on an object by its id or its pixel."""

@@ -4,10 +4,12 @@ THOR's assets have visibility points of their own; here the points of a lattice 
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
-from vigil.pose import Pose
+from vigil.assets.kernel.asset import Asset
+from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import part_boxes, part_motion
 from vigil.scene.things import Thing
 from vigil.sim.core.views import project
@@ -15,6 +17,9 @@ from vigil.sim.staging import View
 from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
+CAST_FIRST = 5
+"""Every so many-th point is looked for first: the others of a thing that is met need no ray."""
+_NOT_CAST = -2
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +31,15 @@ class Seen:
 
 
 def points_of(thing: Thing) -> np.ndarray:
-    """Returns the points (n, 3) by which a thing is seen."""
-    parts = part_boxes(thing.asset)
-    return np.concatenate([part_motion(thing, joint)(low + _LATTICE * (high - low)) for joint, low, high in parts])
+    """Returns the points (n, 3) by which a thing is seen; not to be changed."""
+    return _points(thing.asset, thing.position, thing.rotation, thing.openness)
+
+
+@lru_cache(maxsize=8192)
+def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np.ndarray:
+    thing = Thing("", asset.category, asset, position, rotation, openness=openness)
+    boxes = part_boxes(asset)
+    return np.concatenate([part_motion(thing, joint)(low + _LATTICE * (high - low)) for joint, low, high in boxes])
 
 
 def seen_from(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Seen]:
@@ -36,22 +47,36 @@ def seen_from(world: World, things: list[Thing], pose: Pose | None = None) -> di
     view = world.view(pose)
     found = {thing.id: Seen(thing.is_held, thing.is_held) for thing in things}
     free = [thing for thing in things if not thing.is_held and _may_be_near(world, view, thing)]
-    clouds = [_in_view(world, view, points_of(thing)) for thing in free]
-    whole = [(thing, cloud) for thing, cloud in zip(free, clouds, strict=True) if len(cloud)]
-    if not whole:
+    if not free:
         return found
-    rays = np.concatenate([cloud for _, cloud in whole]) - np.array(view.eye)
+    scene = world.stage.scene().things
+    numbers = {thing_id: number for number, thing_id in enumerate(scene)}
+    clouds = [points_of(thing) for thing in free]
+    points = np.concatenate(clouds)
+    owners = np.repeat([numbers[thing.id] for thing in free], [len(cloud) for cloud in clouds])
+    is_inside = _is_in_view(world, view, points)
+    rays = points[is_inside] - np.array(view.eye)
     rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-9)
-    hard, _ = world.stage.meets(view.eye, rays)
-    soft, _ = world.stage.meets(view.eye, rays, through_glass=True)
-    index = {thing_id: number for number, thing_id in enumerate(world.stage.scene().things)}
-    first = 0
-    for thing, cloud in whole:
-        part = slice(first, first + len(cloud))
-        first += len(cloud)
-        interactable = bool((hard[part] == index[thing.id]).any())
-        found[thing.id] = Seen(interactable or bool((soft[part] == index[thing.id]).any()), interactable)
+    is_glassy = np.array([*(any(part.is_glass for part in thing.asset.parts) for thing in scene.values()), False])
+    interactable, visible = _met(world, view.eye, rays, owners[is_inside], is_glassy)
+    for thing in free:
+        number = numbers[thing.id]
+        found[thing.id] = Seen(number in interactable or number in visible, number in interactable)
     return found
+
+
+def _met(
+    world: World, eye: Vec3, rays: np.ndarray, owners: np.ndarray, is_glassy: np.ndarray
+) -> tuple[set[int], set[int]]:
+    """Returns which things rays meet, each ray sent out for the thing `owners` says: directly, and behind glass."""
+    hits = np.full(len(rays), _NOT_CAST)
+    hits[::CAST_FIRST], _ = world.stage.meets(eye, rays[::CAST_FIRST])
+    rest = (hits == _NOT_CAST) & ~np.isin(owners, owners[hits == owners])
+    hits[rest], _ = world.stage.meets(eye, rays[rest])
+    directly = owners[hits == owners]
+    stopped = (hits >= 0) & is_glassy[hits] & ~np.isin(owners, directly)
+    behind, _ = world.stage.meets(eye, rays[stopped], through_glass=True)
+    return set(directly.tolist()), set(owners[stopped][behind == owners[stopped]].tolist())
 
 
 def wide(world: World) -> World:
@@ -64,9 +89,9 @@ def _may_be_near(world: World, view: View, thing: Thing) -> bool:
     return bool(gap <= world.settings.visibility_distance + np.linalg.norm(thing.asset.size) * 1.5)
 
 
-def _in_view(world: World, view: View, points: np.ndarray) -> np.ndarray:
-    """Returns the points near enough, in the floor plane, and in the picture."""
+def _is_in_view(world: World, view: View, points: np.ndarray) -> np.ndarray:
+    """Returns which points are near enough, in the floor plane, and in the picture."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
     flat = project(view, points)
     inside = ((flat[:, :2] >= 0.0) & (flat[:, :2] <= 1.0)).all(axis=1) & (flat[:, 2] > 0.0)
-    return points[inside & (gaps <= world.settings.visibility_distance)]
+    return inside & (gaps <= world.settings.visibility_distance)

@@ -135,10 +135,10 @@
       return;
     }
     if (event.key === " " && event.target.tagName === "BUTTON") return;
-    const deed = KEYS[event.key];
-    if (!deed) return;
+    const act = KEYS[event.key];
+    if (!act) return;
     event.preventDefault();
-    deed();
+    act();
   });
   at("back").onclick = KEYS.ArrowLeft;
   at("next").onclick = KEYS.ArrowRight;

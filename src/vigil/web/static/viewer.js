@@ -257,10 +257,10 @@
     if (tag === "SELECT" || tag === "TEXTAREA" || (tag === "INPUT" && event.target.type === "text")) return;
     if (event.key === " " && (tag === "BUTTON" || tag === "INPUT" || tag === "SUMMARY" || tag === "A")) return;
     if (tag === "INPUT" && event.target.type === "range") return;
-    const deed = KEYS[event.key];
-    if (!deed) return;
+    const act = KEYS[event.key];
+    if (!act) return;
     event.preventDefault();
-    deed();
+    act();
   });
   at("first").onclick = KEYS.Home;
   at("back").onclick = KEYS.ArrowLeft;

@@ -3,7 +3,7 @@
 import pytest
 
 from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError

@@ -1,0 +1,1 @@
+"""How each kind of goal is brought about, and what only looks like it."""

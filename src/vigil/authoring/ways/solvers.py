@@ -1,0 +1,117 @@
+"""Solvers: one way of solving each episode, through the same four skills and pixel clicks as any agent.
+
+They see the hidden world (`vigil.authoring.solving.oracle`), plan with it and act like anybody else; each uses only the
+skills that its family expects. `privileged_agent` makes agents of them that the runner can play; its reports mark
+those.
+"""
+
+from collections.abc import Callable
+
+from vigil.actions import Action, Intent, InteractPixel, Reply, Report
+from vigil.authoring.solving import moves
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, is_doable, reach
+from vigil.episode import FAMILIES, Episode
+from vigil.errors import SettingError
+from vigil.goals import Constraint, Goal, ObjectHeld
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
+from vigil.sim.privileged import PrivilegedSimulator
+
+
+def solve(episode: Episode, oracle: Oracle) -> Steps:
+    """Yields the actions that solve an episode, each after the one before has been carried out.
+
+    Raises Unsolvable where there is no way.
+    """
+    macro_actions = MacroActions(oracle, may_tilt="look" in FAMILIES[episode.family].skills)
+    goal = episode.goal
+    for link in goal.chain:
+        yield from achieve(link, macro_actions)
+    if goal.constraint is not None:
+        yield from _lift(goal.constraint, goal, macro_actions)
+    yield from reach(goal, macro_actions)
+    yield Report(status=closing_status(goal, oracle), summary="Done.")
+
+
+def _lift(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
+    """Yields what resolves a constraint, so that the goal can be gone for with what is then in the hand."""
+    intents: dict[str, Intent] = {
+        "object_open": "open_access",
+        "object_closed": "close_access",
+        "object_on": "activate",
+        "object_off": "deactivate",
+        "object_moved": "pick",
+    }
+    if constraint.kind in intents:
+        yield from macro_actions.act(intents[constraint.kind], constraint.object_id)
+    if constraint.kind == "object_released" or (constraint.kind == "object_moved" and isinstance(goal, ObjectHeld)):
+        yield from macro_actions.put_down(lambda: is_doable(goal, macro_actions))
+
+
+def solution(episode: Episode, oracle: Oracle) -> tuple[Action, ...]:
+    """Returns the whole solution from the stage's present state, which it leaves as it was. Raises Unsolvable."""
+    actions: list[Action] = []
+    with oracle.rehearsal():
+        for action in solve(episode, oracle):
+            actions.append(action)
+            if not isinstance(action, Report):
+                oracle.step(action)
+            if len(actions) > episode.max_steps:
+                raise Unsolvable(f"Episode {episode.id!r}: more than the {episode.max_steps} steps of its budget.")
+    return tuple(actions)
+
+
+PrivilegedScript = Callable[[Episode, Oracle], Steps]
+
+
+def _premature(episode: Episode, oracle: Oracle) -> Steps:
+    actions = solution(episode, oracle)[:-1]
+    yield from actions[: len(actions) // 2]
+    yield Report(status="success", summary="Done.")
+
+
+def _never_report(episode: Episode, oracle: Oracle) -> Steps:
+    last: InteractPixel | None = None
+    for action in solve(episode, oracle):
+        if not isinstance(action, Report):
+            last = action if isinstance(action, InteractPixel) and action.intent == "ground" else last
+            yield action
+    while True:
+        yield last or InteractPixel(intent="ground", x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
+
+
+PRIVILEGED: dict[str, PrivilegedScript] = {"solver": solve, "never_report": _never_report, "premature": _premature}
+"""Agents with privileged sight, by name."""
+
+
+class PrivilegedAgent:
+    """Plays one episode with sight of the hidden world, synchronously beside its simulator."""
+
+    def __init__(self, name: str, episode: Episode, simulator: PrivilegedSimulator) -> None:
+        self.name = name
+        self._script = PRIVILEGED[name]
+        self._episode = episode
+        self._simulator = simulator
+        self._actions: Steps = iter(())
+
+    def start(self, instruction: str) -> None:
+        """Starts the script anew; the instruction is not needed."""
+        del instruction
+        self._actions = self._script(self._episode, Oracle(self._simulator))
+
+    def act(self, observation: Observation) -> Reply:
+        """Returns the script's next reply; where the solver finds no way, an honest failure."""
+        del observation
+        try:
+            action = next(self._actions)
+        except Unsolvable as error:
+            action = Report(status="fail", summary=str(error))
+        return moves.reply_of(action)
+
+
+def privileged_agent(name: str, episode: Episode, simulator: PrivilegedSimulator) -> PrivilegedAgent:
+    """Returns an agent with privileged sight. Raises SettingError on an unknown name."""
+    if name not in PRIVILEGED:
+        raise SettingError(f"Privileged agent {name!r} does not exist. Choose one of: {', '.join(PRIVILEGED)}.")
+    return PrivilegedAgent(name, episode, simulator)

@@ -1,0 +1,90 @@
+"""The rules of what a click may do: reach, and why a thing is not opened, switched, picked up or placed upon.
+
+They ask the scene and the hand alone and change nothing, so every backend asks the same ones before anything is tried.
+Source: protocol.md section 2.2, in its order.
+"""
+
+from typing import assert_never
+
+from vigil.actions import REACH_HEIGHT_M, REACH_M, Intent
+from vigil.assets.catalog import CATALOG
+from vigil.pose import Box, Vec3, floor_distance
+from vigil.scene.supports import children, is_shut_in
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.click_target import kind_meant
+from vigil.sim.core.opening import MOVED_WITHIN
+from vigil.world import CLOSED_BELOW, RefusalCode
+
+REACH_SLACK_M = 1e-9
+
+
+def gets_to(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
+    """Whether the hand of a body that stands at `floor` gets to a box, or for `place` to the clicked point."""
+    if intent == "place":
+        distance_m, height_m = floor_distance(floor, point), point.y - floor.y
+    else:
+        distance_m, height_m = box.floor_distance(floor), box.bottom - floor.y
+    return distance_m <= REACH_M + REACH_SLACK_M and height_m <= REACH_HEIGHT_M + REACH_SLACK_M
+
+
+def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing, point: Vec3) -> RefusalCode | None:
+    """Returns why an intent on a thing is refused whatever is around it; None where it may be tried.
+
+    `held` is the id of what is in the hand, `point` the place on the thing that was clicked (m, world frame).
+    """
+    match intent:
+        case "open_access" | "close_access":
+            return opening_refusal(thing, float(intent == "open_access"))
+        case "activate" | "deactivate":
+            return _switching_refusal(thing, intent == "activate")
+        case "pick":
+            return _picking_refusal(scene, held, thing)
+        case "place":
+            return _placing_refusal(scene, held, thing, point)
+        case "ground" | "drop":
+            return None
+        case _:
+            assert_never(intent)
+
+
+def opening_refusal(thing: Thing, target: float) -> RefusalCode | None:
+    """Returns why a thing is not brought to an openness of 0 to 1."""
+    if not thing.is_openable:
+        return "not_openable"
+    if abs(thing.openness - target) < MOVED_WITHIN:
+        return "already_so"
+    if target > thing.openness and CATALOG[thing.category].runs_only_when_closed and thing.is_toggled:
+        return "interlock"
+    return None
+
+
+def _switching_refusal(thing: Thing, target: bool) -> RefusalCode | None:
+    if not thing.is_toggleable:
+        return "not_toggleable"
+    if thing.is_toggled == target:
+        return "already_so"
+    if target and CATALOG[thing.category].runs_only_when_closed and thing.openness >= CLOSED_BELOW:
+        return "interlock"
+    return None
+
+
+def _picking_refusal(scene: Scene, held: str | None, thing: Thing) -> RefusalCode | None:
+    if not thing.is_pickupable or thing.is_structure:
+        return "not_pickupable"
+    if held is not None:
+        return "hand_full"
+    if is_shut_in(scene, thing):
+        return "receptacle_closed"
+    if not thing.is_receptacle and children(scene, thing.id):
+        return "object_occupied"
+    return None
+
+
+def _placing_refusal(scene: Scene, held: str | None, receptacle: Thing, point: Vec3) -> RefusalCode | None:
+    if held is None:
+        return "hand_empty"
+    if not receptacle.is_receptacle or not CATALOG[receptacle.category].takes(CATALOG[scene.things[held].category]):
+        return "not_a_receptacle"
+    if is_shut_in(scene, receptacle) or kind_meant(receptacle, point) == "shut":
+        return "receptacle_closed"
+    return None
