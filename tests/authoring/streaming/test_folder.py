@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from commands import runner
 
 from vigil.authoring.streaming import folder as module
 from vigil.authoring.streaming.folder import write_stream
@@ -107,3 +108,19 @@ def test_nothing_else_is_written_over(tmp_path: Path) -> None:
     assert contents(tmp_path / "train") == {
         name.removeprefix("train/"): data for name, data in before.items() if name.startswith("train/")
     }
+
+
+def test_the_command_writes_a_pack_and_keeps_its_houses(
+    pointing: StreamHouse, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = runner(monkeypatch, capsys)
+    asked_for = ("pack", "stream", "--seed", 7, "--family", "PG", "--houses", "15:16", "--workers", 1)
+    said = run(*map(str, asked_for), "--count", "2", "--out", tmp_path / "train")
+    assert said.code == 0
+    assert "train: 2 episodes in 1 houses" in said.out
+    ids = [draft.episode.id for draft in pointing.drafts]
+    assert [episode.id for episode in Pack.load(tmp_path / "train").episodes] == ids[:2]
+    said = run(*map(str, asked_for), "--count", "99", "--out", tmp_path / "train")
+    assert "wanted episodes in houses 15 to 16, not 99" in said.err
+    said = run("pack", "stream", "--seed", "7", "--count", "1", "--houses", "x", "--out", tmp_path / "other")
+    assert "expected FIRST:END" in said.err
