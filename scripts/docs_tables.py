@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
-from vigil.cli.models import LISTED, address_of, keys_of, switch_of
+from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.integrations.gymnasium import Options
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import named
@@ -29,8 +29,7 @@ def providers() -> str:
         one = named(f"{name}/m").provider
         keys = " or ".join(f"`{key}`" for key in keys_of(name))
         keys = f"the machine's account{' or ' + keys if keys else ''}" if one.signs_in else keys
-        address = address_of(one)
-        address = f"`{address}`" if address.startswith("http") else address
+        address = f"`{one.home}`" if one.home.startswith("http") else one.home
         switch = f"`{switch_of(one)}`" if one.thinking else ""
         extra = f"`{one.extra}`" if one.extra else ""
         tried = "a stand-in" if one.is_in_tests else "a stand-in, by hand"

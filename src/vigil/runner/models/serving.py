@@ -56,12 +56,14 @@ class Serving:
     def described(self) -> str:
         """What is asked for, where, and with which key; no secret is in it."""
         provider = self.named.provider if self.named else None
-        home = f"https://{provider.hosts[0]}" if provider and provider.hosts else "its client's own address"
-        where = without_login(self.base_url) if self.base_url else home
-        key = "signed in with this machine's account" if provider and provider.signs_in else "without a key"
-        if self.key_variable:
-            key = f"with the key in {self.key_variable}"
-            key += "" if os.environ.get(self.key_variable) else ", which is not set"
+        where = without_login(self.base_url or "") or (provider and provider.home) or "its client's own address"
+        is_set = bool(os.environ.get(self.key_variable))
+        if provider and provider.signs_in and not is_set:
+            key = "signed in with this machine's account"
+        elif self.key_variable:
+            key = f"with the key in {self.key_variable}{'' if is_set else ', which is not set'}"
+        else:
+            key = "without a key"
         return f"{self.asked_for!r} at {where}, {key}"
 
     def check(self) -> None:
@@ -79,6 +81,12 @@ class Serving:
             return (
                 f"Model {self.called!r} needs the client of {provider.title}, which is not installed: pip install "
                 f"'vigil-bench[{provider.extra}]' (in a checkout: make setup EXTRAS={provider.extra})"
+            )
+        if not provider.can_sign_in and not os.environ.get(self.key_variable):
+            return (
+                f"Model {self.called!r} is signed in to with this machine's account, which needs a client that is not "
+                f"installed: pip install 'vigil-bench[azure]' (in a checkout: make setup EXTRAS=azure). Or export "
+                f"{self.key_variable}=..."
             )
         if provider.needs_key and not self.is_foreign and not os.environ.get(self.key_variable):
             return (
