@@ -10,6 +10,7 @@ from pathlib import Path
 from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.cli.models import LISTED, keys_of, switch_of
+from vigil.exports.steps import STEP_COLUMNS
 from vigil.integrations.gymnasium import Options
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import named
@@ -18,7 +19,7 @@ from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("agents.md", "ai2thor.md", "analysis.md", "gymnasium.md", "models.md")
+PAGES = ("agents.md", "ai2thor.md", "analysis.md", "export.md", "gymnasium.md", "models.md")
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -57,6 +58,11 @@ def columns() -> str:
     return _markdown(("column", "says"), [(f"`{name}`", says) for name, says in COLUMNS.items()])
 
 
+def step_columns() -> str:
+    """Returns what the columns of a dataset's steps say."""
+    return _markdown(("column", "says"), [(f"`{name}`", says) for name, (_, says) in STEP_COLUMNS.items()])
+
+
 def thor_actions() -> str:
     """Returns AI2-THOR's actions: which the engine has, and what they lack."""
     had = [(f"`{name}`", "◧" if action.lacks else "■", action.lacks) for name, action in ACTIONS.items()]
@@ -91,6 +97,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "coordinates": coordinates,
     "aliases": aliases,
     "columns": columns,
+    "step_columns": step_columns,
     "thor_actions": thor_actions,
     "thor_differences": thor_differences,
     "gymnasium_options": gymnasium_options,

@@ -121,7 +121,7 @@ def serving(model: str, base_url: str | None, model_args: Mapping[str, Any], api
     if not _is_address(address):
         shown = without_forms(address)
         raise SettingError(f"Base URL {shown!r} is no http(s) address. Give e.g. http://localhost:8000/v1.")
-    is_at_home = _is_at_home(address, provider)
+    is_at_home = is_own_address(address, provider)
     variable = api_key_env or (provider.key_variable if is_at_home else "")
     if not provider.is_openai_style:
         if provider.signs_in and not is_at_home and key is None:
@@ -182,7 +182,7 @@ def _sorted(arguments: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     return tuple(sorted(arguments.items()))
 
 
-def _is_at_home(address: str, home: Provider) -> bool:
+def is_own_address(address: str, home: Provider) -> bool:
     """Whether an address is one of a provider's own hosts, reached so that nobody on the way can read the key."""
     parts = urlsplit(address)
     host = (parts.hostname or "").rstrip(".")
