@@ -10,6 +10,8 @@ import pytest
 from chat_server import LOOK, REPORT, Answer, Asked, Brain, ChatServer, failure, serving
 from tiny_pack import tiny_pack
 
+from vigil.authoring.streaming.address import stream_version
+from vigil.authoring.streaming.background import HousePool
 from vigil.errors import SettingError
 from vigil.pack import Pack
 from vigil.runner.models.ask import RetryPolicy, with_retries
@@ -67,7 +69,8 @@ def test_a_row_tells_the_episode_and_nothing_hidden(pack: Pack) -> None:
     assert [row["id"] for row in rows] == ["tiny-DA-000", "tiny-DA-004", "tiny-SV-002"]
     for index, (row, task) in enumerate(zip(rows, tasks, strict=True)):
         episode = pack.episode(row["id"])
-        assert row == {"idx": index, "id": episode.id, "prompt": episode.instruction, "pack_sha256": pack.sha256}
+        source = f"tiny@{pack.sha256}"
+        assert row == {"idx": index, "id": episode.id, "prompt": episode.instruction, "source": source}
         assert task.key == episode.id
 
 
@@ -153,7 +156,42 @@ def test_another_pack_of_the_same_episodes_is_refused(pack: Pack, tmp_path: Path
     (task,) = [task for task in environment(pack).taskset if task.data.id == DA]
     env.taskset.load = lambda: iter([task])
     trace = trace_of(env, saying(REPORT), DA)
-    assert f"but pack 'tiny' has {other.sha256[:12]} here" in trace.errors[0].message
+    assert f"is of 'tiny@{pack.sha256}', but this machine plays 'tiny@{other.sha256}'" in trace.errors[0].message
+
+
+BATHROOM = {"pack": "stream:7", "family": "PG", "houses": (15, 16), "backend": "fake", "workers": 1}
+"""The cheapest house of the stream."""
+
+
+def test_a_stream_is_read_in_its_order_and_played() -> None:
+    env = integration.load_environment(**BATHROOM, stream_workers=0)
+    assert env.taskset.bounded
+    rows = [task.data for task in env.taskset]
+    assert [row.idx for row in rows] == list(range(len(rows)))
+    assert {(row.source, row.house) for row in rows} == {(f"stream:7@{stream_version()}", 15)}
+    assert all(row.id.startswith("stream7v") for row in rows)
+    assert trace_of(env, saying(FAIL), rows[0].id).metrics["Other"] == 1.0
+
+
+def test_a_row_of_a_stream_is_enough_to_play_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a process that serves the environment to a trainer: it makes the house once, in the background."""
+    rows = list(integration.load_environment(**BATHROOM, stream_workers=0).taskset)[:2]
+    asked: list[int] = []
+    ask = HousePool.ask
+    monkeypatch.setattr(HousePool, "ask", lambda pool, number: asked.append(number) or ask(pool, number))
+    env = integration.load_environment(**BATHROOM)
+    env.taskset.load = lambda: iter(rows)
+    played, server = episodes(env, saying(FAIL), *(row.data.id for row in rows))
+    assert [episode.ok for episode in played] == [True, True]
+    assert asked == [15]
+    for row in rows:
+        assert any(row.data.prompt in request.texts[0] for request in server.asked)
+
+
+def test_a_stream_without_end_is_bounded_by_what_reads_it() -> None:
+    endless = integration.load_environment(pack="stream:7")
+    assert (endless.taskset.bounded, endless.taskset.take(3).bounded) == (False, True)
+    assert integration.load_environment(pack="stream:7", limit=3).taskset.bounded
 
 
 @pytest.mark.parametrize(
@@ -179,6 +217,10 @@ def test_what_would_change_the_protocol_is_refused(pack: Pack, change: Callable[
         ({"profile": "base"}, "there is no profile 'base'. Did you mean 'baseline'?"),
         ({"backend": "mujoko"}, "there is no backend 'mujoko'. Did you mean 'mujoco'?"),
         ({"lag_penalty": -1}, "lag_penalty: Input should be greater than or equal to 0"),
+        ({"pack": "stream:x"}, "Option pack: Stream 'stream:x': expected stream:SEED"),
+        ({"difficulty": "easy"}, "difficulty and houses are for a stream"),
+        ({"pack": "stream:7", "difficulty": "simple"}, "Difficulty 'simple' does not exist"),
+        ({"pack": "stream:7", "houses": (3, 3)}, "houses 3 to 3 of a stream: expected 0 <= FIRST < END"),
         ({"workers": 0}, "workers: Input should be greater than or equal to 1"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",

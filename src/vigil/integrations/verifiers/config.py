@@ -4,9 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import verifiers.v1 as vf
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from vigil.actions import Coordinates, ReplyPolicy
+from vigil.authoring.streaming.address import is_stream, seed_in
+from vigil.authoring.streaming.difficulty import difficulties_named
 from vigil.episode import families_named
 from vigil.errors import VigilError, did_you_mean
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
@@ -31,9 +33,16 @@ class VigilTasksetConfig(vf.TasksetConfig):
     """What is played, and how it is seen and answered."""
 
     task: VigilTaskConfig = VigilTaskConfig()
-    pack: str = Field("starter", description="a pack's name, or its folder")
+    pack: str = Field("starter", description="a pack's name, or its folder; or a stream, as `stream:7`")
     family: list[str] = Field([], description="a family or several, as `AI` or `AI,SI`; all without it")
-    limit: int | None = Field(None, ge=1, description="only so many episodes, evenly drawn from the families")
+    limit: int | None = Field(
+        None, ge=1, description="only so many episodes: evenly drawn from the families of a pack, a stream's first"
+    )
+    difficulty: list[str] = Field([], description="of a stream: `easy`, `medium` or `hard`, or several")
+    houses: tuple[int, int] | None = Field(
+        None, description="of a stream: the first house and the one after the last; from 0 without end without it"
+    )
+    stream_workers: int = Field(1, ge=0, description="of a stream: processes that make episodes ahead")
     profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
     prompt_variant: PromptVariant = Field("default", description="`default`, or `neutral_report`")
     coordinates: Coordinates = Field("pixel", description="`pixel` or `normalized_1000`: how the model points")
@@ -48,19 +57,30 @@ class VigilTasksetConfig(vf.TasksetConfig):
     @classmethod
     def _pack(cls, given: str) -> str:
         try:
-            find(given)
+            if is_stream(given):
+                seed_in(given)
+            else:
+                find(given)
         except VigilError as error:
             raise ValueError(str(error)) from None
         return given
 
-    @field_validator("family", mode="before")
+    @field_validator("family", "difficulty", mode="before")
     @classmethod
-    def _families(cls, given: Any) -> Any:
+    def _names(cls, given: Any, info: ValidationInfo) -> Any:
         names = [given] if isinstance(given, str) else given
         try:
-            return list(families_named(names))
+            return list(families_named(names) if info.field_name == "family" else difficulties_named(names))
         except VigilError as error:
             raise ValueError(str(error)) from None
+
+    @model_validator(mode="after")
+    def _fit_the_source(self) -> "VigilTasksetConfig":
+        if not is_stream(self.pack) and (self.difficulty or self.houses):
+            raise ValueError("difficulty and houses are for a stream (pack stream:7), not for a pack")
+        if self.houses is not None and not 0 <= self.houses[0] < self.houses[1]:
+            raise ValueError(f"houses {self.houses[0]} to {self.houses[1]} of a stream: expected 0 <= FIRST < END")
+        return self
 
     @field_validator("profile")
     @classmethod

@@ -12,7 +12,7 @@ from vigil.integrations.verifiers.harness import VigilHarness
 from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
 from vigil.runner.models.ask import Ask
 from vigil.runner.workers.live import play_live
-from vigil.runner.workers.messages import Assignment, WorkerPlan
+from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring import Outcome, settle
 
@@ -37,6 +37,7 @@ class VigilEnv(vf.Env[VigilEnvConfig]):
         pool, self._pool = self._pool, None
         if pool is not None:
             await asyncio.to_thread(pool.close)
+        self.taskset.source.close()
 
     async def setup(self, agents: vf.Agents) -> None:
         """Lets the agent's harness play in the simulators. Raises SettingError on another harness."""
@@ -53,7 +54,7 @@ class VigilEnv(vf.Env[VigilEnvConfig]):
         """Returns what the simulator workers are told. Raises PackMismatch."""
         config = self.taskset.config
         return WorkerPlan(
-            self.taskset.pack.folder,
+            self.taskset.source.folder,
             RUN_ID,
             config.condition,
             backend=config.backend,
@@ -62,19 +63,19 @@ class VigilEnv(vf.Env[VigilEnvConfig]):
         )
 
     async def _play(self, data: VigilData, ask: Ask) -> Outcome:
-        pack = self.taskset.pack
-        if data.pack_sha256 != pack.sha256:
+        source, condition = self.taskset.source, self.taskset.config.condition
+        if data.source != source.name:
             raise PackMismatch(
-                f"Episode {data.id!r} is of a pack with the hash {data.pack_sha256[:12]}, but pack {pack.name!r} has "
-                f"{pack.sha256[:12]} here. Give this machine the same pack."
+                f"Episode {data.id!r} is of {data.source!r}, but this machine plays {source.name!r}. Give it the same "
+                "pack, or of a stream the same version of VIGIL."
             )
         if self._pool is None:
             raise SettingError("The simulators do not run: play inside of `async with env.serving():`.")
-        episode = pack.episode(str(data.id))
-        record = await play_live(self._pool.live(Assignment(episode)), self.taskset.config.condition, ask, RUN_ID)
+        assignment = await source.assignment(str(data.id), data.house)
+        record = await play_live(self._pool.live(assignment), condition, ask, RUN_ID)
         if record.error is not None:
             raise VigilError(f"{record.error.boundary}: {record.error.message}")
-        return settle(episode, record)
+        return settle(assignment.episode, record)
 
 
 def load_environment(**options: Any) -> VigilEnv:

@@ -2,15 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict
-from functools import cached_property
 from typing import Any
 
 import verifiers.v1 as vf
 
-from vigil.episode import families_named
 from vigil.integrations.rewards import reward_parts
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig
-from vigil.pack import Pack, Selection
+from vigil.integrations.verifiers.sources import source_of
 from vigil.scoring import Outcome
 
 OUTCOME = "outcome"
@@ -19,9 +17,11 @@ LABELS = ("FR", "NR", "IL", "Other")
 
 
 class VigilData(vf.TaskData):
-    """A row: which episode of which pack. Its prompt is the instruction; the model is sent more (`VigilHarness`)."""
+    """A row: which episode of which source. Its prompt is the instruction; the model is sent more (`VigilHarness`)."""
 
-    pack_sha256: str = ""
+    source: str = ""
+    house: int | None = None
+    """Its place in a stream."""
 
 
 class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
@@ -49,19 +49,19 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
 
 
 class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
-    """Episodes of a pack."""
+    """Episodes of a pack or a stream."""
+
+    def __init__(self, config: VigilTasksetConfig) -> None:
+        super().__init__(config)
+        self.source = source_of(config)
+        self.INFINITE = self.source.is_endless
 
     def load(self) -> Iterator[VigilTask]:
-        """Yields the selected episodes in the order of the pack. Raises PackMismatch or SettingError."""
-        config = self.config
-        for episode in self.pack.select(Selection(families_named(config.family), (), config.limit)):
-            data = VigilData(id=episode.id, prompt=episode.instruction, pack_sha256=self.pack.sha256)
-            yield VigilTask(data, config.task)
-
-    @cached_property
-    def pack(self) -> Pack:
-        """The pack, loaded when it is first needed. Raises PackMismatch."""
-        return Pack.load(self.config.pack)
+        """Yields the selected episodes. Raises PackMismatch, SettingError or SimulatorError."""
+        name = self.source.name
+        for episode, house in self.source.rows():
+            data = VigilData(id=episode.id, prompt=episode.instruction, source=name, house=house)
+            yield VigilTask(data, self.config.task)
 
 
 def keep_outcome(trace: vf.Trace, outcome: Outcome) -> None:
