@@ -2,6 +2,8 @@
 
 import asyncio
 import json
+import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,7 +27,9 @@ from openai import AsyncOpenAI  # noqa: E402
 
 from vigil.integrations import verifiers as integration  # noqa: E402
 from vigil.integrations.chat_client import chat_sender  # noqa: E402
+from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig  # noqa: E402
 
+PAGE = (Path(__file__).parents[2] / "docs" / "verifiers.md").read_text(encoding="utf-8")
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"
 FAIL, CLOSED = (REPORT.replace("success", status) for status in ("fail", "closed"))
 
@@ -236,3 +240,21 @@ def test_verifiers_finds_the_environment_by_its_name() -> None:
     config = vf.resolve_env_config({"taskset": {"id": "vigil-verifiers"}})
     assert config.agent.runtime.type == "subprocess"
     assert config.agent_harnesses()["agent"].id == "vigil-verifiers"
+
+
+def test_the_page_tells_the_options() -> None:
+    for kind, base in ((VigilTasksetConfig, vf.TasksetConfig), (VigilTaskConfig, vf.TaskConfig)):
+        for name in kind.model_fields.keys() - base.model_fields.keys():
+            field = kind.model_fields[name]
+            assert f"| `{name}` | `{field.default!r}` | {field.description} |\n" in PAGE
+
+
+def test_the_page_s_example_runs(pack: Pack, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert 'pack="starter"' in example
+    with serving(lambda asked: Answer(REPORT if asked.turn == 3 else LOOK)) as server:
+        monkeypatch.setattr(sys, "argv", ["example.py", server.url])
+        exec(example.replace('pack="starter"', f'pack={str(pack.folder)!r}, backend="fake"'), {"__name__": "example"})
+    ends = [line.partition(" ")[2] for line in capsys.readouterr().out.splitlines()]
+    assert ends == ["3 turns, reward 0.0 {'W': 0.0, 'FR': 1.0, 'NR': 0.0, 'steps': 3.0}"] * 2
+    assert ends[0] in PAGE

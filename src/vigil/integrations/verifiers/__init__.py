@@ -8,7 +8,7 @@
 """
 
 try:
-    import verifiers.v1  # noqa: F401
+    import verifiers.v1  # noqa: F401  # pyright: ignore[reportMissingImports]
 except ModuleNotFoundError:
     raise ModuleNotFoundError(
         "verifiers is not installed, or older than 0.4. In an environment of its own, as it asks for an older openai "

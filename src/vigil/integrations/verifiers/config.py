@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-import verifiers.v1 as vf
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from vigil.actions import Coordinates, ReplyPolicy

@@ -3,7 +3,7 @@
 import asyncio
 from typing import Any
 
-import verifiers.v1 as vf
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 from pydantic import ValidationError
 
 from vigil.errors import PackMismatch, SettingError, VigilError, did_you_mean, first_fault
