@@ -24,6 +24,7 @@ from vigil.runner.workers.pool import SimulatorPool
 vf = pytest.importorskip("verifiers.v1", reason="verifiers is not installed: docs/verifiers.md says how")
 
 from openai import AsyncOpenAI  # noqa: E402
+from verifiers.v1.serve import EnvClient, EnvServer  # noqa: E402
 
 from vigil.integrations import verifiers as integration  # noqa: E402
 from vigil.integrations.chat_client import chat_sender  # noqa: E402
@@ -137,6 +138,29 @@ def test_episodes_are_played_at_once_in_one_worker(pack: Pack) -> None:
     played, server = episodes(environment(pack), slow, DA, SV, AI)
     assert [episode.ok for episode in played] == [True] * 3
     assert server.most_alive == 3
+
+
+def test_a_server_of_environments_plays_rows_that_another_process_reads(pack: Pack) -> None:
+    """As trainers do: what crosses to the server is the dumped row alone."""
+    rows = [task.data.model_dump(mode="json") for task in environment(pack, family="SV").taskset]
+    options = {"sampling": vf.SamplingConfig(), "model": "model"}
+
+    async def play(url: str) -> list[Any]:
+        server = EnvServer(environment(pack, family="SV").config, "tcp://127.0.0.1:0")
+        serving_task = asyncio.create_task(server.run())
+        client = EnvClient(server.address)
+        await client.wait_for_server_startup()
+        model = vf.EvalClientConfig(base_url=url, api_key_var="NO_KEY")
+        try:
+            return [await client.run(client=model, task_data=row, **options) for row in rows]
+        finally:
+            await client.close()
+            serving_task.cancel()
+            await asyncio.gather(serving_task, return_exceptions=True)
+
+    with serving(saying(CLOSED)) as server:
+        played = asyncio.run(play(server.url))
+    assert [[trace.reward for trace in episode.traces] for episode in played] == [[1.0]] * len(rows)
 
 
 def test_a_model_that_fails_is_an_error_and_no_reward(pack: Pack) -> None:
