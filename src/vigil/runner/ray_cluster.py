@@ -31,7 +31,7 @@ ANSWER_S = 10.0
 NODE_S = 120.0
 """How long a node may take to say what it has."""
 HTTP_2 = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
-"""With which a client of Ray's begins; a web page at the address answers it in plain text."""
+"""With which a client of Ray's begins. Ray answers it in bytes that are no text, servers of another kind in text."""
 MISSING = "missing"
 _DIGITS = 12
 
@@ -113,7 +113,7 @@ def _connect(address: str | None) -> None:
 
 
 def _check_answers(address: str) -> None:
-    """Raises SettingError when nothing answers at an address, or a web page: Ray itself tries for two minutes."""
+    """Raises SettingError when nothing answers at an address, or in text: Ray itself tries for two minutes."""
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or "/" in host:
         raise SettingError(
@@ -123,13 +123,11 @@ def _check_answers(address: str) -> None:
     try:
         with socket.create_connection((host, int(port)), timeout=ANSWER_S) as line:
             line.sendall(HTTP_2)
-            is_page = line.recv(len(b"HTTP/1")) == b"HTTP/1"
-    except TimeoutError:
-        is_page = False
+            answer = line.recv(1)
     except (OSError, OverflowError) as error:
         raise SettingError(f"Nothing answers at Ray address {address!r} ({error}). Is `ray start` running?") from None
-    if is_page:
-        raise SettingError(f"Ray address {address!r} is that of a web page. `ray start` says the right port.")
+    if answer >= b" ":
+        raise SettingError(f"What answers at Ray address {address!r} is not Ray. `ray start` says the right port.")
 
 
 def _ask(nodes: list[dict[str, Any]], objection: partial[str]) -> None:
