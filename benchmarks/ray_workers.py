@@ -10,6 +10,7 @@ machine should have two cores and nothing else to do; the load average says whet
 """
 
 import argparse
+import logging
 import os
 import statistics
 import tempfile
@@ -37,7 +38,7 @@ TURNS = 3_000_000
 def main() -> None:
     options = read_options()
     os.environ.update({"RAY_worker_niceness": "0"})  # of actors, as that of the local pool's workers
-    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level="ERROR")
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
     rounds: list[dict[str, float]] = []
     for number in range(options.rounds):
         print(f"round {number + 1}, load average {os.getloadavg()[0]:.1f}, two idle processes gain {free_gain():.2f}")

@@ -1,6 +1,7 @@
 """Ray clusters: connecting to one, and asking each node before any episode starts whether it can play the run."""
 
 import hashlib
+import logging
 import os
 import socket
 from collections.abc import Iterator, Mapping
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import ray
+from ray.exceptions import RayError
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 import vigil
@@ -105,10 +107,10 @@ def _connect(address: str | None) -> None:
     if address not in (None, "auto", "local"):
         _check_answers(address)
     try:
-        ray.init(address, include_dashboard=False, log_to_driver=False, logging_level="ERROR")
+        ray.init(address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
     except SystemExit:
         raise SettingError(f"{where} does not answer as a Ray cluster does. `ray start` says the right port.") from None
-    except (OSError, ValueError, RuntimeError, ray.exceptions.RayError) as error:
+    except (OSError, ValueError, RuntimeError, RayError) as error:
         raise SettingError(f"{where} cannot be used: {cut(str(error), MAX_FAULT_CHARS)}") from None
 
 
@@ -142,7 +144,7 @@ def _ask(nodes: list[dict[str, Any]], objection: partial[str]) -> None:
     for name, answer in coming.items():
         try:
             wrong.append(ray.get(answer, timeout=NODE_S))
-        except ray.exceptions.RayError as error:
+        except RayError as error:
             why = cut(str(error).strip().splitlines()[-1], MAX_FAULT_CHARS)
             wrong.append(f"Node {name} of the Ray cluster cannot run vigil {package_version()}: {why}")
     if any(wrong):

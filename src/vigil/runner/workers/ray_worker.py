@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import ray
+from ray.exceptions import RayError
 
 from vigil.errors import SettingError
 from vigil.runner.workers.process import NoRoom
@@ -84,7 +85,7 @@ class RayProcess:
             if wrong:
                 raise SettingError(wrong)
             connection = Client(address, authkey=self._key)
-        except (ray.exceptions.RayError, OSError) as error:
+        except (RayError, OSError) as error:
             self._note(f"The actor cannot be reached: {error}")
             raise ConnectionError from None
         _send_at_once(connection)
@@ -100,7 +101,7 @@ class RayProcess:
         if self._connection is not None:
             try:
                 ray.get(self._serves)
-            except ray.exceptions.RayError as error:
+            except RayError as error:
                 self._note(str(error))
         self.kill()
 
