@@ -3,10 +3,9 @@
     python benchmarks/ray_workers.py [--rounds 3] [--pack vigil_mini_v1_1] [--limit 80]
 
 The three take turns, so that they meet the same machine; each plays the same episodes, without frames, on one local Ray
-of this machine that is started once. Only playing is counted: starting workers is not. Told are the ratios of episodes
-a second, round by round and the median, and where the time of a pool of two goes: the processor time of its workers,
-that of the main process, and what two processes that share nothing gain over one on this machine at that moment. The
-machine should have two cores and nothing else to do; the load average says whether it had.
+of this machine that is started once. Only playing is counted, starting workers is not. Two ratios are told: of episodes
+a second, which holds on a machine of two cores with nothing else to do, and of episodes a second of processor time,
+which holds anywhere but counts no waiting. Beside them stands what two processes that share nothing do at that moment.
 """
 
 import argparse
@@ -21,8 +20,8 @@ from typing import Any
 
 import psutil
 import ray
-from vigil.authoring.solving.solvers import privileged_agent
 
+from vigil.authoring.ways.solvers import privileged_agent
 from vigil.runner.progress import Progress
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
@@ -39,19 +38,24 @@ def main() -> None:
     options = read_options()
     os.environ.update({"RAY_worker_niceness": "0"})  # of actors, as that of the local pool's workers
     ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
-    rounds: list[dict[str, float]] = []
+    rounds: list[dict[str, tuple[float, float]]] = []
     for number in range(options.rounds):
-        print(f"round {number + 1}, load average {os.getloadavg()[0]:.1f}, two idle processes gain {free_gain():.2f}")
+        gain = free_gain()
+        print(
+            f"round {number + 1}, load average {os.getloadavg()[0]:.1f}, two processes do {gain:.2f} times one's work"
+        )
         rounds.append({way: measure(way, options) for way in WAYS})
     ray.shutdown()
     for one, other in (("two Ray workers", "local pool of two"), ("local pool of two", "one worker")):
-        ratios = [each[one] / each[other] for each in rounds]
-        listed = ", ".join(f"{ratio:.2f}" for ratio in ratios)
-        print(f"{one} / {other}: {listed}; median {statistics.median(ratios):.2f}")
+        print(f"{one} over {other}")
+        for index, of in enumerate(("a second", "a second of processor time")):
+            ratios = [each[one][index] / each[other][index] for each in rounds]
+            listed = ", ".join(f"{ratio:.2f}" for ratio in ratios)
+            print(f"  episodes {of}: {listed}; median {statistics.median(ratios):.2f}")
 
 
-def measure(way: str, options: argparse.Namespace) -> float:
-    """Returns the episodes a second of one run, from the first that began to the last that ended."""
+def measure(way: str, options: argparse.Namespace) -> tuple[float, float]:
+    """Returns the episodes a second of one run, from the first that began to the last that ended, and of its CPU."""
     times: list[float] = []
     used: list[tuple[float, float]] = []
 
@@ -77,7 +81,7 @@ def measure(way: str, options: argparse.Namespace) -> float:
         f"episode: workers {1000 * workers / episodes:.0f} ms, main process {1000 * own / episodes:.1f} ms",
         flush=True,
     )
-    return episodes / seconds
+    return episodes / seconds, episodes / (workers + own)
 
 
 def of_workers() -> float:

@@ -50,6 +50,8 @@ def cluster() -> Iterator[Any]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RAY_worker_niceness", "0")  # actors would else wait for all other tests
+        patch.setenv("RAY_enable_worker_prestart", "0")
+        patch.setenv("RAY_prestart_worker_first_driver", "0")
         found = patient(Cluster)(initialize_head=True, head_node_args=HEAD)
         patient(found.add_node)(**NODE)
         yield found
