@@ -42,6 +42,8 @@ from libcst.metadata import MetadataWrapper, PositionProvider
 from mutmut.mutation.mutators import mutation_operators
 
 ROOT = Path(__file__).resolve().parents[1]
+OWN = (f"{ROOT}/src/", f"{ROOT}/tests/")
+"""Where the project's modules lie; an environment with libraries may lie in the same folder."""
 WANTED = 0.95
 EXAMPLES = 4
 """Examples of each property test: a mutant that only a rare example shows counts as not noticed."""
@@ -173,8 +175,8 @@ def load_what_stays(name: str, tests: Sequence[str]) -> Path:
     with contextlib.redirect_stdout(io.StringIO()):
         pytest.main([*OPTIONS, "--collect-only", *tests])
     for loaded in set(sys.modules) - kept:
-        own = getattr(sys.modules[loaded], "__file__", None) or ""
-        if own.startswith(str(ROOT)) or loaded == "tests" or loaded.startswith("tests."):
+        file = getattr(sys.modules[loaded], "__file__", None) or ""
+        if file.startswith(OWN) or loaded == "tests" or loaded.startswith("tests."):
             del sys.modules[loaded]
     gc.freeze()
     return Path(path or "")

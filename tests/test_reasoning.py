@@ -1,8 +1,9 @@
 import time
+from typing import get_args
 
 import pytest
 
-from vigil.reasoning import is_unclosed, split_reasoning
+from vigil.reasoning import Thinking, is_unclosed, split_reasoning
 
 A = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1}}'
 B = '{"skill_name": "look", "arguments": {"direction": "down", "magnitude": 2}}'
@@ -81,6 +82,11 @@ def test_a_reasoning_may_begin_without_an_end() -> None:
     assert is_unclosed("◁think▷")
     assert not is_unclosed("<think>x</think>")
     assert not is_unclosed("<thinker>")
+    assert not is_unclosed("◁think▷abc◁/think▷")
+
+
+def test_a_run_asks_for_reasoning_or_not_or_leaves_it_to_the_provider() -> None:
+    assert get_args(Thinking) == ("on", "off", "default")
 
 
 @pytest.mark.parametrize(

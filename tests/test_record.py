@@ -29,6 +29,7 @@ from vigil.record import (
     Resumption,
     RunHeader,
     RunSpec,
+    Shard,
     Standing,
     StepRecord,
     read_header,
@@ -502,3 +503,23 @@ def test_a_pipe_in_place_of_the_rows_is_named(path: Path):
     os.mkfifo(path)
     with pytest.raises(RecordError, match=r"episodes\.jsonl' is a pipe, not a file"):
         RecordLog(path)
+
+
+@pytest.mark.parametrize(("index", "of"), [(1, 1), (1, 2), (2, 2), (3, 7)])
+def test_a_shard_is_one_of_some(index, of):
+    shard = Shard(index=index, of=of)
+    assert str(shard) == f"{index}/{of}"
+    assert Shard.model_validate_json(shard.model_dump_json()) == shard
+
+
+@pytest.mark.parametrize(
+    ("index", "of", "reason"),
+    [
+        (0, 1, "index\n.*greater than or equal to 1"),
+        (1, 0, "of\n.*greater than or equal to 1"),
+        (3, 2, "a shard's index is at most the number of shards"),
+    ],
+)
+def test_no_shard_is_outside_of_its_number(index, of, reason):
+    with pytest.raises(ValidationError, match=reason):
+        Shard(index=index, of=of)

@@ -24,7 +24,7 @@ from vigil.runner.progress import OnProgress, Progress
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of, serving_of
-from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.saved_run import read_run
 from vigil.summary import settle_run
 
@@ -72,9 +72,7 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
     say((*found.header.version_notes, *found.notes))
     for difference in found.differences:
         print(difference)
-    kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
-    pictures = f" and {found.frames} frames" if settings.frames else ""
-    print(f"{found.checked} episodes played again{pictures}, compared {kind}: {len(found.differences)} differences")
+    _print_what_was_verified(found, settings)
     if not found.checked:
         print("Nothing was verified: the run has no episode that ended without error.")
     elif settings.frames and not found.frames:
@@ -85,6 +83,20 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
         print(f"{found.left_out} rows of the file are not verified: they are not scored either (see above).")
     if not found.is_verified:
         raise typer.Exit(1)
+
+
+def _print_what_was_verified(found: Verification, settings: VerifySettings) -> None:
+    faults = f"{len(found.differences)} differences"
+    if found.is_records_only:
+        print(f"{found.checked} records: identities, prompts, budgets and ends hold, replies were read again: {faults}")
+        print(
+            f"Not checked, since that needs the simulator ({found.header.simulator_version}): poses, states, what was "
+            "hit, refusals. Verdicts follow from the records alone: vigil score."
+        )
+        return
+    kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
+    pictures = f" and {found.frames} frames" if settings.frames else ""
+    print(f"{found.checked} episodes played again{pictures}, compared {kind}: {faults}")
 
 
 def _play(settings: RunSettings) -> None:

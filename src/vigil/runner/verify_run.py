@@ -1,14 +1,20 @@
-"""Verifying a whole run: every recorded episode is played again by its recorded replies, in simulator workers."""
+"""Verifying a whole run: every recorded episode is played again by its recorded replies, in simulator workers.
+
+Where the run's simulator is not there, the records alone are checked: that each reply reads as its recorded action.
+"""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from vigil.errors import RecordError, SimulatorError
+from vigil.actions import InvalidAction
+from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.pack import Pack
+from vigil.profile import Profile
 from vigil.record import EpisodeRecord, RunHeader
+from vigil.replies import parse_reply
 from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import file_sha256
 from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
@@ -18,6 +24,7 @@ from vigil.runner.workers.process import PATIENCE_S
 from vigil.runner.workers.resimulation import FactDifference
 from vigil.saved_run import read_run
 from vigil.setting import Setting, check_declared
+from vigil.sim.thor.start import require_engine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +32,9 @@ class VerifySettings:
     """How to verify a run. What is None is taken from the run's header."""
 
     frames: Annotated[bool, Setting("Compare kept frames too; they are only equal on the same renderer.")] = False
+    records_only: Annotated[
+        bool, Setting("Start no simulator: check replies, budgets, ends, prompts and identities alone.")
+    ] = False
     limit: Annotated[int | None, Setting("Only the first N records.", least=1, metavar="N")] = None
     workers: Workers = None
     pack: PackPlace = None
@@ -35,8 +45,10 @@ class VerifySettings:
     patience_s: float = PATIENCE_S
 
     def __post_init__(self) -> None:
-        """Holds the values against their declarations."""
+        """Holds the values against their declarations, and against each other."""
         check_declared(self)
+        if self.records_only and self.frames:
+            raise SettingError("Frames are drawn by a simulator, which records-only does without: give one of the two.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +60,8 @@ class Verification:
     errors: int
     """Rows that ended as an error: there is nothing to verify in them."""
     is_exact: bool
+    is_records_only: bool
+    """Whether no simulator was asked, so that nothing is known of hidden states."""
     differences: tuple[FactDifference, ...]
     frames: int = 0
     """How many frames were compared; 0 when that was not asked, or nobody looked at any during the run."""
@@ -75,29 +89,63 @@ def verify_run(
     scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
     records = [table.record(key) for key in scored[: settings.limit]]
     is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
-    plan = WorkerPlan(
-        pack=pack.folder,
-        run_id=header.run_id,
-        profile=header.spec.profile,
-        backend=settings.backend or header.spec.simulator,
-        quality=header.spec.render_quality,
-        asset_database=_asset_database(header, settings),
-    )
-    workers = max(1, min(worker_count(settings.workers), len(records)))
-    with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
-        verify = _Verifying(pool, pack, settings.frames, is_exact)
-        differences = asyncio.run(verify.all(records, workers, on_progress))
+    if settings.records_only:
+        found = [fault for record in records for fault in reread(record, header.spec.profile)]
+    else:
+        found = _played_again(pack, header, records, settings, is_exact, on_progress)
     seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
     return Verification(
         header,
         len(records),
         len(table.rows) - len(scored),
         is_exact,
-        tuple(differences),
+        settings.records_only,
+        tuple(found),
         seen,
         table.notes,
         len(table.left_out),
     )
+
+
+def reread(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
+    """Yields what is recorded of a reply's meaning and does not follow from the reply."""
+    for step in record.steps:
+        parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
+        is_invalid = isinstance(parsed, InvalidAction)
+        found = {
+            "action": None if is_invalid else parsed.action,
+            "invalid": parsed if is_invalid else None,
+            "ignored_keys": () if is_invalid else parsed.ignored_keys,
+        }
+        for fact, value in found.items():
+            recorded = getattr(step, fact)
+            if recorded != value:
+                yield FactDifference(record.episode_id, record.epoch, step.index, fact, recorded, value)
+
+
+def _played_again(
+    pack: Pack,
+    header: RunHeader,
+    records: Sequence[EpisodeRecord],
+    settings: VerifySettings,
+    is_exact: bool,
+    on_progress: Callable[[int, int], None],
+) -> list[FactDifference]:
+    backend = settings.backend or header.spec.simulator
+    if backend == "thor":
+        require_engine(header.simulator_version, instead="--records-only checks what needs no simulator.")
+    plan = WorkerPlan(
+        pack=pack.folder,
+        run_id=header.run_id,
+        profile=header.spec.profile,
+        backend=backend,
+        quality=header.spec.render_quality,
+        asset_database=_asset_database(header, settings),
+    )
+    workers = max(1, min(worker_count(settings.workers), len(records)))
+    with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
+        verify = _Verifying(pool, pack, settings.frames, is_exact)
+        return asyncio.run(verify.all(records, workers, on_progress))
 
 
 @dataclass(frozen=True, slots=True)

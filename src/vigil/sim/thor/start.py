@@ -64,6 +64,11 @@ def chosen_engine(quality: str = "default", assets: Path | None = None) -> Chose
     return ChosenEngine(f"{OWN}-{backend}", own_command(engine_options(backend, quality, assets)))
 
 
+def simulator_name(engine: ChosenEngine) -> str:
+    """Returns the simulator's version as headers of runs name it."""
+    return f"thor/{CLIENT} {engine.name} {SEEN_BY}"
+
+
 def own_command(options: list[str]) -> str:
     """Returns the command of this project's engine, and sees to a text for DISPLAY, which the client insists on."""
     os.environ.setdefault("DISPLAY", NO_DISPLAY)
@@ -83,16 +88,36 @@ def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
     def connect(house: dict[str, Any]) -> Connection:
         if engine.command is not None:
             return Connection(house, engine.command, **INITIALIZE)
-        needed = examine()
-        if needed.missing:
-            raise SettingError(
-                f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {ENGINE_VARIABLE}={OWN} takes this "
-                "project's engine, which needs the client alone."
-            )
-        where = {"platform": needed.platform, "gpu_device": own_gpu()}
+        platform = _unity_platform(
+            f"{ENGINE_VARIABLE}={OWN} takes this project's engine, which needs the client alone."
+        )
+        where = {"platform": platform, "gpu_device": own_gpu()}
         return Connection(house, None, start_s=UNITY_START_S, **where, **INITIALIZE)
 
-    return ThorSimulator(f"thor/{CLIENT} {engine.name} {SEEN_BY}", connect, assets)
+    return ThorSimulator(simulator_name(engine), connect, assets)
+
+
+def require_engine(simulator_version: str, *, instead: str) -> None:
+    """Raises SettingError unless the environment chooses the engine of a run's header, and it is there.
+
+    `instead` says what can be done without it.
+    """
+    engine = chosen_engine()
+    if simulator_name(engine) != simulator_version:
+        raise SettingError(
+            f"Hidden states are only compared on the engine that played: the run says {simulator_version!r}, and "
+            f"{ENGINE_VARIABLE}, as it is set here, {simulator_name(engine)!r}. {instead}"
+        )
+    if engine.command is None:
+        _unity_platform(instead)
+
+
+def _unity_platform(instead: str) -> str | None:
+    """Returns the platform that AI2-THOR's own build runs on here. Raises SettingError where something is missing."""
+    needed = examine()
+    if needed.missing:
+        raise SettingError(f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {instead}")
+    return needed.platform
 
 
 def own_gpu() -> int | None:

@@ -3,6 +3,7 @@
 _NO_PHYSICS = "nothing is pushed, thrown or falls here: things are put to rest"
 _NO_SUCH_STATE = "things have no such state here"
 _NO_LOOKS = "materials and lights of a house are its own"
+_NO_SHAPES = "of a thing's shape, boxes are told and no meshes"
 _OWN_ASSETS = "THOR's assets are not here"
 _HAND = "what is held stays where the hand is"
 _ARM = "the agent has a hand and no arm"
@@ -21,6 +22,8 @@ MISSING: dict[str, str] = {
     **dict.fromkeys(("MoveHeldObject", "MoveHeldObjectAhead", "MoveHeldObjectBack", "MoveHeldObjectLeft"), _HAND),
     **dict.fromkeys(("MoveHeldObjectRight", "MoveHeldObjectUp", "MoveHeldObjectDown", "RotateHeldObject"), _HAND),
     **dict.fromkeys(("MoveArm", "MoveArmBase", "ReleaseObject", "SetHandSphereRadius"), _ARM),
+    **dict.fromkeys(("Get2DSemanticHull", "Get2DSemanticHulls", "GetInSceneAssetGeometry"), _NO_SHAPES),
+    "GetHouseFromTemplate": "houses are given whole, to CreateHouse",
     "SetObjectStates": _ONE_BY_ONE,
     "InitialRandomSpawn": "places are the house's, or the program's: PlaceObjectAtPoint, SetObjectPoses",
     "GetSpawnCoordinatesAboveReceptacle": "PutObject finds a place by itself",
