@@ -34,6 +34,8 @@ NODE_S = 120.0
 """How long a node may take to say what it has."""
 HTTP_2 = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 """With which a client of Ray's begins. Ray answers it in bytes that are no text, servers of another kind in text."""
+MOST_NAMED = 5
+"""Of the nodes that cannot play."""
 MISSING = "missing"
 _DIGITS = 12
 
@@ -147,8 +149,10 @@ def _ask(nodes: list[dict[str, Any]], objection: partial[str]) -> None:
         except RayError as error:
             why = cut(str(error).strip().splitlines()[-1], MAX_FAULT_CHARS)
             wrong.append(f"Node {name} of the Ray cluster cannot run vigil {package_version()}: {why}")
-    if any(wrong):
-        raise SettingError("\n".join(filter(None, wrong)))
+    wrong = list(filter(None, wrong))
+    if wrong:
+        more = [f"And {len(wrong) - MOST_NAMED} nodes more."] if len(wrong) > MOST_NAMED else []
+        raise SettingError("\n".join((*wrong[:MOST_NAMED], *more)))
 
 
 def _for_nodes(plan: WorkerPlan) -> WorkerPlan:
