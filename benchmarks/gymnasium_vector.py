@@ -26,7 +26,7 @@ from vigil.actions import Reply
 from vigil.api import make_env
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode, families_named
-from vigil.integrations.gymnasium.env import load_pack
+from vigil.integrations.gymnasium.sources import load_pack
 from vigil.pack import Selection, evenly
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})

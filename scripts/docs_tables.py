@@ -9,7 +9,8 @@ from pathlib import Path
 
 from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
-from vigil.cli.models import LISTED, address_of, keys_of, switch_of
+from vigil.cli.models import LISTED, keys_of, switch_of
+from vigil.exports.steps import STEP_COLUMNS
 from vigil.integrations.gymnasium import Options
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import named
@@ -18,7 +19,7 @@ from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("agents.md", "ai2thor.md", "analysis.md", "gymnasium.md", "models.md")
+PAGES = ("agents.md", "ai2thor.md", "analysis.md", "export.md", "gymnasium.md", "models.md")
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -29,8 +30,7 @@ def providers() -> str:
         one = named(f"{name}/m").provider
         keys = " or ".join(f"`{key}`" for key in keys_of(name))
         keys = f"the machine's account{' or ' + keys if keys else ''}" if one.signs_in else keys
-        address = address_of(one)
-        address = f"`{address}`" if address.startswith("http") else address
+        address = f"`{one.home}`" if one.home.startswith("http") else one.home
         switch = f"`{switch_of(one)}`" if one.thinking else ""
         extra = f"`{one.extra}`" if one.extra else ""
         tried = "a stand-in" if one.is_in_tests else "a stand-in, by hand"
@@ -56,6 +56,11 @@ def aliases() -> str:
 def columns() -> str:
     """Returns what the columns of rows.csv and rows.parquet say."""
     return _markdown(("column", "says"), [(f"`{name}`", says) for name, says in COLUMNS.items()])
+
+
+def step_columns() -> str:
+    """Returns what the columns of a dataset's steps say."""
+    return _markdown(("column", "says"), [(f"`{name}`", says) for name, (_, says) in STEP_COLUMNS.items()])
 
 
 def thor_actions() -> str:
@@ -92,6 +97,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "coordinates": coordinates,
     "aliases": aliases,
     "columns": columns,
+    "step_columns": step_columns,
     "thor_actions": thor_actions,
     "thor_differences": thor_differences,
     "gymnasium_options": gymnasium_options,

@@ -58,6 +58,7 @@ ALLOWED: dict[str, set[str]] = {
     "analysis": {*BASE, *PURE, "prompt"},
     "authoring": {*BASE, *PURE, "prompt", "assets", "scene", "sim", "housegen", "env", "agents"},
     "runner": {*BASE, *PURE, "prompt", "assets", "sim", "env", "agents"},
+    "exports": {*BASE, *PURE, "prompt", "analysis", "runner"},
 }
 TOPMOST = {"cli", "web", "integrations", "api"}
 """May import anything; nobody imports them, but `vigil` itself its public names."""

@@ -189,6 +189,8 @@ def test_a_fault_in_a_manifest_quotes_no_more_of_a_value_than_can_be_read(folder
 
 
 def test_a_missing_pack_is_told(tmp_path: Path):
+    with pytest.raises(PackMismatch, match="'stream:7' is a stream, not a pack"):
+        Pack.load("stream:7")
     with pytest.raises(PackMismatch, match="neither a folder nor a packaged one"):
         Pack.load("no_such_pack")
     with pytest.raises(PackMismatch, match=r"manifest\.json is missing"):

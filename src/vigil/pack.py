@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean, first_fault
 from vigil.house import MAX_HOUSE_BYTES, House
-from vigil.pack_names import newest, successor
+from vigil.pack_names import STREAM, newest, successor
 from vigil.strict_json import read_json
 from vigil.versions import PackVersions
 
@@ -177,6 +177,11 @@ def find(path: str | Path) -> Path:
     folder, name = Path(path), str(path)
     if folder.is_dir():
         return folder
+    if name.startswith(STREAM):
+        raise PackMismatch(
+            f"{name!r} is a stream, not a pack. `vigil pack stream --seed SEED --count 200 --out FOLDER` writes its "
+            "first episodes as one; then give the folder."
+        )
     names = packaged_names()
     if name in names:
         return PACKAGED / name

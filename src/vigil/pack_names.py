@@ -3,6 +3,8 @@
 import re
 from collections.abc import Iterable
 
+STREAM = "stream:"
+"""How the address of a stream of episodes begins, which is no pack's name."""
 _VERSIONED = re.compile(r"(?P<stem>.+?)_v(?P<version>\d+(?:_\d+)*)")
 
 

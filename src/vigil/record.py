@@ -237,8 +237,17 @@ class RunHeader(_Record):
     @property
     def answering_models(self) -> tuple[str, ...]:
         """The names under which the model answered, in all sessions."""
+        return tuple(sorted({name for answered in self._answered for name in answered.models}))
+
+    @property
+    def has_reasoning(self) -> bool:
+        """Whether reasoning came with any answer, in any session, however thinking was set."""
+        return any(answered.replies_with_reasoning for answered in self._answered)
+
+    @property
+    def _answered(self) -> tuple[Answered, ...]:
         sessions = (self.answered, *(session.answered for session in self.resumed))
-        return tuple(sorted({name for answered in sessions if answered for name in answered.models}))
+        return tuple(answered for answered in sessions if answered is not None)
 
     @property
     def hosts(self) -> tuple[dict[str, str], ...]:

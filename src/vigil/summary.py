@@ -26,6 +26,20 @@ LIBRARY_REPLIES = (
 """What a run with such replies is said to have, after their number."""
 
 
+def no_actions(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
+    """Says how many of some replies were no action, and why; empty when all were actions.
+
+    `reasons` has the numbers of each episode, `loose` is how many would parse leniently.
+    """
+    found: Counter[str] = sum(map(Counter, reasons), Counter())
+    if not found:
+        return ""
+    count = found.total()
+    why = ", ".join(f"{number} {reason}" for reason, number in found.most_common())
+    parse = "all" if loose == count else str(loose) if loose else "none"
+    return f"{count / replies:.0%} of the replies are no action ({why}); {parse} would parse leniently"
+
+
 @dataclass(frozen=True, slots=True)
 class Unscored:
     """An episode that ended as `error`: the infrastructure's failure, never the agent's."""
@@ -61,13 +75,8 @@ class Settlement:
     def invalid_replies(self) -> str:
         """Says how many replies were no action, and why; empty when all were actions."""
         replies = sum(outcome.steps for outcome in self.outcomes)
-        reasons = sum((Counter(outcome.invalid_reasons) for outcome in self.outcomes), Counter())
-        if not reasons:
-            return ""
-        count, loose = reasons.total(), sum(outcome.would_parse_leniently for outcome in self.outcomes)
-        why = ", ".join(f"{number} {reason}" for reason, number in reasons.most_common())
-        parse = "all" if loose == count else str(loose) if loose else "none"
-        return f"{count / replies:.0%} of the replies are no action ({why}); {parse} would parse leniently"
+        loose = sum(outcome.would_parse_leniently for outcome in self.outcomes)
+        return no_actions(replies, (outcome.invalid_reasons for outcome in self.outcomes), loose)
 
     @property
     def subtypes(self) -> dict[Subtype, int]:

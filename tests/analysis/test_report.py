@@ -26,6 +26,7 @@ from vigil.analysis.tables.table import Column, Table, TableRow, printed
 from vigil.analysis.tables.text import latex, markdown
 from vigil.cli import app, reports
 from vigil.profile import ACTION_FEEDBACK, Profile
+from vigil.record import Answered, Resumption, read_header
 
 PAPERS_OWN = [
     "global_cross_section",
@@ -354,3 +355,29 @@ def test_a_figure_is_written_in_its_files_format(write: Write, tmp_path: Path):
         out = tmp_path / f"plane.{suffix}"
         assert command("figure", "plane", "--runs", run, "--out", out).exit_code == 0
         assert out.read_bytes().startswith(start)
+
+
+def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) -> None:
+    garbled = study(
+        read_runs([write("fine"), write("garbled", small_records(lambda f: EpisodeCourse(f, False, "IL")))])
+    )
+    notes = TABLES["invalid_replies"](garbled).notes
+    said = [note for note in notes if "no action" in note]
+    assert len(said) == 1
+    fraction = garbled.entries[1].run.rows
+    invalid = int((fraction["protocol_failures"] + fraction["malformed_actions"]).sum())
+    assert f"of the replies are no action ({invalid} " in said[0]
+
+
+def test_what_really_answered_stands_beside_what_was_asked_for(write: Write) -> None:
+    folder = write("run", agent="vllm/alias")
+    header = read_header(folder)
+    answered = Answered(replies=3, models={"alias-2026": 3}, replies_with_reasoning=1)
+    later = Resumption(started=header.started, rows_before=1, answered=Answered(models={"alias-2027": 1}))
+    changed = header.model_copy(update={"answered": answered, "resumed": (later,)})
+    (folder / "run.json").write_text(changed.model_dump_json(), encoding="utf-8")
+    (row,) = (
+        row for row in TABLES["models"](study(read_runs([folder, write("silent")]))).rows if row.cells.get("answered")
+    )
+    assert (row.cells["api"], row.cells["answered"]) == ("vllm/alias", "alias-2026, alias-2027")
+    assert row.cells["thinking"] == "not said; reasoning came"

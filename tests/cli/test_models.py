@@ -19,6 +19,7 @@ from vigil.analysis.measures.paper import paper
 from vigil.cli import app
 from vigil.cli.models import LISTED
 from vigil.errors import SettingError
+from vigil.profile import COORDINATES_BY_MODEL, known_coordinates
 from vigil.runner.models.providers import PROVIDERS, named
 
 pytestmark = INSPECT
@@ -36,6 +37,12 @@ def _no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_model_of_the_paper_has_a_command() -> None:
     assert sorted(COMMANDS) == sorted(model.name for model in paper().models)
     assert len(COMMANDS) == 28
+
+
+def test_the_page_names_the_papers_models_without_coordinates() -> None:
+    unknown = {name for name, command in COMMANDS.items() if known_coordinates(shlex.split(command)[2]) is None}
+    assert unknown == {"Kimi-VL-A3B (T)", "Kimi-VL-A3B-Instruct"}
+    assert "models Kimi-VL alone has none" in PAGE
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -88,10 +95,44 @@ def test_one_model_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     words = ["--model", "qwen/qwen3-vl-plus", "--base-url", "http://localhost:1/v1", "--api-key-env", "MY_KEY"]
     facts = json.loads(CliRunner().invoke(app, ["models", *words, "--json"]).output)
     assert facts["asked"] == "'qwen3-vl-plus' at http://localhost:1/v1, with the key in MY_KEY"
-    assert facts["coordinates"] == "normalized_1000"
+    assert facts["coordinates"].startswith("normalized_1000 (published table")
     assert facts["thinking off"] == "extra_body.enable_thinking=False"
     refused = CliRunner().invoke(app, ["models", "--base-url", "http://localhost:1/v1"])
     assert "add --model" in str(refused.exception)
+
+
+@pytest.mark.parametrize("name", [name for name, one in PROVIDERS.items() if one.signs_in])
+def test_a_cloud_is_told_with_its_own_name_of_the_model_and_its_accounts_address(
+    monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr("vigil.runner.models.providers.find_spec", lambda name: None if "azure" in name else name)
+    words = ["models", "--model", f"{name}/some-model", "--json"]
+    told = json.loads(CliRunner().invoke(app, words).output)
+    assert told["asked"] == "'some-model' at the account's address, signed in with this machine's account"
+    assert ("pip install 'vigil-bench[azure]'" in told["missing"]) == (name in ("openai/azure", "azureai"))
+    for key in PROVIDERS[name].keys[:1]:
+        monkeypatch.setenv(key, "a-key")
+        assert json.loads(CliRunner().invoke(app, words).output)["asked"].endswith(f", with the key in {key}")
+
+
+def test_a_model_that_is_in_no_table_of_coordinates_is_said_to_be_in_none() -> None:
+    facts = json.loads(CliRunner().invoke(app, ["models", "--model", "vllm/a-model", "--json"]).output)
+    hint = "the table does not name this model; find out with: vigil calibrate --model vllm/a-model"
+    assert facts["coordinates"] == f"pixel ({hint})"
+    assert hint in CliRunner().invoke(app, ["prompt", "--model", "vllm/a-model"]).output
+    for words in (
+        ["--model", "qwen/a-model"],
+        ["--model", "vllm/Qwen3-VL"],
+        ["--model", "m", "--coordinates", "pixel"],
+    ):
+        assert ("vigil calibrate" in CliRunner().invoke(app, ["prompt", *words]).output) == ("qwen" in words[1])
+
+
+def test_the_list_ends_with_the_table_of_coordinates() -> None:
+    lines = [line.split() for line in CliRunner().invoke(app, ["models"]).output.splitlines()]
+    assert [line for line in lines if line in [list(row) for row in COORDINATES_BY_MODEL]] == [
+        list(row) for row in COORDINATES_BY_MODEL
+    ]
 
 
 @pytest.mark.parametrize(("scale", "said"), [(1000, "points in normalized_1000"), (1, "fractions of 0 to 1")])

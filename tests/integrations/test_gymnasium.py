@@ -6,19 +6,23 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
+import psutil
 import pytest
 from gymnasium.utils.env_checker import check_env
 from tiny_pack import loose_pack, tiny_episode, tiny_house, tiny_pack
 
 import vigil.integrations.gymnasium as integration
 from vigil.actions import SKILLS, STATUSES, Coordinates, ParsedReply
+from vigil.authoring.streaming.stream import Stream
 from vigil.episode import Provenance
 from vigil.errors import PackMismatch, SettingError, SimulatorError
+from vigil.integrations.gymnasium import sources
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
 from vigil.pose import Pose, Vec3
 from vigil.replies import parse_reply
@@ -408,10 +412,10 @@ def test_render_says_what_it_lacks(pack: str) -> None:
 def test_a_pack_is_loaded_once_for_all_environments_until_it_changes(tmp_path: Path) -> None:
     folder = tmp_path / "pack"
     tiny_pack(folder, 2)
-    first = make(str(folder)).unwrapped._pack
-    assert make(str(folder)).unwrapped._pack is first
+    first = make(str(folder)).unwrapped._source._pack
+    assert make(str(folder)).unwrapped._source._pack is first
     loose_pack(folder, [tiny_episode(7)], [tiny_house()])
-    assert [episode.id for episode in make(str(folder)).unwrapped._pack.episodes] == ["tiny-DA-007"]
+    assert [episode.id for episode in make(str(folder)).unwrapped._source._pack.episodes] == ["tiny-DA-007"]
 
 
 def test_an_environment_is_made_again_from_its_description(pack: str) -> None:
@@ -439,3 +443,71 @@ def test_the_page_s_example_runs(pack: str, capsys: pytest.CaptureFixture) -> No
     env = names["Moves"](make(pack))
     env.reset(seed=0)
     assert env.step(env.action_space.n - 1)[2]
+
+
+STREAM = {"pack": "stream:7", "family": "PG", "houses": (15, 16)}
+READ = {"families": ("PG",), "first": 15, "last": 16, "workers": 0}
+"""The same, in this process. House 15 is a bathroom, the cheapest house there is."""
+
+
+def test_a_stream_is_read_in_its_order_and_leaves_no_process() -> None:
+    env = make(**STREAM, evaluator=True)
+    first, info = env.reset(seed=3)
+    assert info == {}
+    assert env.observation_space.contains(first)
+    *_, info = env.step(report("fail"))
+    assert info["outcome"]["episode_id"].startswith("stream7v")
+    told = [first["instruction"], *(env.reset()[0]["instruction"] for _ in range(3))]
+    source = env.unwrapped._source
+    assert [item.episode.instruction for item in islice(iter(Stream(7, **READ)), 4)] == told
+    pids = source._stream.worker_pids()
+    assert pids
+    again = env.reset(options={"episode_id": source._item.episode.id})
+    assert again[0]["instruction"] == told[-1]
+    with pytest.raises(SettingError, match="read in its order"):
+        env.reset(options={"episode_id": info["outcome"]["episode_id"]})
+    env.close()
+    assert not any(map(psutil.pid_exists, pids))
+
+
+def test_a_seed_decides_at_which_house_a_stream_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = []
+
+    class Noted(Stream):
+        def __init__(self, seed: int, **options: Any) -> None:
+            super().__init__(seed, **options)
+            begun.append(self.first)
+
+        def __iter__(self) -> Iterator[Any]:
+            return iter(())
+
+    monkeypatch.setattr(sources, "Stream", Noted)
+    env = make("stream:7", houses=(100, 200)).unwrapped
+    assert begun == [100]  # made to be checked
+    told = []
+    for options in ({}, {"seed": 1}, {"seed": 2}, {"seed": 1}):
+        begun.clear()
+        with pytest.raises(SettingError, match="houses 100 to 200 hold no wanted episode"):
+            env.reset(**options)
+        assert len(begun) == 2
+        assert begun[1] == 100  # after the last house the first comes again
+        told.append(begun[0])
+    assert told[0] == 100
+    assert told[1] == told[3] != told[2]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"pack": "stream:seven"}, "expected stream:SEED"),
+        ({"pack": "stream:7@0.0.0.0"}, "asks for version"),
+        ({"pack": "stream:7", "difficulty": "eazy"}, "Did you mean 'easy'"),
+        ({"pack": "stream:7", "houses": (5, 5)}, "FIRST < END"),
+        ({"pack": "stream:7", "workers": -1}, "workers"),
+        ({"pack": "starter", "difficulty": "easy"}, "option difficulty is for a stream"),
+        ({"pack": "starter", "houses": (0, 5)}, "option houses is for a stream"),
+    ],
+)
+def test_options_of_a_stream_are_checked(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(SettingError, match=message):
+        make(**options)

@@ -1,15 +1,14 @@
 """Reasoning in every form that servers send it, whole and as a stream, from a loopback server to the record."""
 
+from collections import Counter
 from pathlib import Path
 
-import pytest
 from inspect_marks import INSPECT
 from quick_runs import quick
-from reasoning_forms import REASONING_FORMS, REPORT, THOUGHT, check_judged
-from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import ScriptedModel, WireServer
+from reasoning_forms import REASONING_FORMS, REPORT, THOUGHT, FormsInTurn, shared_simulator
+from wire_server import WireServer
 
-from vigil.record import StepRecord
+from vigil.pack import Pack
 from vigil.runner.run import run_pack
 
 pytestmark = INSPECT
@@ -17,23 +16,18 @@ PAGE = Path(__file__).parents[2] / "docs" / "models.md"
 NAMES = list(REASONING_FORMS)
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["whole", "streamed"])
-def steps(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, StepRecord]:
-    """The first step of an episode for each form, in a run against one server."""
-    folder = tmp_path_factory.mktemp("forms")
-    episodes = [tiny_episode(number, "DA", max_steps=1) for number in range(len(NAMES))]
-    loose_pack(folder / "pack", episodes, [tiny_house()])
-    model = ScriptedModel(lambda episode, _: REASONING_FORMS[NAMES[episode]].said)
-    with WireServer(model) as server:
-        settings = quick(folder / "pack", folder / "run", model="vllm/m", base_url=f"{server.url}/v1", preflight=False)
-        settings.model_args.update({"stream": request.param})
-        records = run_pack(settings).records
-    return {NAMES[int(record.episode_id[-3:])]: record.steps[0] for record in records}
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_form_is_judged_as_the_protocol_says(steps: dict[str, StepRecord], name: str) -> None:
-    check_judged(name, steps[name])
+def test_the_smoke_pack_is_played_in_every_form(tmp_path: Path) -> None:
+    """Each of its episodes in each form, one half of these plays whole and the other streamed."""
+    pack, half = Pack.load("vigil_smoke"), len(NAMES) // 2
+    model, played = FormsInTurn(pack), Counter[tuple[str, str]]()
+    with WireServer(model) as server, shared_simulator(pack):
+        asked = {"model": "vllm/m", "base_url": f"{server.url}/v1", "preflight": False, "max_connections": 1}
+        for is_streamed in (False, True):
+            told = {**asked, "model_args": {"stream": is_streamed}}
+            for record in run_pack(quick(pack.folder, tmp_path / str(is_streamed), epochs=half, **told)).records:
+                played[record.episode_id, model.check(record, record.epoch - 1 + half * is_streamed)] += 1
+    assert {bool(request.body.get("stream")) for request in server.requests} == {False, True}
+    assert played == Counter((episode.id, name) for episode in pack.episodes for name in NAMES)
 
 
 def test_every_form_is_a_row_of_the_page() -> None:

@@ -1,10 +1,27 @@
-"""The forms in which servers send reasoning, as the table in docs/models.md names them."""
+"""The forms in which servers send reasoning, as the table in docs/models.md names them, and a model that plays them."""
 
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from typing import Any, NamedTuple
 
+import numpy as np
+import pytest
+from quick_runs import quick
 from wire_server import Said
 
-from vigil.record import StepRecord
+from vigil.actions import Reply
+from vigil.assets.sizes import AssetDatabase
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord, StepRecord
+from vigil.replies import parse_reply
+from vigil.runner import run
+from vigil.runner.settings import worker_plan
+from vigil.runner.workers.pool import SimulatorPool
+from vigil.sim import make_simulator
+from vigil.sim.privileged import PrivilegedSimulator
 
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'
 DRAFT = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
@@ -48,15 +65,76 @@ REASONING_FORMS: dict[str, Form] = {
 }
 
 
+def undrawn(assets: AssetDatabase, quality: str) -> PrivilegedSimulator:
+    """Returns the simulator for tests without its pictures, which take most of its time, as a `SimulatorFactory`."""
+    del quality
+    simulator = make_simulator("fake", assets=assets)
+    grey = np.full((FRAME_HEIGHT, FRAME_WIDTH, 3), 128, dtype=np.uint8)
+    simulator.frame = lambda: grey
+    return simulator
+
+
+@contextmanager
+def shared_simulator(pack: Pack) -> Iterator[None]:
+    """Lets all runs of `pack` within the block play on one simulator."""
+    plan = worker_plan(quick(pack.folder, None, model="vllm/m", simulator_factory=undrawn), pack, Profile())
+    with SimulatorPool(plan, 1) as pool, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
+        # A table that Inspect makes at the end of each run and shows nowhere takes half of a short run's time.
+        patch.setattr("inspect_ai._display.rich.display.tasks_results", lambda _: "")
+        yield
+
+
+class FormsInTurn:
+    """A brain that answers the first request of each play in a form, and reports when it is asked again.
+
+    The play of a place in the pack and a time (0 for the first play of that episode) has the form number place + time:
+    over as many times as there are forms, each episode is answered in each.
+    """
+
+    def __init__(self, pack: Pack) -> None:
+        self._instructions = [episode.instruction for episode in pack.episodes]
+        self._places = {episode.id: place for place, episode in enumerate(pack.episodes)}
+        self._times = [0] * len(pack.episodes)
+
+    def __call__(self, wire: str, data: bytes) -> Said:
+        messages = json.loads(data)["messages"]
+        if any(message["role"] == "assistant" for message in messages):
+            return text(REPORT)
+        task = json.dumps(messages[0]["content"], ensure_ascii=False)
+        (place,) = (place for place, words in enumerate(self._instructions) if words in task)
+        self._times[place] += 1
+        return REASONING_FORMS[_in_turn(place, self._times[place] - 1)].said
+
+    def check(self, record: EpisodeRecord, time: int) -> str:
+        """Asserts that a record is that of an episode played so, for the time given; returns the form's name."""
+        assert record.error is None
+        assert record.end == "report"
+        name = _in_turn(self._places[record.episode_id], time)
+        check_judged(name, record.steps[0])
+        assert len(record.steps) == (1 if REASONING_FORMS[name].reason is None else 2)
+        return name
+
+
+def _in_turn(place: int, time: int) -> str:
+    return list(REASONING_FORMS)[(place + time) % len(REASONING_FORMS)]
+
+
 def check_judged(name: str, step: StepRecord) -> None:
     """Asserts that a step in which a form was said is judged as the protocol says."""
+    check_reply(name, step.reply)
     form = REASONING_FORMS[name]
     if form.reason is None:
-        assert step.invalid is None, name
-        assert step.action.skill_name == "report"
-        assert step.reply.reasoning_chars >= len(THOUGHT)
-        assert step.reply.text == form.said.text
+        assert step.action.skill_name == "report", name
     else:
         assert (step.invalid.kind, step.invalid.reason) == ("protocol_failure", form.reason), name
         assert step.invalid.detail.startswith(form.detail)
-        assert step.reply.finish_reason == ("length" if form.said.is_cut else "stop")
+
+
+def check_reply(name: str, reply: Reply) -> None:
+    """Asserts that a reply said in a form is read and parsed as the protocol says."""
+    form, parsed = REASONING_FORMS[name], parse_reply(reply, "pixel", "strict")
+    assert reply.text == form.said.text, name
+    assert reply.reasoning_chars >= len(THOUGHT) or form.reason is not None, name
+    assert getattr(parsed, "reason", None) == form.reason, name
+    assert reply.finish_reason == ("length" if form.said.is_cut else "stop"), name

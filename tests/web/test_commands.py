@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from vigil.cli import app, web
+from vigil.cli.exports.site import write_site
 from vigil.errors import InputError, RecordError, SettingError
 from vigil.pack import Pack
 from vigil.web.site import Address
@@ -36,6 +37,7 @@ def free_port() -> int:
         (["review", "--reviewer", "../x"], SettingError, "reviewer"),
         (["review", "--reviewer", "ada", "--file", "no/such/reviews.jsonl"], SettingError, "does not exist"),
         (["export", ".", "--out", "site"], RecordError, "no run"),
+        (["export", ".", "--out", "no/one.mp4", "--episode", "e"], SettingError, "does not exist. Make it first"),
     ],
     ids=lambda value: "-".join(value[:2]) if isinstance(value, list) else None,
 )
@@ -83,24 +85,22 @@ def test_where_no_browser_is_the_address_is_enough(
     assert "Open the address yourself" in capsys.readouterr().out
 
 
-def test_an_export_that_cannot_be_written_says_so_first(runs: Path, pack: Pack, tmp_path: Path) -> None:
-    episode = pack.episodes[0].id
-    with pytest.raises(SettingError, match=r"does not exist\. Make it first"):
-        web.export(runs / "sweep", tmp_path / "no" / "one.mp4", episode, 1, [str(pack.folder)])
+def test_a_folder_of_several_runs_is_no_site(runs: Path, pack: Pack, tmp_path: Path) -> None:
     with pytest.raises(RecordError, match=r"holds 2 runs; give one of them: .*random, .*sweep"):
-        web.export(runs, tmp_path / "site", None, 1, [str(pack.folder)])
+        write_site(runs, tmp_path / "site", None, [str(pack.folder)], None)
 
 
 def test_one_episode_is_exported_to_a_file(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    def write(name: str, episode: str) -> bytes:
+        return write_site(runs / "sweep", tmp_path / name, (episode, 1), [str(pack.folder)], None).read_bytes()
+
     episode = pack.episodes[0].id
-    web.export(runs / "sweep", tmp_path / "one.gif", episode, 1, [str(pack.folder)])
-    assert (tmp_path / "one.gif").read_bytes().startswith(b"GIF89a")
-    web.export(runs / "sweep", tmp_path / "one.mp4", episode, 1, [str(pack.folder)])
-    assert (tmp_path / "one.mp4").read_bytes()[4:8] == b"ftyp"
+    assert write("one.gif", episode).startswith(b"GIF89a")
+    assert write("one.mp4", episode)[4:8] == b"ftyp"
     with pytest.raises(SettingError, match="Did you mean"):
-        web.export(runs / "sweep", tmp_path / "two.gif", episode[:-1], 1, [str(pack.folder)])
+        write("two.gif", episode[:-1])
     with pytest.raises(SettingError, match=r"\.html, \.gif or \.mp4"):
-        web.export(runs / "sweep", tmp_path / "two.mp3", episode, 1, [str(pack.folder)])
+        write("two.mp3", episode)
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked up in /proc")

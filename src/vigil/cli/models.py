@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Mapping, Sequence
 from typing import Annotated
 
 import typer
@@ -13,7 +14,7 @@ from vigil.cli.text import say
 from vigil.errors import SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import Pack
-from vigil.profile import coordinates_for, known_coordinates
+from vigil.profile import COORDINATES_BY_MODEL, coordinates_for, known_coordinates
 from vigil.prompt import policy_sha256, policy_version, rendered_sha256
 from vigil.prompt_file import INSTRUCTION_SLOT
 from vigil.runner.calibrate import calibrate_model
@@ -37,7 +38,7 @@ from vigil.setting import Setting
 OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
 LikeModel = Annotated[str | None, Setting("Coordinates as for this model.", metavar="MODEL")]
 OneModel = Annotated[str | None, Setting("Say of this model alone how it would be asked.", metavar="MODEL")]
-ACCOUNT = "the account's"
+_COORDINATES = [{"in the name, case ignored": pattern, "coordinates": mode} for pattern, mode in COORDINATES_BY_MODEL]
 LISTED = tuple(name for name in PROVIDERS if name != "mockllm")
 """Providers that answer by themselves."""
 
@@ -56,7 +57,8 @@ def models(
     elif as_json:
         print(json.dumps({name: _facts(name) for name in LISTED}))
     else:
-        print("\n".join(_lines()))
+        print("\n".join([*_lines([_facts(name) for name in LISTED]), "", *_lines(_COORDINATES)]))
+        say(("A model whose name has none of these is asked for pixels; `vigil calibrate --model NAME` finds out.",))
 
 
 def calibrate(
@@ -98,24 +100,24 @@ def facts_of(model: str, base_url: str | None = None, api_key_env: str | None = 
     return {
         "model": model,
         "asked": found.described,
-        "coordinates": coordinates_for(model),
+        "coordinates": f"{coordinates_for(model)} ({source_of_coordinates(model)})",
         "thinking on": how_set("on", named(model)) or "no way known",
         "thinking off": how_set("off", named(model)) or "no way known",
         "missing": found.missing or "nothing",
     }
 
 
+def source_of_coordinates(model: str) -> str:
+    """Returns why a model is asked to point as it is, unless told otherwise."""
+    if known_coordinates(model) is not None:
+        return "published table; --coordinates overrides"
+    return f"the table does not name this model; find out with: vigil calibrate --model {model}"
+
+
 def keys_of(name: str) -> tuple[str, ...]:
     """Returns the variables that may hold a provider's key."""
     provider = named(f"{name}/m").provider
     return provider.keys if provider.hosts else ()
-
-
-def address_of(provider: Provider) -> str:
-    """Returns where a provider is asked unless told otherwise."""
-    if provider.address or not provider.hosts:
-        return provider.address
-    return ACCOUNT if provider.hosts[0].startswith(".") else f"https://{provider.hosts[0]}"
 
 
 def switch_of(provider: Provider) -> str:
@@ -144,14 +146,13 @@ def _facts(name: str) -> dict[str, str]:
         "name": f"{name}/...",
         "key": key,
         "extra": f"{provider.extra} ({installed})" if provider.extra else "",
-        "address": address_of(provider),
+        "address": provider.home,
         "thinking on / off": switch_of(provider),
     }
 
 
-def _lines() -> list[str]:
-    """Returns the providers as lines of columns, which are not folded: addresses are there to be copied."""
-    facts = [_facts(name) for name in LISTED]
+def _lines(facts: Sequence[Mapping[str, str]]) -> list[str]:
+    """Returns facts as lines of columns, which are not folded: addresses are there to be copied."""
     rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
@@ -185,8 +186,10 @@ def prompt(
         print(f"--- {message.role} ---")
         print(_text(message))
     feedback = " with the feedback on the action before" if condition.has_feedback else ""
+    guessed = model is not None and coordinates is None and known_coordinates(model) is None
     say(
         (
+            *([f"Coordinates: pixel ({source_of_coordinates(model or '')})."] if guessed else ()),
             f"{policy_version(condition)}; SHA-256 of the system message {sha256}",
             f"Later requests have up to {condition.history_turns} past turns as text between the two, and the current "
             f"frame{feedback}.",

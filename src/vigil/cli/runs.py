@@ -12,12 +12,12 @@ from vigil.agents.choose import is_known
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import RunArgument
+from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import label_of, print_families
 from vigil.cli.text import say
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
-from vigil.profile import known_coordinates
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import MergeSettings, merge_runs
 from vigil.runner.progress import OnProgress, Progress
@@ -56,12 +56,8 @@ def print_asked(settings: RunSettings) -> None:
     """Says which model is asked, where, with which key, and how it points."""
     print(f"Model: {serving_of(settings).described}.")
     mode = profile_of(settings).coordinates
-    if settings.coordinates is not None:
-        why = "as --coordinates says"
-    elif known_coordinates(settings.model or "") is not None:
-        why = "published table; --coordinates overrides"
-    else:
-        why = f"the table does not name this model; find out with: vigil calibrate --model {settings.model}"
+    told = settings.coordinates is not None
+    why = "as --coordinates says" if told else source_of_coordinates(settings.model or "")
     print(f"Coordinates: {mode} ({why}).")
 
 

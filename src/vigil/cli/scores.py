@@ -19,6 +19,7 @@ from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
 
 INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
 LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
+INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
 
@@ -106,6 +107,7 @@ def print_families(name: str, settlement: Settlement) -> None:
         return table
 
     print_fitting(build)
+    print(INTERVALS)
     if settlement.subtypes:
         print(f"Of FR and Other: {', '.join(f'{number} {name}' for name, number in settlement.subtypes.items())}.")
 
@@ -132,6 +134,7 @@ def _print_comparison(settled: list[tuple[str, Settlement]]) -> None:
 
     print_fitting(overall)
     print_fitting(families)
+    print(INTERVALS)
 
 
 def _rates_table(title: str, first: str, is_full: bool) -> Table:

@@ -80,6 +80,10 @@ PACK = {
         "pack_making:remake",
         "Makes the pack of a recipe, and says whether its bytes are the same; exits with 2 when they are not.",
     ),
+    "stream": Verb(
+        "training.streams:stream",
+        "Writes the first episodes of an endless stream for training: new houses, validated episodes, solutions.",
+    ),
     "baselines": Verb(
         "pack_measuring:baselines",
         "Plays a pack with agents without skill or sight, and with the solver; exits with 2 on a broken promise.",
@@ -122,7 +126,14 @@ VERBS: dict[str, Verb | Group] = {
         "web:review",
         "Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.",
     ),
-    "export": Verb("web:export", "Writes a run as a static site, or one episode as a self-contained page, GIF or MP4."),
+    "export": Verb(
+        "exports.verb:export",
+        "Writes a run as a static site, an episode as a page or film, runs as Parquet, a dataset or results to share.",
+    ),
+    "demos": Verb(
+        "training.demos:demos",
+        "Writes demonstrations of a stream for training: a model's requests, the solver's answers, false reports.",
+    ),
     "render": Verb(
         "render:render",
         "Draws what an agent would see, one asset on a stage, or single things where such things stand.",

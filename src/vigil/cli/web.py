@@ -1,4 +1,4 @@
-"""`vigil view`, `vigil play` and `vigil review`: the pages on loopback; `vigil export`: pages to take along."""
+"""`vigil view`, `vigil play` and `vigil review`: the pages on loopback."""
 
 import errno
 import gc
@@ -16,16 +16,14 @@ import typer
 import uvicorn
 from fastapi import FastAPI
 
-from vigil.cli.arguments import Epoch, OpenBrowser, RunArgument
+from vigil.cli.arguments import OpenBrowser
 from vigil.cli.text import say
-from vigil.errors import RecordError, SettingError, did_you_mean
+from vigil.errors import SettingError
 from vigil.pack import Pack, manifest_of
-from vigil.record import Key
 from vigil.runner.shared_settings import AssetFile, PackName
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
-from vigil.web.export import episode_film, episode_page, export_site
-from vigil.web.library import Library, ShownRun
+from vigil.web.library import Library
 from vigil.web.play import make_play
 from vigil.web.play_session import PlaySettings, open_play_session
 from vigil.web.review import ReviewSession, ReviewSet, make_review
@@ -104,58 +102,6 @@ def review(
     with closing(listen(address)) as listener, closing(RenderService()) as render_service:
         print(f"Verdicts: {file}")
         serve(make_review(session, render_service, address), address, listener, open_browser)
-
-
-def export(
-    run: RunArgument,
-    out: Annotated[Path, typer.Option(help="New folder for a whole run; for one episode a .html, .gif or .mp4 file.")],
-    episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
-    epoch: Epoch = 1,
-    pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
-    assets: AssetFile = None,
-) -> None:
-    """Examples:
-    vigil export runs/solver --out site
-    vigil export runs/solver --episode procthor_fridge_seed116 --out fridge.gif
-    """
-    if not out.absolute().parent.is_dir():
-        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
-    shown = _only_run(Library([run], pack or ["starter"], assets), run)
-    say(shown.notes)
-    with closing(RenderService()) as render_service:
-        if episode is None:
-            print(export_site(shown, out, render_service, print))
-        else:
-            out.write_bytes(_one_episode(shown, (episode, epoch), out.suffix, render_service))
-            print(out)
-
-
-def _only_run(library: Library, folder: Path) -> ShownRun:
-    """Returns the run of a folder. Raises RecordError when it is none, several, or cannot be read."""
-    found = library.runs()
-    if len(found) > 1:
-        names = ", ".join(str(each.folder) for each in found[:5])
-        raise RecordError(f"{str(folder)!r} holds {len(found)} runs; give one of them: {names}.")
-    if not found or found[0].table is None:
-        raise RecordError(
-            f"{str(folder)!r} is no run that can be exported: {found[0].fault if found else 'no records'}"
-        )
-    return found[0]
-
-
-def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderService) -> bytes:
-    rows = run.table.rows if run.table else {}
-    if key not in rows:
-        hint = did_you_mean(key[0], [name for name, _ in rows])
-        raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
-    match suffix:
-        case ".gif":
-            return episode_film(run, key, render_service, "gif")
-        case ".mp4":
-            return episode_film(run, key, render_service, "mp4")
-        case ".html":
-            return episode_page(run, key, render_service).encode()
-    raise SettingError(f"--out: an episode is written as .html, .gif or .mp4, not {suffix or 'without an ending'!r}.")
 
 
 def listen(address: Address) -> socket.socket:

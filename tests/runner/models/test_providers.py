@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,22 +9,18 @@ from typing import Any
 import pytest
 from inspect_marks import INSPECT
 from quick_runs import quick
-from reasoning_forms import REASONING_FORMS, check_judged
-from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import Raw, Request, Said, ScriptedModel, WireServer, body_of
+from reasoning_forms import REASONING_FORMS, FormsInTurn, check_reply, shared_simulator
+from wire_server import Raw, Request, Said, WireServer, body_of
 
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.runner import run
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.providers import PROVIDERS, named
 from vigil.runner.models.serving import Serving, only_its_key, serving
 from vigil.runner.models.thinking import with_thinking
-from vigil.runner.settings import worker_plan
-from vigil.runner.workers.pool import SimulatorPool
+from vigil.runner.run import run_pack
 
 pytestmark = INSPECT
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'
@@ -53,11 +48,12 @@ def endpoint(model: str, url: str, **sampling: Any) -> Endpoint:
     return Endpoint(serving(model, url, {}, "MY_KEY"), sampling, retry_policy=RetryPolicy(retries=0))
 
 
-def ask(one: Endpoint) -> Reply:
-    async def main() -> Reply:
+def ask(one: Endpoint, times: int = 1) -> list[Reply]:
+    async def main() -> list[Reply]:
         model = one.model()
         try:
-            return await with_retries(sender(model), one.retry_policy)([Message("user", "hello")])
+            send = with_retries(sender(model), one.retry_policy)
+            return [await send([Message("user", "hello")]) for _ in range(times)]
         finally:
             await model.api.aclose()
 
@@ -68,7 +64,7 @@ def ask(one: Endpoint) -> Reply:
 def asked(model: str, path: str, **sampling: Any) -> Request:
     """Returns the one request that a model's name leads to."""
     with WireServer(lambda wire, data: Said((REPORT,))) as server:
-        reply = ask(endpoint(model, server.url + path, **sampling))
+        (reply,) = ask(endpoint(model, server.url + path, **sampling))
     assert (reply.text, reply.reply_source) == (REPORT, "server")
     return server.requests[-1]
 
@@ -174,7 +170,7 @@ def test_a_cloud_is_asked_with_its_credentials_in_its_own_format(cloud: Cloud, m
         found = Serving(cloud.model, server.url, None if "vertex" in cloud.model else KEY, cloud.arguments)
         if cloud.model.startswith("sagemaker/"):  # it takes its address as an argument alone
             found = Serving(cloud.model, arguments=(("endpoint_url", server.url),))
-        reply = ask(Endpoint(found, {"max_tokens": 100}, retry_policy=RetryPolicy(retries=0)))
+        (reply,) = ask(Endpoint(found, {"max_tokens": 100}, retry_policy=RetryPolicy(retries=0)))
     assert (reply.text, reply.reply_source) == (REPORT, cloud.source)
     name, _, value = cloud.header.partition(": ")
     assert server.requests[0].path.partition("?")[0].endswith(cloud.asked_at)
@@ -186,25 +182,27 @@ def test_the_table_says_which_providers_are_played_against_a_stand_in() -> None:
     assert {name for name, one in PROVIDERS.items() if one.is_in_tests} - {"mockllm"} == tried
 
 
-def test_every_openai_style_name_plays_every_form_of_reasoning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run for each name, on simulators that they share to save their start: one in all forms, the others in two."""
-    forms = list(REASONING_FORMS)
-    episodes = [tiny_episode(number, "DA", max_steps=1) for number in range(len(forms))]
-    loose_pack(tmp_path / "pack", episodes, [tiny_house()])
-    pack = Pack.load(tmp_path / "pack")
-    model = ScriptedModel(lambda episode, _: REASONING_FORMS[forms[episode]].said)
-    plan = worker_plan(quick(pack.folder, None, model="openai/m"), pack, Profile())
-    with WireServer(model) as server, SimulatorPool(plan, 1) as pool:
-        monkeypatch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
+@pytest.mark.parametrize("provider", CHAT)
+def test_a_name_reads_every_form_of_reasoning(provider: str) -> None:
+    forms = iter(REASONING_FORMS.values())
+    with WireServer(lambda wire, data: next(forms).said) as server:
+        replies = ask(endpoint(f"{provider}/{NAME}", f"{server.url}/v1"), len(REASONING_FORMS))
+    for name, reply in zip(REASONING_FORMS, replies, strict=True):
+        check_reply(name, reply)
+
+
+def test_every_openai_style_name_plays_the_smoke_pack(tmp_path: Path) -> None:
+    """A run for each name, its eight episodes in eight forms of reasoning."""
+    pack = Pack.load("vigil_smoke")
+    model, played = FormsInTurn(pack), set[str]()
+    with WireServer(model) as server, shared_simulator(pack):
         wanted = {"base_url": f"{server.url}/v1", "api_key_env": "MY_KEY", "preflight": False}
-        for place, provider in enumerate(CHAT):
-            own = range(len(forms)) if place == 0 else (2 * place % len(forms), (2 * place + 1) % len(forms))
-            ids = tuple(episodes[number].id for number in own)
-            asked = {**wanted, "model": f"{provider}/{NAME}", "episode_ids": ids}
-            for record in run.run_pack(quick(pack.folder, tmp_path / provider, **asked)).records:
-                assert record.error is None, (provider, record.error)
-                check_judged(forms[int(record.episode_id[-3:])], record.steps[0])
-    assert len(server.requests) == len(forms) + 2 * (len(CHAT) - 1)
+        for time, provider in enumerate(CHAT):
+            settings = quick(pack.folder, tmp_path / provider, model=f"{provider}/{NAME}", **wanted)
+            records = run_pack(settings).records
+            assert len(records) == len(pack.episodes), provider
+            played |= {model.check(record, time) for record in records}
+    assert played == set(REASONING_FORMS)
 
 
 def test_every_name_asked_in_openais_style_is_played() -> None:

@@ -68,12 +68,17 @@ def model_of(spec: RunSpec) -> ModelInfo:
 
 
 def group_of(name: str, provider: str = "") -> ModelGroup:
-    """Returns the panel group of a model, by the first pattern that its name has."""
+    """Returns the panel group of a model, by the first pattern that its name has; open where nothing tells."""
+    return told_group(name, provider) or GROUPS[1]
+
+
+def told_group(name: str, provider: str = "") -> ModelGroup | None:
+    """Returns the panel group that a model's name or provider tells; None where neither does."""
     folded = name.casefold()
     for pattern, group in _GROUP_PATTERNS:
         if re.search(pattern, folded):
             return group
-    return GROUPS[2] if provider in _CLOSED_PROVIDERS else GROUPS[1]
+    return GROUPS[2] if provider in _CLOSED_PROVIDERS else None
 
 
 def checkpoint_of(name: str) -> str:

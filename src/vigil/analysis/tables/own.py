@@ -3,11 +3,13 @@
 Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
 """
 
+import json
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import (
@@ -41,6 +43,7 @@ from vigil.analysis.tables.table import (
 from vigil.goals import STATE_LABELS
 from vigil.rates import RATES, rate_of
 from vigil.record import Resumption, RunHeader
+from vigil.summary import no_actions
 
 MODEL = Column("model", "Run", "text")
 WILSON_NOTE = "Intervals: Wilson."
@@ -252,7 +255,15 @@ def invalid_replies(study: Study) -> Table:
         for entry in by_b(study.entries)
     )
     title = "Replies that are no actions, events and cost: means per episode"
-    return Table("invalid_replies", title, columns, rows, (HOUSES_NOTE,))
+    said = ((entry.name, _no_actions(entry.run.rows)) for entry in by_b(study.entries))
+    notes = (HOUSES_NOTE, *(f"{name}: {text}." for name, text in said if text))
+    return Table("invalid_replies", title, columns, rows, notes)
+
+
+def _no_actions(rows: pd.DataFrame) -> str:
+    return no_actions(
+        int(rows["steps"].sum()), map(json.loads, rows["invalid_reasons"]), int(rows["would_parse_leniently"].sum())
+    )
 
 
 def runs(study: Study) -> Table:
@@ -300,21 +311,31 @@ def runs(study: Study) -> Table:
 def models(study: Study) -> Table:
     """Returns what was evaluated: group, serving mode and the name that its interface goes by."""
     columns = texts(
-        model="Model", kind="Group", thinking="Thinking", activated="Activated", panel="Panel", api="API identifier"
+        model="Model",
+        kind="Group",
+        thinking="Thinking",
+        activated="Activated",
+        panel="Panel",
+        api="API identifier",
+        answered="Answered as",
     )
     thinking = {True: "yes", False: "no", None: "not said"}
     rows = []
     for entry in study.entries:
         info = entry.run.model
         panel = "aside" if not entry.is_base else "excluded" if entry.is_excluded else "main"
-        cells = {"kind": info.group, "thinking": thinking[info.is_thinking], "activated": info.activated}
-        rows.append(row_of(entry, **cells, panel=panel, api=entry.run.header.spec.agent))
+        header = entry.run.header
+        came = "; reasoning came" if header.has_reasoning and not info.is_thinking else ""
+        cells = {"kind": info.group, "thinking": thinking[info.is_thinking] + came, "activated": info.activated}
+        cells["answered"] = ", ".join(header.answering_models)
+        rows.append(row_of(entry, **cells, panel=panel, api=header.spec.agent))
     for model in study.published.models if study.published else ():
         cells = {"kind": model.group, "thinking": thinking[model.thinking], "panel": model.panel.replace("_", " ")}
         rows.append(published_row(model, {**cells, "api": model.api_identifier}))
     notes = (
-        "Own runs: the name that was asked for, with its provider. Published: the identifiers that the paper prints, "
-        "for closed models only. Aside: under another profile or prompt.",
+        "Own runs: the name that was asked for, with its provider, and the names in the answers. Published: the "
+        "identifiers that the paper prints, for closed models only. Aside: under another profile or prompt. Thinking: "
+        "as the name or the settings say, and whether reasoning came all the same.",
     )
     return Table("models", "Models and their API identifiers", columns, tuple(rows), notes)
 

@@ -58,6 +58,8 @@ class HouseContext:
         self.rng = rng
         self.only: frozenset[str] | None = None
         """Ids of the things that may be chosen; None for all."""
+        self.tried_starts = TRIED_STARTS
+        """Places tried for one start."""
         simulator.load(house)
         self._homes = _homes(simulator, house)
         self.begin(Setup())
@@ -118,10 +120,10 @@ class HouseContext:
         items = self.items
         return [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
 
-    def starts(self, is_wanted: Mask, tried: int = TRIED_STARTS) -> Iterator[Vec3]:
+    def starts(self, is_wanted: Mask, tried: int | None = None) -> Iterator[Vec3]:
         """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
         walks = self.oracle.walks()
-        yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried)
+        yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried or self.tried_starts)
 
     def places_in(self, region: BaseGeometry, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
         """Yields places in a part of the free floor in a random order, reachable or not."""

@@ -7,6 +7,7 @@ fits is decided as a careful listener would: "the bottle" fits a wine bottle too
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from shapely import Point, Polygon
 
@@ -260,6 +261,7 @@ def _is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]
     return {other.id for other in supports} == {item.support_id}
 
 
+@lru_cache(maxsize=65536)
 def _names_fit(said: str, name: str) -> bool:
     said_kind, _, said_where = said.partition(BETWEEN)
     kind, _, where = name.partition(BETWEEN)

@@ -1,11 +1,9 @@
-"""The Gymnasium environment: episodes of a pack, played through `vigil.env` as everybody plays them.
+"""The Gymnasium environment: episodes of a pack or a stream, played through `vigil.env` as everybody plays them.
 
 What an agent may see is in observations, and nothing else is; the reward and, in evaluator mode, `info` at the end
 of an episode come from the hidden world.
 """
 
-import string
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +18,8 @@ from vigil.errors import SettingError, SimulatorError, did_you_mean
 from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
 from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
+from vigil.integrations.gymnasium.sources import source_of
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
-from vigil.pack import Pack, Selection, find, manifest_sha256
 from vigil.record import EpisodeRecord
 from vigil.scoring import Outcome, settle
 from vigil.sim import make_simulator
@@ -29,7 +27,6 @@ from vigil.sim import make_simulator
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
 INSTRUCTION_BLOCK = 256
 """The longest instruction is rounded up to a multiple of this, so that packs have equal spaces."""
-PACKS_KEPT = 2
 RESET_OPTIONS = ("episode_id",)
 OUTCOME_KEYS = (
     *("episode_id", "family", "end", "W", "W_strict", "B", "label", "subtype", "category", "steps", "lag", "progress"),
@@ -48,11 +45,10 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             raise SettingError(f"Vigil-v0: render_mode is {render_mode!r}; it may be 'rgb_array' or None.")
         self.render_mode = render_mode
         self._options = Options.of(options)
-        self._pack = load_pack(self._options.pack)
-        self._episodes = self._pack.select(Selection(families=self._options.family))
+        self._source = source_of(self._options)
         assets = AssetDatabase.of(_path(self._options.asset_database))
         self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
-        self._env = Env(self._simulator, self._pack.house_of, self._options.condition)
+        self._env = Env(self._simulator, self._source.house_of, self._options.condition)
         is_text = self._options.actions == "text"
         self._actions = TextActions() if is_text else StructuredActions(self._options.coordinates)
         self.action_space: Space[Any] = self._actions.space
@@ -62,12 +58,12 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Starts an episode: a random one, or that of `options={"episode_id": ...}`.
+        """Starts an episode: the next, which is a random one of a pack, or that of `options={"episode_id": ...}`.
 
         Raises SettingError on an unknown option or id, SimulatorError when the simulator failed.
         """
         super().reset(seed=seed)
-        self._episode = self._chosen(options or {})
+        self._episode = self._chosen(options or {}, is_seeded=seed is not None)
         self._observation = self._env.reset(self._episode)
         if self._observation is None:
             raise _failure(self._env.record())
@@ -101,13 +97,13 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._frame(self._observation)
 
     def close(self) -> None:
-        """Closes the simulator."""
+        """Closes the simulator, and ends the background processes of a stream."""
         self._env.close()
+        self._source.close()
 
     def _observations(self) -> Dict:
-        instructions = [episode.instruction for episode in self._pack.episodes]
-        blocks = -(-max(map(len, instructions)) // INSTRUCTION_BLOCK)
-        charset = "".join(sorted({*string.printable, *"".join(instructions)}))
+        longest, charset = self._source.longest_instruction()
+        blocks = -(-longest // INSTRUCTION_BLOCK)
         spaces: dict[str, Space[Any]] = {"instruction": InstructionText(blocks * INSTRUCTION_BLOCK, charset=charset)}
         if self._options.frames:
             spaces["frame"] = Box(0, 255, FRAME_SHAPE, np.uint8)
@@ -141,14 +137,14 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             return Observation(lambda: before.rgb, told)
         return Observation(self._simulator.frame, told)
 
-    def _chosen(self, options: dict[str, Any]) -> Episode:
+    def _chosen(self, options: dict[str, Any], *, is_seeded: bool) -> Episode:
         for name in options:
             if name not in RESET_OPTIONS:
                 hint = did_you_mean(name, RESET_OPTIONS) or f" Its options: {', '.join(RESET_OPTIONS)}."
                 raise SettingError(f"reset() of Vigil-v0 has no option {name!r}.{hint}")
         if "episode_id" in options:
-            return self._pack.episode(str(options["episode_id"]))
-        return self._episodes[int(self.np_random.integers(len(self._episodes)))]
+            return self._source.named(str(options["episode_id"]))
+        return self._source.drawn(self.np_random, is_seeded=is_seeded)
 
     def _reward(self, outcome: Outcome) -> float:
         """Returns 1 for B, with what the options add: nothing by default."""
@@ -156,18 +152,6 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         reward = float(outcome.B) + shaping.world_reward * outcome.W
         reward += shaping.honest_fail_reward * (outcome.subtype == "honest_fail")
         return reward - shaping.lag_penalty * (outcome.lag or 0)
-
-
-def load_pack(name: str | Path) -> Pack:
-    """Returns a pack, which environments of one process share as long as its manifest stays. Raises PackMismatch."""
-    folder = find(name)
-    return _pack_in(folder.resolve(), manifest_sha256(folder))
-
-
-@lru_cache(maxsize=PACKS_KEPT)
-def _pack_in(folder: Path, sha256: str) -> Pack:
-    del sha256  # tells a pack from another one that lay in the folder before
-    return Pack.load(folder)
 
 
 def _told(outcome: Outcome) -> dict[str, Any]:

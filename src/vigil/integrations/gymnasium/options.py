@@ -6,6 +6,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from vigil.actions import Coordinates, ReplyPolicy
+from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
 from vigil.episode import Family, families_named
 from vigil.errors import SettingError, did_you_mean, first_fault
 from vigil.observation import Quality
@@ -17,8 +18,17 @@ class Options(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
-    pack: str | Path = Field("starter", description="a pack's name, or its folder")
+    pack: str | Path = Field("starter", description="a pack's name, or its folder; or a stream, as `stream:7`")
     family: tuple[Family, ...] = Field((), description="a family or several, as `AI` or `AI,SI`; all without it")
+    difficulty: tuple[Difficulty, ...] = Field(
+        (), description="of a stream: `easy`, `medium` or `hard`, or several; all without it"
+    )
+    houses: tuple[int, int] | None = Field(
+        None, description="of a stream: the first house and the one after the last; from 0 without end without it"
+    )
+    workers: int = Field(
+        1, ge=0, description="of a stream: processes that make episodes ahead; with 0, `reset` makes them"
+    )
     actions: Literal["text", "structured"] = Field(
         "text", description="`text`: an action is a reply's text; `structured`: a dict of numbers"
     )
@@ -47,6 +57,19 @@ class Options(BaseModel):
         if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
             raise SettingError(f"Vigil-v0: family is {given!r}; give a family's name, or a list of names.")
         return families_named(names)
+
+    @field_validator("difficulty", mode="before")
+    @classmethod
+    def _difficulties(cls, given: Any) -> tuple[Difficulty, ...]:
+        names = [given] if isinstance(given, str) else given
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            raise SettingError(f"Vigil-v0: difficulty is {given!r}; give easy, medium or hard, or a list of them.")
+        return difficulties_named(names)
+
+    @field_validator("houses", mode="before")
+    @classmethod
+    def _houses(cls, given: Any) -> Any:
+        return tuple(given) if isinstance(given, list) else given
 
     @field_validator("profile")
     @classmethod

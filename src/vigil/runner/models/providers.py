@@ -14,6 +14,8 @@ from vigil.errors import did_you_mean
 
 Fields = Mapping[str, Any]
 """Settings of sampling, as `RunSettings` names them."""
+ACCOUNT = "the account's address"
+"""Where a cloud is asked that gives each account hosts of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +59,9 @@ class Provider:
     is_openai_style: bool = False
     """Asked for chat completions at an address, not through a client of Inspect's."""
     signs_in: bool = False
-    """With a cloud account of the machine's, not with a key."""
+    """With a cloud account of the machine's when no key is set."""
+    sign_in_client: str = ""
+    """The module that signing in wants beside the client; the extra `azure` brings it."""
     thinking: Switch | None = None
     """None where no way is known."""
     extra: str = ""
@@ -74,9 +78,21 @@ class Provider:
         return not self.client or _is_there(self.client)
 
     @property
+    def can_sign_in(self) -> bool:
+        """Whether what signing in wants is there."""
+        return not self.sign_in_client or _is_there(self.sign_in_client)
+
+    @property
     def needs_key(self) -> bool:
         """Whether its own hosts want a key."""
         return bool(self.hosts) and not self.signs_in
+
+    @property
+    def home(self) -> str:
+        """Where it is asked unless told otherwise; empty where nothing says so."""
+        if self.address or not self.hosts:
+            return self.address
+        return ACCOUNT if self.hosts[0].startswith(".") else f"https://{self.hosts[0]}"
 
     @property
     def key_variable(self) -> str:
@@ -109,11 +125,13 @@ PROVIDERS: dict[str, Provider] = {
         keys=("AZUREAI_OPENAI_API_KEY", "AZURE_OPENAI_API_KEY"),
         addresses=("AZUREAI_OPENAI_BASE_URL", "AZURE_OPENAI_BASE_URL", "AZURE_OPENAI_ENDPOINT"),
         signs_in=True,
+        sign_in_client="azure.identity",
         thinking=EFFORT,
     ),
     "openai/bedrock": Provider(
         "OpenAI's models on Bedrock",
         _AWS,
+        keys=("BEDROCK_OPENAI_API_KEY", "AWS_BEARER_TOKEN_BEDROCK"),
         addresses=("BEDROCK_OPENAI_BASE_URL", "AWS_BEDROCK_BASE_URL"),
         signs_in=True,
         thinking=EFFORT,
@@ -131,7 +149,6 @@ PROVIDERS: dict[str, Provider] = {
         _AZURE,
         keys=("AZUREAI_ANTHROPIC_API_KEY", "AZURE_ANTHROPIC_API_KEY"),
         addresses=("AZUREAI_ANTHROPIC_BASE_URL", "AZURE_ANTHROPIC_BASE_URL"),
-        signs_in=True,
         thinking=EFFORT,
         extra="anthropic",
         client="anthropic",
@@ -255,7 +272,6 @@ PROVIDERS: dict[str, Provider] = {
         _AZURE,
         keys=("AZUREAI_MISTRAL_API_KEY", "AZURE_MISTRAL_API_KEY"),
         addresses=("AZUREAI_MISTRAL_BASE_URL", "AZURE_MISTRAL_BASE_URL"),
-        signs_in=True,
         extra="mistral",
         client="mistralai",
         is_in_tests=False,
@@ -292,9 +308,9 @@ class Named:
     """What a model's name says."""
 
     prefix: str
-    """The provider; empty when the name names none."""
+    """The provider, or provider and service; empty when the name names none."""
     name: str
-    """As it is sent, but for a service that Inspect's own client looks for in it."""
+    """As it is sent."""
     provider: Provider
     is_known: bool = True
 
@@ -306,8 +322,10 @@ def named(model: str) -> Named:
         prefix, _, name = name.partition("/")
         known = PROVIDERS.get(prefix)
         return Named(prefix, name, replace(_complete(prefix, known or Provider(prefix)), is_openai_style=True))
-    service = f"{prefix}/{name.partition('/')[0]}"
-    known = PROVIDERS.get(service) or PROVIDERS.get(prefix)
+    service, _, rest = name.partition("/")
+    if f"{prefix}/{service}" in PROVIDERS:
+        prefix, name = f"{prefix}/{service}", rest
+    known = PROVIDERS.get(prefix)
     if known is None:
         return Named("", model, PROVIDERS["local"], is_known=False)
     return Named(prefix, name, _complete(prefix, known))

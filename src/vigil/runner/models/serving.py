@@ -56,12 +56,14 @@ class Serving:
     def described(self) -> str:
         """What is asked for, where, and with which key; no secret is in it."""
         provider = self.named.provider if self.named else None
-        home = f"https://{provider.hosts[0]}" if provider and provider.hosts else "its client's own address"
-        where = without_login(self.base_url) if self.base_url else home
-        key = "signed in with this machine's account" if provider and provider.signs_in else "without a key"
-        if self.key_variable:
-            key = f"with the key in {self.key_variable}"
-            key += "" if os.environ.get(self.key_variable) else ", which is not set"
+        where = without_login(self.base_url or "") or (provider and provider.home) or "its client's own address"
+        is_set = bool(os.environ.get(self.key_variable))
+        if provider and provider.signs_in and not is_set:
+            key = "signed in with this machine's account"
+        elif self.key_variable:
+            key = f"with the key in {self.key_variable}{'' if is_set else ', which is not set'}"
+        else:
+            key = "without a key"
         return f"{self.asked_for!r} at {where}, {key}"
 
     def check(self) -> None:
@@ -79,6 +81,12 @@ class Serving:
             return (
                 f"Model {self.called!r} needs the client of {provider.title}, which is not installed: pip install "
                 f"'vigil-bench[{provider.extra}]' (in a checkout: make setup EXTRAS={provider.extra})"
+            )
+        if not provider.can_sign_in and not os.environ.get(self.key_variable):
+            return (
+                f"Model {self.called!r} is signed in to with this machine's account, which needs a client that is not "
+                f"installed: pip install 'vigil-bench[azure]' (in a checkout: make setup EXTRAS=azure). Or export "
+                f"{self.key_variable}=..."
             )
         if provider.needs_key and not self.is_foreign and not os.environ.get(self.key_variable):
             return (
@@ -113,7 +121,7 @@ def serving(model: str, base_url: str | None, model_args: Mapping[str, Any], api
     if not _is_address(address):
         shown = without_forms(address)
         raise SettingError(f"Base URL {shown!r} is no http(s) address. Give e.g. http://localhost:8000/v1.")
-    is_at_home = _is_at_home(address, provider)
+    is_at_home = is_own_address(address, provider)
     variable = api_key_env or (provider.key_variable if is_at_home else "")
     if not provider.is_openai_style:
         if provider.signs_in and not is_at_home and key is None:
@@ -174,7 +182,7 @@ def _sorted(arguments: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     return tuple(sorted(arguments.items()))
 
 
-def _is_at_home(address: str, home: Provider) -> bool:
+def is_own_address(address: str, home: Provider) -> bool:
     """Whether an address is one of a provider's own hosts, reached so that nobody on the way can read the key."""
     parts = urlsplit(address)
     host = (parts.hostname or "").rstrip(".")

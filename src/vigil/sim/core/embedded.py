@@ -4,10 +4,11 @@ It implements `vigil.sim.staging.Stage`, and with it every protocol of a simulat
 rays; a step whose frame is not requested draws nothing.
 """
 
-import copy
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,8 @@ class _Loaded:
     house: House
     state: SceneState
     sight: Sight
-    initial: dict[str, Thing]
+    initial: dict[str, tuple[Any, ...]]
+    """What may change of each thing, as loaded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,8 @@ class _Kept:
 
     agent: Pose
     held: str | None
-    things: dict[str, Thing]
+    things: dict[str, tuple[Any, ...]]
+    """What may change of each thing."""
 
 
 class EmbeddedSimulator:
@@ -73,7 +76,7 @@ class EmbeddedSimulator:
         first = scene.rooms[0].polygon[0]
         nowhere = Pose(position=Vec3(float(first[0]), 0.0, float(first[1])), rotation=0.0)
         state = SceneState(scene, nowhere, CollisionMap(scene))
-        initial = {thing_id: copy.copy(thing) for thing_id, thing in scene.things.items()}
+        initial = {thing_id: _changing(thing) for thing_id, thing in scene.things.items()}
         self._loaded = _Loaded(house, state, Sight(self._engine, scene.things), initial)
 
     def reset(self, start: Pose, setup: Setup) -> None:
@@ -240,7 +243,7 @@ class EmbeddedSimulator:
 
     def _kept(self) -> _Kept:
         state = self._now().state
-        things = {thing_id: copy.copy(thing) for thing_id, thing in state.scene.things.items()}
+        things = {thing_id: _changing(thing) for thing_id, thing in state.scene.things.items()}
         return _Kept(state.agent, state.held, things)
 
     def _go_back(self, kept: _Kept) -> None:
@@ -358,13 +361,18 @@ class EmbeddedSimulator:
         )
 
 
-_PLACE = ("position", "rotation", "parent", "parent_joint", "surface")
-_STATE = ("openness", "is_toggled", "is_held", "from_hand", "is_present")
+_CHANGING = (
+    *("position", "rotation", "parent", "parent_joint", "surface"),
+    *("openness", "is_toggled", "is_held", "from_hand", "is_present"),
+)
+"""What may change of a thing."""
+_changing = attrgetter(*_CHANGING)
 
 
-def _restore(thing: Thing, initial: Thing) -> bool:
-    """Makes a thing as it was when loaded. Returns whether that changed it."""
-    changed = [name for name in (*_PLACE, *_STATE) if getattr(thing, name) != getattr(initial, name)]
-    for name in changed:
-        setattr(thing, name, getattr(initial, name))
-    return bool(changed)
+def _restore(thing: Thing, before: tuple[Any, ...]) -> bool:
+    """Makes a thing as it was. Returns whether that changed it."""
+    if _changing(thing) == before:
+        return False
+    for name, value in zip(_CHANGING, before, strict=True):
+        setattr(thing, name, value)
+    return True

@@ -1,0 +1,128 @@
+"""Rows of demonstrations, and the two forms of files that they are written as.
+
+`sft`: `train.jsonl` with the chat messages, and pictures as files, named by path. `parquet`: one file with the same
+columns and the pictures inside, which HF `datasets` reads as images. A picture stands in a message as a part
+`{"type": "image"}`; the column `images` holds it, as trainers of vision-language models expect.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from vigil.agents.model import Message
+from vigil.agents.picture import Picture
+from vigil.authoring.demonstrations.play import Example
+
+TRAIN_JSONL, TRAIN_PARQUET, IMAGES = "train.jsonl", "train.parquet", "images"
+_TEXTS = ("id", "episode_id", "family", "difficulty", "kind", "fault", "rejected")
+_MESSAGES = pa.list_(
+    pa.struct({"role": pa.string(), "content": pa.list_(pa.struct({"type": pa.string(), "text": pa.string()}))}.items())
+)
+_IMAGES = pa.list_(pa.struct({"bytes": pa.binary(), "path": pa.string()}.items()))
+_TEXT_FEATURE = {"dtype": "string", "_type": "Value"}
+FEATURES: dict[str, Any] = {
+    **dict.fromkeys(_TEXTS, _TEXT_FEATURE),
+    "step": {"dtype": "int64", "_type": "Value"},
+    "messages": [{"role": _TEXT_FEATURE, "content": [{"type": _TEXT_FEATURE, "text": _TEXT_FEATURE}]}],
+    "images": [{"_type": "Image"}],
+}
+"""Of the columns, as HF `datasets` writes them into a file."""
+SCHEMA = pa.schema(
+    [*((name, pa.string()) for name in _TEXTS), ("step", pa.int64()), ("messages", _MESSAGES), ("images", _IMAGES)],
+    metadata={"huggingface": json.dumps({"info": {"features": FEATURES}})},
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One example as columns, with its picture."""
+
+    columns: dict[str, Any]
+    picture_path: str
+    picture: Picture
+
+
+class Rows(Protocol):
+    """A form of files."""
+
+    def add(self, rows: Sequence[Row]) -> None:
+        """Writes the rows of one episode."""
+        ...
+
+    def close(self) -> None:
+        """Finishes the files."""
+        ...
+
+
+def row_of(example: Example) -> Row:
+    """Returns an example as columns; a correction has the right answer in `messages`, and the false one apart."""
+    picture = example.messages[-1].picture
+    assert picture is not None
+    frame = f"{example.episode_id}_{example.step:02d}"
+    columns = {
+        "id": frame if example.fault is None else f"{frame}_{example.fault}",
+        "episode_id": example.episode_id,
+        "family": example.family,
+        "difficulty": example.difficulty,
+        "kind": "demonstration" if example.fault is None else "correction",
+        "fault": example.fault,
+        "rejected": example.rejected,
+        "step": example.step,
+        "messages": [*map(_message, example.messages), _message(Message("assistant", example.answer))],
+    }
+    return Row(columns, f"{IMAGES}/{frame}.{picture.format}", picture)
+
+
+def _message(message: Message) -> dict[str, Any]:
+    content: list[dict[str, str | None]] = [{"type": "text", "text": message.text}]
+    if message.picture is not None:
+        content.append({"type": "image", "text": None})
+    return {"role": message.role, "content": content}
+
+
+class SftRows:
+    """Lines of JSON, and pictures as files."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        (folder / IMAGES).mkdir()
+        self._lines = (folder / TRAIN_JSONL).open("wb")
+
+    def add(self, rows: Sequence[Row]) -> None:
+        """Writes the rows of one episode; a picture that two of them share is one file."""
+        for row in rows:
+            (self._folder / row.picture_path).write_bytes(row.picture.data)
+            line = json.dumps({**row.columns, "images": [row.picture_path]}, ensure_ascii=False)
+            self._lines.write(line.encode() + b"\n")
+
+    def close(self) -> None:
+        """Finishes the file."""
+        self._lines.close()
+
+
+class ParquetRows:
+    """One Parquet file; a row group is an episode."""
+
+    def __init__(self, folder: Path) -> None:
+        self._writer = pq.ParquetWriter(folder / TRAIN_PARQUET, SCHEMA)
+
+    def add(self, rows: Sequence[Row]) -> None:
+        """Writes the rows of one episode."""
+        table = [
+            {**row.columns, "images": [{"bytes": row.picture.data, "path": Path(row.picture_path).name}]}
+            for row in rows
+        ]
+        self._writer.write_table(pa.Table.from_pylist(table, SCHEMA))
+
+    def close(self) -> None:
+        """Finishes the file."""
+        self._writer.close()
+
+
+FORMATS = {"sft": (SftRows, TRAIN_JSONL), "parquet": (ParquetRows, TRAIN_PARQUET)}
+"""Name -> what writes it, and the file that `datasets` is to read."""

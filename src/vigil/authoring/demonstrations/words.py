@@ -1,0 +1,136 @@
+"""What a demonstration says besides its action: a thought and a report, of what the picture and the instruction show.
+
+The solver knows the hidden world; its words do not. They name only things that the instruction names, say that one is
+seen only where enough of it is in the frame to be told, and that one is not seen only where nothing of it is.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+from vigil.actions import Action, Intent, InteractPixel, Look, Navigate, Report, Status
+from vigil.authoring.language.referring import Phrase, items_of, mentions, resolved
+from vigil.goals import (
+    AgentNearTarget,
+    Goal,
+    ObjectAtReceptacle,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    TargetGrounded,
+    is_observable,
+)
+from vigil.observation import FRAME_WIDTH
+from vigil.scene.things import Scene
+from vigil.world import ObjectState
+
+ASIDE = 0.35
+"""Share of the frame's width that counts as its left, and as its right side."""
+MOVES = {
+    "forward": "walk forward",
+    "backward": "step back",
+    "turn_left": "turn left",
+    "turn_right": "turn right",
+}
+DEEDS: dict[Intent, str] = {
+    "ground": "point at",
+    "open_access": "open",
+    "close_access": "close",
+    "activate": "turn on",
+    "deactivate": "turn off",
+    "pick": "pick up",
+    "place": "put what I hold at",
+}
+DONE = {
+    ("is_open", True): "opened", ("is_open", False): "closed",
+    ("is_toggled", True): "turned on", ("is_toggled", False): "turned off",
+}  # fmt: skip
+GIVEN_UP = "I could not do what was asked."
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """The thing that the next interaction, or else the goal, is about, as far as it is seen."""
+
+    phrase: Phrase
+    """What the instruction calls it."""
+    is_seen: bool = False
+    is_out_of_view: bool = False
+    """Nothing of it is in the frame; between this and being seen, nothing is said."""
+    x: float | None = None
+    """Of its middle in the frame, in pixels."""
+
+
+def phrases_in(instruction: str, scene: Scene, held: str | None) -> dict[str, Phrase]:
+    """Returns what an instruction calls the things that it speaks of, by id."""
+    items = items_of(scene)
+    phrases = mentions(instruction, [item.name for item in items.values()])
+    meant = resolved(phrases, items.values(), items.get(held or ""))
+    found = [(fitting[0], phrase) for phrase, fitting in zip(phrases, meant, strict=True) if len(fitting) == 1]
+    said = [(item.id, replace(phrase, is_inside=item.is_inside)) for item, phrase in found]
+    return dict(reversed(said))  # the first mention counts: only there is said where a thing is
+
+
+def subject_in(state: ObjectState, phrase: Phrase, x: float | None) -> Subject:
+    """Returns a thing as the frame shows it."""
+    is_seen = is_observable(state) and not state.is_held
+    return Subject(phrase, is_seen, state.visible_px == 0 and not state.is_held, x)
+
+
+def thought_of(action: Action, subject: Subject, report: str) -> str:
+    """Returns the short sentence that goes with an action; `report` is what a closing report says."""
+    match action:
+        case Navigate():
+            return _sight(subject, MOVES[action.mode])
+        case Look():
+            return _sight(subject, f"look {action.direction}")
+        case InteractPixel() if action.intent == "drop":
+            return "I put down what I hold."
+        case InteractPixel():
+            return f"I {DEEDS[action.intent]} {subject.phrase.placeless}."
+        case Report():
+            return report
+        case _:
+            assert_never(action)
+
+
+def _sight(subject: Subject, deed: str) -> str:
+    if subject.is_seen:
+        place = "" if subject.x is None else f" {_side(subject.x)}"
+        return f"I see {subject.phrase}{place}; I {deed}."
+    if subject.is_out_of_view:
+        return f"I do not see {subject.phrase}; I {deed}."
+    return f"I {deed}."
+
+
+def _side(x: float) -> str:
+    if x < ASIDE * FRAME_WIDTH:
+        return "on the left"
+    return "on the right" if x > (1 - ASIDE) * FRAME_WIDTH else "ahead"
+
+
+def report_of(goal: Goal, phrases: Mapping[str, Phrase], status: Status) -> str:
+    """Returns what a closing report says: of what was done, or of the state that is seen."""
+    target = phrases[goal.object_id].placeless
+    match goal:
+        case TargetGrounded():
+            return f"I pointed at {target}."
+        case AgentNearTarget():
+            return f"I am near {target}."
+        case ReportStatus():
+            return f"{_capital(target)} is {status}."
+        case ObjectInState() if goal.state == "is_visible":
+            return f"I see {target}."
+        case ObjectInState():
+            return f"I {DONE[goal.state, goal.value]} {target}."
+        case ObjectHeld():
+            return f"I picked up {target}."
+        case ObjectAtReceptacle():
+            return f"I put {target} {'in' if goal.inside else 'on'} {phrases[goal.receptacle_id].placeless}."
+        case _:
+            assert_never(goal)
+
+
+def _capital(phrase: Phrase) -> str:
+    said = str(phrase)
+    return said[0].upper() + said[1:]

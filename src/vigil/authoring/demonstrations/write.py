@@ -1,0 +1,95 @@
+"""Demonstrations as a folder: rows, a card, and a file that says what they were made of."""
+
+import json
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from vigil.authoring.demonstrations.card import card_of
+from vigil.authoring.demonstrations.play import Demonstrator
+from vigil.authoring.demonstrations.rows import FORMATS, row_of
+from vigil.authoring.streaming.address import is_stream
+from vigil.authoring.streaming.folder import header_of
+from vigil.authoring.streaming.stream import Stream
+from vigil.errors import SettingError
+from vigil.observation import Quality
+from vigil.profile import Profile
+from vigil.prompt import policy_sha256, policy_version
+
+Format = Literal["sft", "parquet"]
+FACTS = "demonstrations.json"
+CARD = "README.md"
+OnEpisode = Callable[[int], None]
+"""Is told how many episodes are written."""
+
+
+def check_source(pack: str) -> None:
+    """Raises SettingError unless demonstrations may be made of a pack: of a stream alone."""
+    if not is_stream(pack):
+        raise SettingError(
+            f"No demonstrations are made of pack {pack!r}: who trains on a pack's episodes cannot be measured on them. "
+            "Give a stream, whose houses are in no packaged pack: --pack stream:7."
+        )
+
+
+def write_demonstrations(
+    out: Path,
+    stream: Stream,
+    count: int,
+    profile: Profile,
+    *,
+    form: Format = "sft",
+    quality: Quality = "default",
+    on_episode: OnEpisode = lambda episodes: None,
+) -> dict[str, Any]:
+    """Writes demonstrations of the first `count` episodes into `out`, new or empty; returns the facts about them.
+
+    Raises SettingError when the folder is not empty or the stream ends before, SimulatorError.
+    """
+    if form not in get_args(Format):
+        raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(get_args(Format))}.")
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise SettingError(f"{str(out)!r} is not empty, or no folder. Write into a new one.")
+    make, table = FORMATS[form]
+    rows, episodes = Counter[str](), Counter[str]()
+    with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
+        with closing(make(folder)) as writer:
+            for item in islice(items, count):
+                found = [row_of(example) for example in player.examples(item)]
+                writer.add(found)
+                rows.update(row.columns["fault"] or "demonstration" for row in found)
+                episodes[item.episode.family] += 1
+                on_episode(episodes.total())
+        if episodes.total() < count:
+            raise SettingError(f"The stream holds {episodes.total()} wanted episodes, not {count}. Ask for fewer.")
+        facts = {
+            **header_of(stream).model_dump(mode="json"),
+            "format": form,
+            "quality": quality,
+            "profile": profile.model_dump(mode="json"),
+            "prompt": policy_version(profile),
+            "prompt_sha256": policy_sha256(profile),
+            "episodes": dict(sorted(episodes.items())),
+            "rows": dict(sorted(rows.items())),
+        }
+        (folder / FACTS).write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+        (folder / CARD).write_text(card_of(facts, table), encoding="utf-8")
+    return facts
+
+
+@contextmanager
+def _whole(out: Path) -> Iterator[Path]:
+    """Yields a folder that becomes `out` at the end, and is removed when what is done with it fails."""
+    partial = out.absolute().with_name(f".{out.name}.partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    try:
+        yield partial
+        partial.rename(out)
+    except BaseException:
+        shutil.rmtree(partial)
+        raise

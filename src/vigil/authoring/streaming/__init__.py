@@ -1,0 +1,1 @@
+"""Streaming: validated episodes in new houses without end, for training."""

@@ -1,0 +1,45 @@
+"""The address of a stream, `stream:SEED` or `stream:SEED@VERSION`, and the version of what streams are made by."""
+
+import re
+
+from vigil.errors import SettingError
+from vigil.housegen.generate import GENERATOR_VERSION
+from vigil.pack_names import STREAM
+from vigil.versions import RULES_VERSION, SHAPES_VERSION
+
+DRAFTS_VERSION = 1
+"""Of what is drafted in a house, and in which words. Raised when a stream holds other episodes than before in the same
+houses: `tests/authoring/streaming` pins some."""
+_ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?", re.ASCII)
+
+
+def stream_version() -> str:
+    """Returns the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `3.2.2.1`."""
+    return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
+
+
+def is_stream(address: object) -> bool:
+    """Whether something is meant as the address of a stream, and not as a pack's name or folder."""
+    return isinstance(address, str) and address.startswith(STREAM)
+
+
+def seed_in(address: str) -> int:
+    """Returns the seed of the stream at an address.
+
+    Raises SettingError on one that is malformed, or names another version than this package's.
+    """
+    match = _ADDRESS.fullmatch(address)
+    if match is None:
+        raise SettingError(f"Stream {address!r}: expected {STREAM}SEED, e.g. {STREAM}7, the seed a number from 0 on.")
+    asked, here = match["version"], stream_version()
+    if asked is not None and asked != here:
+        raise SettingError(
+            f"Stream {address!r} asks for version {asked}; this package makes version {here} (of houses, shapes, rules "
+            "and drafts), whose episodes differ. Install the package that made it, or leave out the version."
+        )
+    return int(match["seed"])
+
+
+def address_of(seed: int) -> str:
+    """Returns the address of a stream as this package makes it, with its version."""
+    return f"{STREAM}{seed}@{stream_version()}"

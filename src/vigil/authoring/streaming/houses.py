@@ -1,0 +1,130 @@
+"""One house of a stream, with all its episodes: a function of the stream's seed, the house's number and the filters.
+
+A house asks for all families at once: what is costly, to make the house and to load it, is done once for some thirty
+episodes. Which families and difficulties are wanted only leaves episodes out; it changes none.
+"""
+
+import hashlib
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+from pydantic import BaseModel, ConfigDict
+
+from vigil.authoring.drafting.drafts import DIGITS, Draft, Rejection
+from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings, Proposer, grammar_proposer
+from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.sources import MIXED, Seeded
+from vigil.authoring.streaming.address import stream_version
+from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
+from vigil.episode import FAMILIES, Episode, Family
+from vigil.house import House, canonical_json
+from vigil.pack import HOUSES, manifest_of, packaged_names
+
+PER_HOUSE, TRIED = 4, 8
+"""Episodes kept, and drafts validated, of each family in each house, shared out among its kinds."""
+KINDS_TRIED = 5
+"""Of a family with more kinds, a house is asked for every second one, and the next house perhaps for the others."""
+TRIED_STARTS = 24
+"""Places tried for one start: fewer than where a pack is drafted once and for all."""
+FIRST_HOUSE_SEED = 2**32
+"""Seeds of a stream's houses begin here; `vigil pack make` and the packaged packs have lower ones."""
+SEED_BYTES = 6
+PACKAGED = "it is a house of a packaged pack"
+
+
+@dataclass(frozen=True, slots=True)
+class StreamSettings:
+    """Which episodes."""
+
+    seed: int
+    families: tuple[Family, ...] = tuple(FAMILIES)
+    difficulties: tuple[Difficulty, ...] = DIFFICULTIES
+
+
+class StreamHouse(BaseModel):
+    """A house of a stream with its episodes, in the order of their ids."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    number: int
+    """Its place in the stream, from 0."""
+    name: str
+    document: dict | None
+    """The house; None when it is left out."""
+    drafts: tuple[Draft, ...] = ()
+    left_out: str = ""
+    """Why there is no house: it is one of a packaged pack, or its seed yields none."""
+
+    @property
+    def house(self) -> House:
+        """The house of the drafts."""
+        assert self.document is not None
+        return House(self.name, self.document)
+
+
+@cache
+def packaged_houses() -> frozenset[str]:
+    """Returns the SHA-256 of the files of all houses in packs that come with the package."""
+    return frozenset(
+        sha256
+        for name in packaged_names()
+        for path, sha256 in manifest_of(name).files.items()
+        if path.startswith(f"{HOUSES}/")
+    )
+
+
+def is_packaged(house: House) -> bool:
+    """Whether a house stands in a pack that comes with the package, to the byte."""
+    return hashlib.sha256(canonical_json(house.data) + b"\n").hexdigest() in packaged_houses()
+
+
+def source_of(seed: int, number: int) -> Seeded:
+    """Returns the house at a place in a stream, not made yet."""
+    digest = hashlib.sha256(f"stream {seed} house {number}".encode()).digest()
+    return Seeded(FIRST_HOUSE_SEED + int.from_bytes(digest[:SEED_BYTES], "big"), MIXED[number % len(MIXED)])
+
+
+class StreamHouseMaker:
+    """Makes houses of one stream, on a simulator of its own."""
+
+    def __init__(self, settings: StreamSettings) -> None:
+        self._settings = settings
+        drafting = GenerationSettings(settings.families, settings.seed, PER_HOUSE, TRIED)
+        self._generator = DraftGenerator(drafting, _brisk(grammar_proposer(drafting)))
+
+    def made(self, number: int) -> StreamHouse:
+        """Returns a house of the stream with its episodes."""
+        source = source_of(self._settings.seed, number)
+        house, lines = self._generator.work(source, self._settings.families)
+        if house is None or is_packaged(house):
+            why = PACKAGED if house else next(line.message for line in lines if isinstance(line, Rejection))
+            return StreamHouse(number=number, name=source.name, document=None, left_out=why)
+        drafts = [self._named(line, number) for line in lines if isinstance(line, Draft)]
+        wanted = [draft for draft in drafts if difficulty_of(draft) in self._settings.difficulties]
+        ordered = tuple(sorted(wanted, key=lambda draft: draft.episode.id))
+        return StreamHouse(number=number, name=house.name, document=house.data, drafts=ordered)
+
+    def _named(self, draft: Draft, number: int) -> Draft:
+        """Returns a draft under an id that says where in which stream it is; in a house its own hash orders it."""
+        episode = draft.episode
+        stem = f"stream{self._settings.seed}v{stream_version()}_{number:010d}"
+        family, category = episode.family.lower(), draft.facts.category.lower()
+        named = episode.model_copy(update={"id": f"{stem}_{episode.id[-DIGITS:]}_{category}_{family}"})
+        return draft.model_copy(update={"episode": named})
+
+
+def _brisk(propose: Proposer) -> Proposer:
+    """Returns a proposer that searches less: for fewer starts, and in turn for some kinds of families with many."""
+
+    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
+        context.tried_starts = TRIED_STARTS
+        stride = -(-len(GRAMMAR[family]) // KINDS_TRIED)
+        turn = zlib.crc32(context.house.name.encode())
+        for place, (kind, drafts) in enumerate(propose(context, family)):
+            if (place + turn) % stride == 0:
+                yield kind, drafts
+
+    return proposals

@@ -1,0 +1,54 @@
+"""A background process of a stream: it makes the houses that it is asked for, one at a time.
+
+It is asked on its standard input and answers on its standard output. When the process that asks is gone, however it
+ended, the input ends, and so does this process, in the middle of a house too.
+"""
+
+import os
+import pickle
+import queue
+import sys
+import threading
+import traceback
+from typing import BinaryIO
+
+from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
+from vigil.errors import SimulatorError, VigilError
+
+Asked = tuple[StreamSettings, int]
+
+
+def main() -> None:
+    """Serves until the input ends."""
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no answer
+        asked: queue.SimpleQueue[Asked] = queue.SimpleQueue()
+        threading.Thread(target=_listen, args=(sys.stdin.buffer, asked), daemon=True).start()
+        makers: dict[StreamSettings, StreamHouseMaker] = {}
+        while True:
+            settings, number = asked.get()
+            if settings not in makers:
+                makers = {settings: StreamHouseMaker(settings)}
+            pickle.dump(_made(makers[settings], number), answers)
+            answers.flush()
+
+
+def _listen(requests: BinaryIO, asked: "queue.SimpleQueue[Asked]") -> None:
+    while True:
+        try:
+            asked.put(pickle.load(requests))
+        except (EOFError, pickle.UnpicklingError):
+            os._exit(0)
+
+
+def _made(maker: StreamHouseMaker, number: int) -> StreamHouse | VigilError:
+    try:
+        return maker.made(number)
+    except VigilError as error:
+        return error
+    except Exception:  # noqa: BLE001 - told to who asked
+        return SimulatorError(f"House {number} of the stream could not be made:\n{traceback.format_exc(limit=-8)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,50 @@
+"""One run as a static site, or one of its episodes as a page or a film."""
+
+from contextlib import closing
+from pathlib import Path
+
+from vigil.cli.text import say
+from vigil.errors import RecordError, SettingError, did_you_mean
+from vigil.record import Key
+from vigil.web.drawing import RenderService
+from vigil.web.export import episode_film, episode_page, export_site
+from vigil.web.library import Library, ShownRun
+
+
+def write_site(folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None) -> Path:
+    """Writes the run in `folder`, or the one episode of `key`, and returns what to open."""
+    shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
+    say(shown.notes)
+    with closing(RenderService()) as render_service:
+        if key is None:
+            return export_site(shown, out, render_service, print)
+        out.write_bytes(_one_episode(shown, key, out.suffix, render_service))
+        return out
+
+
+def _only_run(library: Library, folder: Path) -> ShownRun:
+    """Returns the run of a folder. Raises RecordError when it is none, several, or cannot be read."""
+    found = library.runs()
+    if len(found) > 1:
+        names = ", ".join(str(each.folder) for each in found[:5])
+        raise RecordError(f"{str(folder)!r} holds {len(found)} runs; give one of them: {names}.")
+    if not found or found[0].table is None:
+        raise RecordError(
+            f"{str(folder)!r} is no run that can be exported: {found[0].fault if found else 'no records'}"
+        )
+    return found[0]
+
+
+def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderService) -> bytes:
+    rows = run.table.rows if run.table else {}
+    if key not in rows:
+        hint = did_you_mean(key[0], [name for name, _ in rows])
+        raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
+    match suffix:
+        case ".gif":
+            return episode_film(run, key, render_service, "gif")
+        case ".mp4":
+            return episode_film(run, key, render_service, "mp4")
+        case ".html":
+            return episode_page(run, key, render_service).encode()
+    raise SettingError(f"--out: an episode is written as .html, .gif or .mp4, not {suffix or 'without an ending'!r}.")

@@ -1,0 +1,86 @@
+"""`vigil export`: runs as pages, films, tables, a dataset, or results for an aggregator."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vigil.analysis.measures.rows import Run, frame_of, read_runs
+from vigil.cli.arguments import Epoch
+from vigil.cli.exports.site import write_site
+from vigil.cli.text import say
+from vigil.errors import SettingError, did_you_mean
+from vigil.exports.dataset import write_dataset
+from vigil.exports.every_eval_ever.folder import write_results
+from vigil.exports.every_eval_ever.publisher import Publisher
+from vigil.runner.shared_settings import AssetFile
+
+SITE, PARQUET, HF, EVERY_EVAL_EVER = "site", "parquet", "hf", "every-eval-ever"
+FORMATS = (SITE, PARQUET, HF, EVERY_EVAL_EVER)
+
+
+def export(
+    runs: Annotated[list[Path], typer.Argument(help="Folder of a run; of several for other formats than site.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="A new folder; for an episode a .html, .gif or .mp4 file; for parquet a file."),
+    ],
+    format_: Annotated[str, typer.Option("--format", help=f"{', '.join(FORMATS)}.")] = SITE,
+    episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
+    epoch: Epoch = 1,
+    pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
+    assets: AssetFile = None,
+    *,
+    publisher: Publisher,
+) -> None:
+    """Examples:
+    vigil export runs/solver --out site
+    vigil export runs/solver --episode procthor_fridge_seed116 --out fridge.gif
+    vigil export runs/a runs/b --format parquet --out episodes.parquet
+    vigil export runs/a runs/b --format hf --out dataset
+    vigil export runs/a runs/b --format every-eval-ever --organization "My lab" --out datastore
+    """
+    _check_format(format_)
+    _check_place(format_, out)
+    if format_ != EVERY_EVAL_EVER and publisher != Publisher():
+        raise SettingError(f"{publisher.given} is for --format {EVERY_EVAL_EVER} alone. Leave it out.")
+    if format_ == SITE:
+        if len(runs) > 1:
+            raise SettingError(f"A site shows one run, and {len(runs)} were given. Give one, or another --format.")
+        print(write_site(runs[0], out, None if episode is None else (episode, epoch), pack or [], assets))
+        return
+    if episode is not None:
+        raise SettingError("--episode is for a page or a film: leave out --format, and let --out end in .html or .gif.")
+    place = _only_pack(pack or [])
+    if format_ == EVERY_EVAL_EVER:
+        for path in write_results(runs, place, out, publisher, say):
+            print(path)
+        return
+    found = read_runs(runs, place, use_cache=format_ == PARQUET)  # a card is not to tell of a cache that failed
+    say(fault for run in found for fault in run.faults)
+    print(_write_rows(found, out) if format_ == PARQUET else write_dataset(found, place, out))
+
+
+def _write_rows(runs: list[Run], out: Path) -> Path:
+    frame_of(runs).to_parquet(out, index=False)
+    return out
+
+
+def _check_format(name: str) -> None:
+    if name not in FORMATS:
+        raise SettingError(f"There is no format {name!r}.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}.")
+
+
+def _check_place(format_: str, out: Path) -> None:
+    if not out.absolute().parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    if format_ == PARQUET and out.suffix != ".parquet":
+        raise SettingError(f"--out {str(out)!r}: --format {PARQUET} writes one file; let its name end in .parquet.")
+    if format_ in (HF, EVERY_EVAL_EVER) and out.exists() and not out.is_dir():
+        raise SettingError(f"--out {str(out)!r} is a file; --format {format_} writes a folder. Give another place.")
+
+
+def _only_pack(packs: list[str]) -> str | None:
+    if len(packs) > 1:
+        raise SettingError("--pack may be given several times for a site alone. Give the runs of one pack at a time.")
+    return packs[0] if packs else None

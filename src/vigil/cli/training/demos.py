@@ -1,0 +1,64 @@
+"""`vigil demos`: what the solver saw and answered in episodes of a stream, as rows to train a model on."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vigil.authoring.demonstrations.write import Format, check_source, write_demonstrations
+from vigil.authoring.streaming.address import seed_in
+from vigil.authoring.streaming.stream import Stream
+from vigil.cli.progress import progress
+from vigil.cli.training.streams import Difficulties, Houses, house_range
+from vigil.runner.settings import RunSettings, profile_of
+from vigil.runner.shared_settings import (
+    AskedCoordinates,
+    AskedProfile,
+    AskedTemplate,
+    AskedVariant,
+    Families,
+    RenderQuality,
+    Workers,
+)
+from vigil.runner.workers.pool import worker_count
+
+
+def demos(
+    pack: Annotated[str, typer.Option(metavar="stream:SEED", help="A stream; no pack.")],
+    out: Annotated[Path, typer.Option(help="New or empty folder.")],
+    count: Annotated[int, typer.Option(min=1, help="Episodes.")] = 100,
+    form: Annotated[Format, typer.Option("--format", help="JSON lines with picture files, or Parquet.")] = "sft",
+    families: Families = (),
+    difficulties: Difficulties = (),
+    houses: Houses = "0:",
+    profile: AskedProfile = "baseline",
+    prompt_variant: AskedVariant = "default",
+    prompt_template: AskedTemplate = None,
+    coordinates: AskedCoordinates = None,
+    model: Annotated[str | None, typer.Option(help="Point as this model does.")] = None,
+    quality: RenderQuality = "default",
+    workers: Workers = None,
+) -> None:  # fmt: skip
+    """Example: vigil demos --pack stream:7 --count 100 --out demos
+
+    Each row is a request of a model with the right answer; a correction holds a false report besides.
+    """
+    check_source(pack)
+    asked = RunSettings(
+        profile=profile,
+        prompt_variant=prompt_variant,
+        prompt_template=prompt_template,
+        coordinates=coordinates,
+        model=model,
+    )
+    first, last = house_range(houses)
+    stream = Stream(
+        seed_in(pack), families=families, difficulties=difficulties, first=first, last=last,
+        workers=worker_count(workers),
+    )  # fmt: skip
+    with stream, progress("episodes") as show:
+        facts = write_demonstrations(
+            out, stream, count, profile_of(asked), form=form, quality=quality,
+            on_episode=lambda episodes: show(episodes, count),
+        )  # fmt: skip
+    print(f"{out}: {facts['stream']}, episodes {facts['episodes']}, rows {facts['rows']}")

@@ -1,0 +1,58 @@
+"""`vigil pack stream`: episodes without end, as the folder of a pack."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
+from vigil.authoring.streaming.folder import write_stream
+from vigil.authoring.streaming.stream import Stream
+from vigil.cli.progress import progress
+from vigil.errors import SettingError
+from vigil.runner.shared_settings import Families, Workers
+from vigil.runner.workers.pool import worker_count
+from vigil.setting import Setting
+
+Difficulties = Annotated[
+    tuple[Difficulty, ...],
+    Setting(
+        "easy, medium or hard; may be repeated.",
+        name="difficulty",
+        metavar="DIFFICULTY",
+        read=difficulties_named,
+        repeats=True,
+    ),
+]
+Houses = Annotated[str, typer.Option(metavar="FIRST:END", help="Houses of the stream; without END no end.")]
+
+
+def stream(
+    seed: Annotated[int, typer.Option(min=0, help="Of the stream; the same seed gives the same episodes.")],
+    count: Annotated[int, typer.Option(min=1, help="Episodes.")],
+    out: Annotated[Path, typer.Option(help="New or empty folder, or one with fewer episodes of the stream.")],
+    families: Families = (),
+    difficulties: Difficulties = (),
+    houses: Houses = "0:",
+    workers: Workers = None,
+) -> None:
+    """Example: vigil pack stream --seed 7 --count 200 --out train
+
+    What is made is kept beside the folder: the same command goes on, and with a larger --count adds to it.
+    """
+    first, last = house_range(houses)
+    asked = Stream(
+        seed, families=families, difficulties=difficulties, first=first, last=last, workers=worker_count(workers)
+    )
+    with asked, progress("episodes") as show:
+        pack = write_stream(out, asked, count, lambda episodes: show(episodes, count))
+    print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
+    print(f"{pack.manifest.meta['stream']['stream']}: {pack.manifest.families}, {pack.manifest.meta['difficulties']}")
+
+
+def house_range(given: str) -> tuple[int, int | None]:
+    """Returns the first house and the one after the last, of FIRST:END or FIRST:. Raises SettingError."""
+    first, colon, last = given.partition(":")
+    if not (colon and first.isdecimal() and (last.isdecimal() or not last)):
+        raise SettingError(f"Houses {given!r}: expected FIRST:END or FIRST:, e.g. 0:100.")
+    return int(first), int(last) if last else None

@@ -1,0 +1,92 @@
+"""A folder that `datasets.load_dataset` loads, and a Hub of datasets shows: rows of episodes, steps, and a card."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from vigil.analysis.measures.columns import COLUMNS
+from vigil.analysis.measures.rows import Run, frame_of
+from vigil.errors import SettingError
+from vigil.exports.steps import STEP_COLUMNS, has_frames, write_steps
+from vigil.saved_run import read_run
+
+CARD = "README.md"
+EPISODES, STEPS = "episodes.parquet", "steps"
+_HEAD = f"""---
+pretty_name: VIGIL, replies and verdicts
+# license: who publishes this folder says here under which terms
+tags:
+- embodied-agents
+- evaluation
+- vigil
+configs:
+- config_name: episodes
+  default: true
+  data_files: {EPISODES}
+- config_name: steps
+  data_files: {STEPS}/*.parquet
+---
+# VIGIL: replies and verdicts
+
+Agents played episodes in furnished houses from egocentric RGB frames alone, and closed each with a report of their own.
+W says that the world reached the goal; B that it did, and the report matches. FR: a report that does not match. NR: no
+report. IL: too many invalid replies.
+
+```python
+from datasets import load_dataset
+
+episodes = load_dataset("FOLDER", "episodes", split="train")
+steps = load_dataset("FOLDER", "steps", split="train")
+```
+"""
+_TAIL = """
+## What is not here
+Hidden state (where things were, what each action did to them, the goals) is left out: it is the answer key of the pack,
+and what is published ends up in training data. The runs' own folders hold it. Nor is any server's address or key here.
+
+Episodes that ended by a failure of the infrastructure are not scored and not here.
+
+## Licence and citation
+Not stated yet. The replies are the models', whose providers may have terms of their own; the frames show the houses of
+the packs.
+"""
+
+
+def write_dataset(runs: Sequence[Run], pack: str | Path | None, out: Path) -> Path:
+    """Writes runs into `out`, new or empty, and returns the card; `pack` is where their pack is now.
+
+    Raises SettingError, RecordError or PackMismatch.
+    """
+    if out.exists() and any(out.iterdir()):
+        raise SettingError(f"Folder {str(out)!r} is not empty; export into a new one.")
+    saved = [read_run(run.folder, pack) for run in runs]
+    with_images = any(map(has_frames, saved))
+    (out / STEPS).mkdir(parents=True, exist_ok=True)
+    frame_of(runs).to_parquet(out / EPISODES, index=False)
+    for number, (run, records) in enumerate(zip(runs, saved, strict=True)):
+        write_steps(records, run.name, out / STEPS / f"{number:04}.parquet", with_images)
+    (out / CARD).write_text(_card(runs, with_images), encoding="utf-8")
+    return out / CARD
+
+
+def _card(runs: Sequence[Run], with_images: bool) -> str:
+    steps = {name: says for name, (_, says) in STEP_COLUMNS.items() if with_images or name != "image"}
+    parts = [_HEAD, "## Runs", *map(_told, runs), ""]
+    if faults := [f"- {fault}" for run in runs for fault in run.faults]:
+        parts += ["## What is missing or odd", *faults, ""]
+    parts += ["## `episodes`: a row an episode", *_listed(COLUMNS), ""]
+    parts += ["## `steps`: a row a reply", *_listed(steps), _TAIL]
+    return "\n".join(parts)
+
+
+def _told(run: Run) -> str:
+    spec = run.header.spec
+    rates = ", ".join(f"{name} {100 * run.rows[name].mean():.1f} %" for name in ("W", "B")) if run.n else "no rates"
+    agent = " ".join(spec.agent.split())
+    return (
+        f"- `{run.name}`: agent `{agent}`, pack `{spec.pack}` (SHA-256 {spec.pack_sha256[:12]}...), "
+        f"{run.n} of {run.n_planned} episodes scored, {rates}"
+    )
+
+
+def _listed(columns: Mapping[str, str]) -> list[str]:
+    return [f"- `{name}`: {says}" for name, says in columns.items()]

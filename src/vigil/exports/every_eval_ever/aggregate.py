@@ -1,0 +1,194 @@
+"""Aggregate: the rates of a run, overall and by family, each with its interval, and how they came about."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vigil.actions import SKILLS
+from vigil.episode import FAMILIES
+from vigil.exports.every_eval_ever.identity import Identity, model_info
+from vigil.exports.every_eval_ever.publisher import Publisher
+from vigil.exports.every_eval_ever.samples import SCHEMA_VERSION, Heading, knows_prompt
+from vigil.pack import manifest_of
+from vigil.prompt import policy_text
+from vigil.record import RunHeader
+from vigil.saved_run import SavedRun
+from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
+
+_Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """How the schema is told of a rate."""
+
+    name: str
+    says: str
+    lower_is_better: bool
+    kind: str = "rate"
+
+
+METRICS: Mapping[str, Metric] = {
+    "W": Metric("World completion", "the goal holds in the simulator's hidden state at the end", False, "pass_rate"),
+    "B": Metric(
+        "Benchmark success",
+        "the goal holds, and the agent closed with a matching report",
+        False,
+        "pass_rate",
+    ),
+    "FR": Metric("False report", "the agent closed with a report that does not match", True),
+    "NR": Metric("No report", "the agent never reported; the step budget ran out", True),
+    "IL": Metric("Invalid limit", "the episode ended by too many invalid replies", True),
+    "Delta": Metric("W - B", "the goal holds, but the agent did not close with a matching report", True),
+}
+
+
+def remarks(run: SavedRun, settlement: Settlement) -> list[str]:
+    """Returns what a reader must know of a run before any number."""
+    planned, all_of_pack = sum(settlement.planned.values()), manifest_of(run.pack_folder).episodes
+    spec, scored = run.header.spec, len(settlement.outcomes)
+    said = [*run.header.version_notes]
+    if spec.shard is not None:
+        said.append(f"INCOMPLETE: shard {spec.shard} of a run.")
+    elif not settlement.is_complete:
+        said.append(f"INCOMPLETE: {scored} of {planned} episodes are scored.")
+    if len(run.table.episodes) < all_of_pack:
+        said.append(f"A selection: {len(run.table.episodes)} of the {all_of_pack} episodes of the pack.")
+    if settlement.errors:
+        said.append(f"{len(settlement.errors)} episodes ended as errors of the infrastructure and are not scored.")
+    if settlement.repeats:
+        said.append(f"{settlement.repeats}.")
+    if settlement.library_replies:
+        said.append(f"{settlement.library_replies} {LIBRARY_REPLIES}.")
+    return said
+
+
+def aggregate(
+    run: SavedRun, heading: Heading, identity: Identity, publisher: Publisher, settlement: Settlement
+) -> _Json:
+    """Returns the aggregate file, but for its date and where its samples are."""
+    header = run.header
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "evaluation_id": heading.evaluation_id,
+        "evaluation_timestamp": str(header.started.timestamp()),
+        "source_metadata": {
+            "source_name": "VIGIL",
+            "source_type": "evaluation_run",
+            "source_organization_name": publisher.organization,
+            "evaluator_relationship": publisher.relationship,
+            "additional_details": {"remarks": " ".join(remarks(run, settlement))},
+        },
+        "eval_library": {
+            "name": "vigil-bench",
+            "version": header.package_version,
+            "additional_details": _texts(
+                commit=header.commit, simulator=header.simulator_version, **header.spec.versions.model_dump()
+            ),
+        },
+        "model_info": model_info(header, identity),
+        "evaluation_results": list(_results(run, heading, settlement)),
+    }
+
+
+def _results(run: SavedRun, heading: Heading, settlement: Settlement) -> Iterator[_Json]:
+    summary = summarise(settlement)
+    scopes = {"overall": summary["overall"], **summary["families"]}
+    same = {"source_data": _source_data(run), "generation_config": _generation_config(run.header)}
+    for scope, rates in scopes.items():
+        family = FAMILIES[scope].name if scope in FAMILIES else ""
+        name = f"{heading.evaluation_name} {scope}" if family else heading.evaluation_name
+        for key, metric in METRICS.items() if rates["episodes"] else ():
+            yield {
+                "evaluation_result_id": f"{scope}/{key}",
+                "evaluation_name": name,
+                "metric_config": _metric_config(key, metric, family),
+                "score_details": _score_details(key, rates, run.header.spec.epochs),
+                **same,
+            }
+
+
+def _metric_config(key: str, metric: Metric, family: str) -> _Json:
+    among = f"the episodes of the family {family}" if family else "all episodes"
+    return {
+        "evaluation_description": f"Share of {among} in which {metric.says}.",
+        "metric_id": f"vigil.{key}",
+        "metric_name": metric.name,
+        "metric_kind": metric.kind,
+        "metric_unit": "proportion",
+        "lower_is_better": metric.lower_is_better,
+        "score_type": "continuous",
+        "min_score": 0,
+        "max_score": 1,
+    }
+
+
+def _score_details(key: str, rates: _Json, epochs: int) -> _Json:
+    low, high = rates["intervals"][key]
+    method = "wilson" if epochs == 1 else "wilson, by the number of independent trials that the epochs are worth"
+    return {
+        "score": rates[key],
+        "uncertainty": {
+            "confidence_interval": {"lower": low, "upper": high, "confidence_level": 0.95, "method": method},
+            "num_samples": rates["episodes"],
+        },
+    }
+
+
+def _source_data(run: SavedRun) -> _Json:
+    spec = run.header.spec
+    return {
+        "dataset_name": spec.pack,
+        "source_type": "other",
+        "additional_details": {
+            "sha256": spec.pack_sha256,
+            "episodes": str(len(run.table.episodes)),
+            "episodes_in_pack": str(manifest_of(run.pack_folder).episodes),
+        },
+    }
+
+
+def _generation_config(header: RunHeader) -> _Json:
+    spec, profile = header.spec, header.spec.profile
+    sampling = {name: spec.sampling.get(name) for name in ("temperature", "top_p", "top_k", "max_tokens")}
+    known = {name: value for name, value in sampling.items() if value is not None}
+    if knows_prompt(spec):
+        known["prompt_template"] = policy_text(profile)
+    if (reasons := _reasons(header)) is not None:
+        known["reasoning"] = reasons
+    return {
+        "generation_args": {**known, "agentic_eval_config": {"available_tools": _tools()}},
+        "additional_details": _texts(
+            profile=profile.name,
+            prompt_variant=profile.prompt_variant,
+            prompt_sha256=spec.prompt_policy_sha256,
+            coordinates=profile.coordinates,
+            reply_policy=profile.reply_policy,
+            history_turns=profile.history_turns,
+            image_format=profile.image_format,
+            thinking=spec.thinking,
+            reasoning_effort=spec.sampling.get("reasoning_effort"),
+            epochs=spec.epochs,
+            simulator=spec.simulator,
+            render_quality=spec.render_quality,
+        ),
+    }
+
+
+def _tools() -> list[_Json]:
+    return [
+        {"name": skill, "parameters": {argument.name: argument.description for argument in arguments}}
+        for skill, arguments in SKILLS.items()
+    ]
+
+
+def _reasons(header: RunHeader) -> bool | None:
+    """Returns whether the model reasoned, by its answers; None where they, and what was set, do not tell."""
+    sessions = (header.answered, *(session.answered for session in header.resumed))
+    said = {answered.thinking for answered in sessions if answered is not None} - {"unknown"}
+    return said == {"on"} if len(said) == 1 else None
+
+
+def _texts(**facts: object) -> dict[str, str]:
+    """Returns what is known as texts: the schema has no other details."""
+    return {name: str(fact) for name, fact in facts.items() if fact is not None}

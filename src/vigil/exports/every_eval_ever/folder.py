@@ -1,0 +1,90 @@
+"""Results and samples of runs -> files where the database looks for them: data/vigil/DEVELOPER/MODEL/UUID.json.
+
+Names, ids and dates follow from the run: a run that is exported again writes the same files.
+"""
+
+import hashlib
+import json
+import uuid
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path, PurePosixPath
+
+from vigil.errors import SettingError
+from vigil.exports.every_eval_ever.aggregate import aggregate, remarks
+from vigil.exports.every_eval_ever.identity import identity_of
+from vigil.exports.every_eval_ever.publisher import Publisher
+from vigil.exports.every_eval_ever.samples import Heading, sample_lines
+from vigil.record import RunHeader
+from vigil.saved_run import SavedRun, read_run
+from vigil.summary import Settlement
+
+COLLECTION = "vigil"
+
+
+def write_results(
+    folders: Sequence[Path],
+    pack: str | Path | None,
+    out: Path,
+    publisher: Publisher,
+    tell: Callable[[Iterable[str]], None],
+) -> list[Path]:
+    """Writes the runs in `folders` under `out`, and returns the aggregate files; `tell` is told what to know of them.
+
+    Nothing is written unless all can be. Raises SettingError, RecordError or PackMismatch.
+    """
+    runs = [read_run(folder, pack) for folder in folders]
+    files: dict[PurePosixPath, bytes] = {}
+    for run in runs:
+        settlement = run.table.settlement()
+        _check(run, settlement, publisher)
+        tell(f"{run.header.run_id}: {remark}" for remark in remarks(run, settlement))
+        files |= _files(run, settlement, publisher)
+    for place, content in files.items():
+        (out / place).parent.mkdir(parents=True, exist_ok=True)
+        (out / place).write_bytes(content)
+    return [out / place for place in files if place.suffix == ".json"]
+
+
+def _check(run: SavedRun, settlement: Settlement, publisher: Publisher) -> None:
+    name, scored = run.header.run_id, len(settlement.outcomes)
+    if not scored:
+        raise SettingError(f"Run {name!r} has no scored episode: there is nothing to export.")
+    if publisher.anyway:
+        return
+    if run.header.spec.shard is not None:
+        raise SettingError(
+            f"Run {name!r} is shard {run.header.spec.shard} of a run. Join the shards by `vigil merge`, or give "
+            "--anyway; the file then says so."
+        )
+    if not settlement.is_complete:
+        raise SettingError(
+            f"Run {name!r} is incomplete: {scored} of {sum(settlement.planned.values())} episodes are scored. Finish "
+            "it by the command that began it, or give --anyway; the file then says so."
+        )
+
+
+def _files(run: SavedRun, settlement: Settlement, publisher: Publisher) -> dict[PurePosixPath, bytes]:
+    identity = identity_of(run.header, publisher.developer)
+    ended = str(max(run.table.record((row.episode_id, row.epoch)).ended for row in settlement.outcomes).timestamp())
+    heading = Heading(f"{COLLECTION}/{identity.id}/{ended}", f"VIGIL {run.header.spec.pack}", identity.id)
+    lines = list(sample_lines(run, heading))
+    samples = "".join(f"{line}\n" for line in lines).encode()
+    stem, folder = _uuid_of(run.header), PurePosixPath("data", COLLECTION, *identity.folders)
+    place = folder / f"{stem}_samples.jsonl"
+    result = aggregate(run, heading, identity, publisher, settlement)
+    result["retrieved_timestamp"] = ended
+    result["detailed_evaluation_results"] = {
+        "format": "jsonl",
+        "file_path": str(place),
+        "hash_algorithm": "sha256",
+        "checksum": hashlib.sha256(samples).hexdigest(),
+        "total_rows": len(lines),
+    }
+    text = json.dumps(result, ensure_ascii=False, allow_nan=False, indent=1)
+    return {folder / f"{stem}.json": f"{text}\n".encode(), place: samples}
+
+
+def _uuid_of(header: RunHeader) -> uuid.UUID:
+    """Returns a run's identifier in the form that the database asks for, made of what the run is instead of chance."""
+    facts = f"{header.run_id}\n{header.started.isoformat()}\n{header.spec.model_dump_json()}"
+    return uuid.UUID(bytes=hashlib.sha256(facts.encode()).digest()[:16], version=4)

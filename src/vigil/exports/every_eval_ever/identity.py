@@ -1,0 +1,117 @@
+"""Whose model a run's is and how it was served, in the words of the schema; what is not known is said to be unknown."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from vigil.analysis.measures.models import GROUPS, told_group
+from vigil.errors import SettingError
+from vigil.record import AgentKind, RunHeader
+from vigil.runner.models.providers import Named, named
+from vigil.runner.models.serving import is_own_address
+
+MAKERS: Mapping[str, str] = {
+    "openai": "openai",
+    "anthropic": "anthropic",
+    "google": "google",
+    "doubao": "bytedance",
+    "qwen": "Qwen",
+    "zhipu": "zai-org",
+    "minimax": "MiniMaxAI",
+    "moonshot": "moonshotai",
+    "deepseek": "deepseek-ai",
+    "mistral": "mistralai",
+    "grok": "xai",
+}
+"""Providers that serve their own models alone -> the name under which the database files these."""
+ENGINES = frozenset({"vllm", "sglang", "ollama", "lmstudio", "llama-cpp"})
+"""Servers of one's own, by the provider's name."""
+NO_MODELS: Mapping[AgentKind, str] = {
+    "privileged": "an agent that sees hidden state",
+    "scripted": "a scripted agent",
+    "human": "a person",
+    "exec": "a program, which may be anything",
+}
+_COMPONENT = re.compile(r'[^\s<>"\\|?*\x00-\x1f/]([^<>"\\|?*\x00-\x1f/]*[^\s<>"\\|?*\x00-\x1f/.])?(?<!\.)')
+"""A folder's name on any system."""
+_RESERVED = frozenset({"data", "unknown"})
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Under which name a model is filed."""
+
+    developer: str
+    name: str
+    """Without the developer."""
+    served: Named
+
+    @property
+    def id(self) -> str:
+        """As on the Hub of models: developer/name."""
+        return f"{self.developer}/{self.name}"
+
+    @property
+    def folders(self) -> tuple[str, str]:
+        """The folders of the developer and of the model, as the database makes them of the id."""
+        return _folder(self.developer), _folder(self.name)
+
+
+def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
+    """Returns how the model of a run is filed; `developer` overrules its name. Raises SettingError."""
+    spec = header.spec
+    if spec.agent_kind != "model":
+        raise SettingError(
+            f"Run {header.run_id!r} was played by {NO_MODELS[spec.agent_kind]} ({spec.agent}), and Every Eval Ever has "
+            "results of models. Leave it out; --format parquet and hf take it."
+        )
+    served = named(spec.agent)
+    maker, _, rest = served.name.rpartition("/")
+    if developer is None and maker.strip("/"):
+        developer, rest = served.name.split("/", 1)
+    if developer is None and _deployment(header, served) == "externally_managed":
+        developer = MAKERS.get(served.prefix.partition("/")[0])
+    found = Identity(developer or "", rest, served)
+    if "/" in found.developer or not all(map(_is_component, found.folders)):
+        raise SettingError(
+            f"Run {header.run_id!r}: Every Eval Ever files results by developer and model, and {spec.agent!r} does not "
+            "say both. Say who made the model, e.g. --developer Qwen."
+        )
+    return found
+
+
+def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
+    """Returns the model as the schema describes it."""
+    provider, deployment = identity.served.provider, _deployment(header, identity.served)
+    info: dict[str, Any] = {"name": header.spec.agent, "id": identity.id, "developer": identity.developer}
+    if deployment == "externally_managed":
+        info["inference_platform"] = provider.title
+    if identity.served.prefix in ENGINES:
+        info["inference_engine"] = {"name": provider.title}
+    weights = {GROUPS[1]: "open_weights", GROUPS[2]: "closed_weights"}
+    group = told_group(identity.name)
+    details = {
+        "deployment_type": deployment,
+        "model_availability": weights.get(group, "unknown") if group else "unknown",
+    }
+    if header.answering_models:
+        details["answered_as"] = ", ".join(header.answering_models)
+    return {**info, "additional_details": details}
+
+
+def _deployment(header: RunHeader, served: Named) -> Literal["self_deployed", "externally_managed", "unknown"]:
+    """Returns who ran the server, by the provider and the address that was given."""
+    if served.prefix in ENGINES:
+        return "self_deployed"
+    address = header.spec.base_url
+    is_home = served.is_known and (address is None or is_own_address(address, served.provider))
+    return "externally_managed" if served.provider.hosts and is_home else "unknown"
+
+
+def _folder(name: str) -> str:
+    return name.replace("/", "_").replace(":", "_")
+
+
+def _is_component(folder: str) -> bool:
+    return _COMPONENT.fullmatch(folder) is not None and folder.casefold() not in _RESERVED

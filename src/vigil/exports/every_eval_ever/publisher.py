@@ -1,0 +1,31 @@
+"""Who publishes results: what no run knows, and a database asks for."""
+
+from dataclasses import dataclass, fields
+from typing import Annotated, Literal
+
+from vigil.setting import Setting, check_declared
+
+Relationship = Literal["first_party", "third_party", "collaborative", "other"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Publisher:
+    """What is to be said beside the run."""
+
+    organization: Annotated[str, Setting("Who evaluated, for every-eval-ever.")] = "unknown"
+    relationship: Annotated[Relationship, Setting("Of who evaluated to who made the model, for every-eval-ever.")] = (
+        "other"
+    )
+    developer: Annotated[
+        str | None, Setting("Who made the model, for every-eval-ever.", unset="as the model's name says")
+    ] = None
+    anyway: Annotated[bool, Setting("Write an incomplete run too, for every-eval-ever; the file says so.")] = False
+
+    def __post_init__(self) -> None:
+        """Holds the values against their declarations."""
+        check_declared(self)
+
+    @property
+    def given(self) -> str:
+        """The options that were given, as they are written."""
+        return ", ".join(f"--{each.name}" for each in fields(self) if getattr(self, each.name) != each.default)

@@ -1,0 +1,139 @@
+"""Samples: the records of a run -> one line an episode, its messages as text and its score B."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from vigil.actions import Report
+from vigil.episode import Episode
+from vigil.exports.step_facts import arguments_of, shown_steps
+from vigil.prompt import frame_stub, policy_sha256, system_prompt
+from vigil.reasoning import split_reasoning
+from vigil.record import EpisodeRecord, RunSpec, StepRecord
+from vigil.saved_run import SavedRun
+from vigil.scoring import Outcome
+
+SCHEMA_VERSION = "0.3.0"
+JOINED = "overall/B"
+"""The aggregate result that the samples' scores make."""
+_Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """What all samples of a run say."""
+
+    evaluation_id: str
+    evaluation_name: str
+    model_id: str
+
+    @property
+    def fields(self) -> _Json:
+        """As the schema calls them."""
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "evaluation_id": self.evaluation_id,
+            "model_id": self.model_id,
+            "evaluation_name": self.evaluation_name,
+            "evaluation_result_id": JOINED,
+        }
+
+
+def sample_lines(run: SavedRun, heading: Heading) -> Iterator[str]:
+    """Yields a line of JSON for each scored episode, sorted by episode and epoch.
+
+    All but ASCII is escaped: some readers take other characters than the newline for the end of a line.
+    """
+    for key in sorted(run.table.rows):
+        outcome = run.table.rows[key].outcome
+        if outcome is not None:
+            sample = _sample(run.table.episodes[key[0]], run.table.record(key), outcome, run.header.spec)
+            yield json.dumps({**heading.fields, **sample}, allow_nan=False, separators=(",", ":"))
+
+
+def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: RunSpec) -> _Json:
+    messages = _messages(episode, record, spec)
+    task, reference = _task(episode), [outcome.expected or "success"]
+    calls = sum(step.action is not None for step in record.steps)
+    return {
+        "sample_id": episode.id,
+        "sample_hash": hashlib.sha256("".join([task, *reference]).encode()).hexdigest(),
+        "interaction_type": "agentic",
+        "input": {"raw": task, "reference": reference},
+        "output": None,
+        "messages": messages,
+        "answer_attribution": _attribution(record, len(messages) - 1),
+        "evaluation": {
+            "score": float(outcome.B),
+            "is_correct": outcome.B,
+            "num_turns": outcome.steps,
+            "tool_calls_count": calls,
+        },
+        "token_usage": _token_usage(record, outcome),
+        "performance": {"generation_time_ms": round(1000 * sum(step.reply.seconds for step in record.steps), 3)},
+        "metadata": _metadata(outcome),
+    }
+
+
+def _task(episode: Episode) -> str:
+    """Returns what the sample is: the instruction alone may be that of several episodes."""
+    house = episode.house
+    return f"{episode.instruction}\n\n(episode {episode.id}, in house {house.name} with SHA-256 {house.sha256})"
+
+
+def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_Json]:
+    """Returns the dialogue as text; the frame that came with each message of the user's is left out."""
+    messages: list[_Json] = []
+    if knows_prompt(spec):
+        messages.append({"role": "system", "content": system_prompt(episode.instruction, spec.profile)})
+    for shown, step in shown_steps(record, spec.profile):
+        messages += [{"role": "user", "content": frame_stub("current", shown)}, _answer(step)]
+    return [{"turn_idx": index, **message} for index, message in enumerate(messages)]
+
+
+def knows_prompt(spec: RunSpec) -> bool:
+    """Whether this version has the very prompt that the run was played with."""
+    return policy_sha256(spec.profile) == spec.prompt_policy_sha256
+
+
+def _answer(step: StepRecord) -> _Json:
+    text = step.reply.text
+    answer, _ = split_reasoning(text)
+    message: _Json = {"role": "assistant", "content": answer}
+    if len(answer) < len(text):
+        message["reasoning_trace"] = text[: len(text) - len(answer)]
+    if step.action is not None:
+        arguments = {name: str(value) for name, value in arguments_of(step.action).items()}
+        message["tool_calls"] = [{"id": f"step-{step.index}", "name": step.action.skill_name, "arguments": arguments}]
+    return message
+
+
+def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
+    """Returns where the report stands: in the last message, if anywhere."""
+    action = record.steps[-1].action if record.steps else None
+    if not isinstance(action, Report):
+        return []
+    return [
+        {
+            "turn_idx": last,
+            "source": f"messages[{last}].content",
+            "extracted_value": action.raw_status or action.status,
+            "extraction_method": "the status of the JSON object that the reply is",
+            "is_terminal": True,
+        }
+    ]
+
+
+def _token_usage(record: EpisodeRecord, outcome: Outcome) -> _Json | None:
+    if not any(step.reply.usage for step in record.steps):
+        return None
+    used, made = outcome.input_tokens, outcome.output_tokens
+    return {"input_tokens": used, "output_tokens": made, "total_tokens": used + made}
+
+
+def _metadata(outcome: Outcome) -> dict[str, str]:
+    names = ("family", "tier", "house", "template", "difficulty", "goal_kind", "epoch", "attempt", "end", "label")
+    facts = {name: getattr(outcome, name) for name in (*names, "subtype", "W", "W_strict", "reported")}
+    return {name: str(value) for name, value in facts.items() if value is not None}

@@ -1,0 +1,28 @@
+"""What an agent was told with a frame, and what the action is that it answered with."""
+
+from collections.abc import Iterator
+
+from vigil.actions import Action
+from vigil.observation import Feedback
+from vigil.profile import Profile
+from vigil.record import EpisodeRecord, StepRecord
+
+
+def shown_steps(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:
+    """Yields each step with the feedback that its frame was shown with; None where there was none."""
+    before: StepRecord | None = None
+    for step in record.steps:
+        yield None if before is None or not profile.has_feedback else _feedback(before), step
+        before = step
+
+
+def arguments_of(action: Action) -> dict[str, object]:
+    """Returns the arguments of an action as it was understood: clicks in pixels of the frame."""
+    return action.model_dump(exclude={"skill_name"}, exclude_none=True)
+
+
+def _feedback(step: StepRecord) -> Feedback:
+    effect = step.effect
+    return Feedback(
+        too_far=effect is not None and effect.too_far, path_blocked=effect is not None and effect.path_blocked
+    )

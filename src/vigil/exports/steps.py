@@ -1,0 +1,128 @@
+"""Steps: the records of a run -> one row a reply, with what was shown and said, and the frame where it was kept."""
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from vigil.exports.step_facts import arguments_of, shown_steps
+from vigil.record import FRAMES_FOLDER, Key, StepRecord
+from vigil.runner.workers.frames import FrameStore
+from vigil.saved_run import SavedRun
+
+IMAGE = pa.struct({"bytes": pa.binary(), "path": pa.string()})
+STEP_COLUMNS: Mapping[str, tuple[pa.DataType, str]] = {
+    "run": (pa.string(), "as in `episodes`"),
+    "episode_id": (pa.string(), "as in `episodes`"),
+    "epoch": (pa.int64(), "as in `episodes`"),
+    "family": (pa.string(), "as in `episodes`"),
+    "label": (pa.string(), "the verdict on the whole episode, as in `episodes`"),
+    "instruction": (pa.string(), "the task as the agent was told it"),
+    "step": (pa.int64(), "number of the reply, from 1"),
+    "shown_too_far": (pa.bool_(), "feedback shown with the frame; empty where the profile has none"),
+    "shown_path_blocked": (pa.bool_(), "feedback shown with the frame; empty where the profile has none"),
+    "reply": (pa.string(), "text of the reply, reasoning included"),
+    "skill_name": (pa.string(), "skill of the action that the reply is; empty when it is none"),
+    "arguments": (pa.string(), "JSON object of the action's arguments; clicks in pixels of the frame"),
+    "invalid_kind": (pa.string(), "`protocol_failure` or `malformed_action`; empty for an action"),
+    "invalid_reason": (pa.string(), "why the reply is no action"),
+    "finish_reason": (pa.string(), "in the provider's own word"),
+    "input_tokens": (pa.int64(), "as the provider counts them"),
+    "output_tokens": (pa.int64(), "as the provider counts them"),
+    "seconds": (pa.float64(), "that the reply took"),
+    "frame_sha256": (pa.string(), "SHA-256 of the RGB bytes of the frame that was answered; empty when nobody looked"),
+    "image": (IMAGE, "that frame, where the run kept it; no such column where no run kept any"),
+}
+"""The columns of `steps`: type, and what each says. None holds hidden state, but for the verdict."""
+ROWS_AT_ONCE = 10_000
+PICTURES_AT_ONCE = 100
+_Row = dict[str, Any]
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+
+
+def has_frames(run: SavedRun) -> bool:
+    """Whether a run kept any frame."""
+    return next((run.folder / FRAMES_FOLDER).glob("*/*.png"), None) is not None
+
+
+def write_steps(run: SavedRun, name: str, out: Path, with_images: bool) -> None:
+    """Writes the steps of a run's scored episodes, sorted by episode, epoch and step; `name` is the run's."""
+    schema = _schema(with_images)
+    rows = (row for key in sorted(run.table.rows) for row in _rows_of(run, name, key, with_images))
+    with pq.ParquetWriter(out, schema) as writer:
+        for some in _batches(rows, PICTURES_AT_ONCE if with_images else ROWS_AT_ONCE):
+            writer.write_table(pa.Table.from_pylist(some, schema=schema))
+
+
+def _schema(with_images: bool) -> pa.Schema:
+    """Returns the schema, with what tells the library `datasets` which column holds pictures."""
+    kinds = {name: kind for name, (kind, _) in STEP_COLUMNS.items() if with_images or kind != IMAGE}
+    features = {name: _feature(kind) for name, kind in kinds.items()}
+    return pa.schema(kinds, metadata={"huggingface": json.dumps({"info": {"features": features}})})
+
+
+def _feature(kind: pa.DataType) -> dict[str, str]:
+    if kind == IMAGE:
+        return {"_type": "Image"}
+    return {"dtype": "float64" if kind == pa.float64() else str(kind), "_type": "Value"}
+
+
+def _rows_of(run: SavedRun, name: str, key: Key, with_images: bool) -> Iterator[_Row]:
+    outcome = run.table.rows[key].outcome
+    if outcome is None:
+        return
+    record, episode, spec = run.table.record(key), run.table.episodes[key[0]], run.header.spec
+    whole = {
+        "run": name,
+        "episode_id": episode.id,
+        "epoch": record.epoch,
+        "family": episode.family,
+        "label": outcome.label,
+        "instruction": episode.instruction,
+    }
+    store = FrameStore(run.folder / FRAMES_FOLDER)
+    for shown, step in shown_steps(record, spec.profile):
+        row: _Row = {**whole, **_said(step), **_invalid(step)}
+        row["shown_too_far"] = shown and shown.too_far
+        row["shown_path_blocked"] = shown and shown.path_blocked
+        if with_images:
+            row["image"] = _image(store, step.frame_sha256)
+        yield row
+
+
+def _said(step: StepRecord) -> _Row:
+    reply, usage = step.reply, step.reply.usage
+    return {
+        "step": step.index,
+        "reply": reply.text,
+        "skill_name": None if step.action is None else step.action.skill_name,
+        "arguments": None if step.action is None else json.dumps(arguments_of(step.action), ensure_ascii=False),
+        "finish_reason": reply.finish_reason,
+        "input_tokens": None if usage is None else usage.input_tokens,
+        "output_tokens": None if usage is None else usage.output_tokens,
+        "seconds": reply.seconds,
+        "frame_sha256": step.frame_sha256,
+    }
+
+
+def _invalid(step: StepRecord) -> _Row:
+    fault = step.invalid
+    return {} if fault is None else {"invalid_kind": fault.kind, "invalid_reason": fault.reason}
+
+
+def _image(store: FrameStore, sha256: str | None) -> _Row | None:
+    """Returns a kept frame; None when it was not kept, or the record names none."""
+    if sha256 is None or not _SHA256.fullmatch(sha256) or not store.path(sha256).is_file():
+        return None
+    return {"bytes": store.path(sha256).read_bytes(), "path": f"{sha256}.png"}
+
+
+def _batches(rows: Iterable[_Row], size: int) -> Iterator[list[_Row]]:
+    left = iter(rows)
+    while some := list(islice(left, size)):
+        yield some

@@ -1,0 +1,164 @@
+"""Where the environment's episodes come from: a pack, from which they are drawn, or a stream, which is read on."""
+
+import string
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from vigil.authoring.streaming.address import is_stream, seed_in
+from vigil.authoring.streaming.stream import Stream, StreamItem
+from vigil.episode import MAX_INSTRUCTION_CHARS, Episode
+from vigil.errors import SettingError
+from vigil.house import House
+from vigil.integrations.gymnasium.options import Options
+from vigil.pack import Pack, Selection, find, manifest_sha256
+
+PACKS_KEPT = 2
+HOUSES_OF_A_STREAM = 2**31
+"""A seed begins to read an endless stream at one of so many houses."""
+
+
+class Source(Protocol):
+    """Episodes with their houses."""
+
+    def drawn(self, rng: np.random.Generator, *, is_seeded: bool) -> Episode:
+        """Returns the next episode; `rng` has just been seeded, or goes on."""
+        ...
+
+    def named(self, episode_id: str) -> Episode:
+        """Returns the episode of that id. Raises SettingError."""
+        ...
+
+    def house_of(self, episode: Episode) -> House:
+        """Returns the house of an episode that was given out."""
+        ...
+
+    def longest_instruction(self) -> tuple[int, str]:
+        """Returns how long an instruction may be, and all characters that one may have."""
+        ...
+
+    def close(self) -> None:
+        """Ends what runs for it."""
+        ...
+
+
+def source_of(options: Options) -> Source:
+    """Returns what the options name. Raises SettingError or PackMismatch."""
+    if is_stream(options.pack):
+        return StreamSource(str(options.pack), options)
+    for name in ("difficulty", "houses"):
+        if getattr(options, name):
+            raise SettingError(f"Vigil-v0: option {name} is for a stream (pack='stream:7'), not for a pack.")
+    return PackSource(options)
+
+
+class PackSource:
+    """Episodes of a pack, each drawn with equal chances."""
+
+    def __init__(self, options: Options) -> None:
+        self._pack = load_pack(options.pack)
+        self._episodes = self._pack.select(Selection(families=options.family))
+        self.house_of = self._pack.house_of
+
+    def drawn(self, rng: np.random.Generator, *, is_seeded: bool) -> Episode:
+        """Returns an episode."""
+        del is_seeded
+        return self._episodes[int(rng.integers(len(self._episodes)))]
+
+    def named(self, episode_id: str) -> Episode:
+        """Returns any episode of the pack. Raises SettingError."""
+        return self._pack.episode(episode_id)
+
+    def longest_instruction(self) -> tuple[int, str]:
+        """Returns the length of the longest instruction, and the characters of all."""
+        instructions = [episode.instruction for episode in self._pack.episodes]
+        return max(map(len, instructions)), _charset(instructions)
+
+    def close(self) -> None:
+        """Does nothing."""
+
+
+class StreamSource:
+    """Episodes of a stream, in its order. A seed decides at which house to begin; without one it is the first.
+
+    A stream of so many houses begins again after the last.
+    """
+
+    def __init__(self, address: str, options: Options) -> None:
+        first, last = options.houses or (0, None)
+        self._settings: dict[str, Any] = {
+            "families": options.family,
+            "difficulties": options.difficulty,
+            "workers": options.workers,
+        }
+        self._seed, self._first, self._last = seed_in(address), first, last
+        Stream(self._seed, first=first, last=last, **self._settings)
+        self._items: Iterator[StreamItem] | None = None
+        self._stream: Stream | None = None
+        self._item: StreamItem | None = None
+
+    def drawn(self, rng: np.random.Generator, *, is_seeded: bool) -> Episode:
+        """Returns the next episode. Raises SettingError when there is none, SimulatorError."""
+        count = HOUSES_OF_A_STREAM if self._last is None else self._last - self._first
+        if is_seeded:
+            self._begin(self._first + int(rng.integers(count)))
+        elif self._items is None:
+            self._begin(self._first)
+        assert self._items is not None
+        item = next(self._items, None)
+        if item is None:
+            self._begin(self._first)
+            item = next(self._items, None)
+        if item is None:
+            raise SettingError(f"Stream {self._seed}: its houses {self._first} to {self._last} hold no wanted episode.")
+        self._item = item
+        return item.episode
+
+    def named(self, episode_id: str) -> Episode:
+        """Returns the last episode again, for it alone is at hand. Raises SettingError."""
+        if self._item is None or self._item.episode.id != episode_id:
+            raise SettingError(
+                f"A stream is read in its order: {episode_id!r} is not the episode that was read last. `vigil pack "
+                "stream` keeps episodes in a folder, from which they can be asked for."
+            )
+        return self._item.episode
+
+    def house_of(self, episode: Episode) -> House:
+        """Returns the house of the last episode."""
+        assert self._item is not None
+        assert episode.house.sha256 == self._item.episode.house.sha256
+        return self._item.house
+
+    def longest_instruction(self) -> tuple[int, str]:
+        """Returns what the protocol allows."""
+        return MAX_INSTRUCTION_CHARS, _charset(())
+
+    def close(self) -> None:
+        """Ends the background processes."""
+        if self._stream is not None:
+            self._stream.close()
+        self._stream = self._items = None
+
+    def _begin(self, house: int) -> None:
+        self.close()
+        self._stream = Stream(self._seed, first=house, last=self._last, **self._settings)
+        self._items = iter(self._stream)
+
+
+def load_pack(name: str | Path) -> Pack:
+    """Returns a pack, which environments of one process share as long as its manifest stays. Raises PackMismatch."""
+    folder = find(name)
+    return _pack_in(folder.resolve(), manifest_sha256(folder))
+
+
+@lru_cache(maxsize=PACKS_KEPT)
+def _pack_in(folder: Path, sha256: str) -> Pack:
+    del sha256  # tells a pack from another one that lay in the folder before
+    return Pack.load(folder)
+
+
+def _charset(instructions: Iterable[str]) -> str:
+    return "".join(sorted({*string.printable, *"".join(instructions)}))
