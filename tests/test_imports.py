@@ -98,6 +98,7 @@ ONLY_IN = {
     "msgpack": "thor.wire.fifo",
     "prior": "authoring.drafting.procthor",
     "gymnasium": "integrations.gymnasium",
+    "ray": "runner",
 }
 """Libraries that stay in one place."""
 LAZY = {
@@ -111,6 +112,7 @@ LAZY = {
     "av",
     "vigil.runner.models.inspect_model",
     "vigil.runner.inspect_task",
+    "vigil.runner.ray_cluster",
     "vigil.sim.engines.mujoco.engine",
 }
 """Heavy or optional libraries that may be imported inside a function, and the modules made of such a library."""
