@@ -99,6 +99,7 @@ ONLY_IN = {
     "prior": "authoring.drafting.procthor",
     "gymnasium": "integrations.gymnasium",
     "verifiers": "integrations.verifiers",
+    "ray": "runner",
 }
 """Libraries that stay in one place."""
 LAZY = {
@@ -112,6 +113,7 @@ LAZY = {
     "av",
     "vigil.runner.models.inspect_model",
     "vigil.runner.inspect_task",
+    "vigil.runner.ray_cluster",
     "vigil.sim.engines.mujoco.engine",
 }
 """Heavy or optional libraries that may be imported inside a function, and the modules made of such a library."""

@@ -55,6 +55,8 @@ SAME_RUN: dict[str, dict[str, Any]] = {
     "api_key_env": {"api_key_env": "HOME"},
     "log_dir": {"log_dir": Path("elsewhere")},
     "workers": {"workers": 7},
+    "executor": {"executor": "ray"},
+    "ray_address": {"executor": "ray", "ray_address": "localhost:1"},
     "max_connections": {"max_connections": 7},
     "save_frames": {"save_frames": True},
     "simulator_factory": {"simulator_factory": BACKENDS["fake"]},

@@ -5,15 +5,17 @@ main process, many episodes at once (`vigil.runner.inspect_task`). What has been
 """
 
 import asyncio
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
 from vigil.episode import Episode
-from vigil.errors import InfrastructureError, SimulatorError
+from vigil.errors import InfrastructureError, SettingError, SimulatorError
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
 from vigil.runner.models.ask import Ask, RetryPolicy
@@ -34,7 +36,7 @@ from vigil.runner.settings import (
     worker_plan,
 )
 from vigil.runner.workers.live import boundary_of, lost_record, play_live
-from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.shards import order_of_play, part_of
 
@@ -142,15 +144,34 @@ def _play_all(run: _Run, assignments: list[Assignment]) -> None:
     is_model = settings.model is not None
     frames = run.folder.frames if settings.save_frames else None
     plan = worker_plan(settings, run.pack, run.spec.profile, run_id=run.folder.header.run_id, frames=frames)
-    patience_s = settings.patience_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
-    workers = min(worker_count(settings.workers), len(assignments))
-    with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
+    with _pool(run, plan, len(assignments)) as pool:
         run.folder.note_facts(pool.facts())
         if is_model:
             _play_outside(run, pool, assignments)
         else:
             run.tally.start()
             asyncio.run(_play_inside(run, pool, assignments))
+
+
+@contextmanager
+def _pool(run: _Run, plan: WorkerPlan, most: int) -> Iterator[SimulatorPool]:
+    """Starts at most so many workers, where the settings say. Raises SettingError when Ray cannot be had."""
+    settings = run.settings
+    patience_s = settings.patience_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
+    if settings.executor == "local":
+        workers = min(worker_count(settings.workers), most)
+        with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
+            yield pool
+        return
+    if find_spec("ray") is None:
+        raise SettingError('Ray is not installed here. Give: pip install "vigil-bench[ray]".')
+    from vigil.runner.ray_cluster import connected  # noqa: PLC0415
+
+    with connected(settings.ray_address, plan) as cluster:
+        workers = min(settings.workers or cluster.cpus, most)
+        logs, start = run.folder.logs, cluster.start
+        with SimulatorPool(cluster.plan, workers, patience_s=patience_s, logs=logs, start=start) as pool:
+            yield pool
 
 
 async def _play_inside(run: _Run, pool: SimulatorPool, assignments: list[Assignment]) -> None:

@@ -88,6 +88,12 @@ class RunSettings:
     families: Families = ()
     episode_ids: EpisodeIds = ()
     workers: Workers = None
+    executor: Annotated[
+        Literal["local", "ray"], Setting("Where simulators run: here, or on the nodes of a Ray cluster.")
+    ] = "local"
+    ray_address: Annotated[
+        str | None, Setting("Of a Ray cluster.", metavar="HOST:PORT", unset="RAY_ADDRESS, or a local Ray")
+    ] = None
     max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1, metavar="N")] = 16
     profile: AskedProfile = "baseline"
     prompt_variant: AskedVariant = "default"
@@ -137,6 +143,8 @@ class RunSettings:
     def __post_init__(self) -> None:
         """Holds the values against their declarations."""
         check_declared(self)
+        if self.ray_address is not None and self.executor != "ray":
+            raise SettingError("--ray-address is for --executor ray: give both, or neither.")
         if self.prompt_template is None:
             return
         if self.prompt_variant != "default":

@@ -13,6 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from tenacity import AsyncRetrying, Retrying, retry_if_exception_type, stop_after_delay
+
 from vigil.actions import Reply
 from vigil.errors import SettingError, VigilError
 from vigil.record import Boundary, EpisodeRecord
@@ -30,11 +32,26 @@ from vigil.runner.workers.messages import (
     SimulatorFacts,
     WorkerPlan,
 )
-from vigil.runner.workers.process import PATIENCE_S, Worker, WorkerLost, WorkerSettings
+from vigil.runner.workers.process import (
+    PATIENCE_S,
+    START_S,
+    LocalProcess,
+    NoRoom,
+    StartProcess,
+    Worker,
+    WorkerLost,
+    WorkerSettings,
+)
 from vigil.runner.workers.resimulation import FactDifference
 
 MAX_RESTORES = 2
 """How often one episode is carried over to another worker before it counts as lost."""
+_ASK_ANOTHER: dict[str, Any] = {
+    "retry": retry_if_exception_type(NoRoom),
+    "stop": stop_after_delay(START_S),
+    "reraise": True,
+}
+"""Has a request go to another worker while there is no room for one."""
 
 
 def usable_cpus() -> int:
@@ -53,14 +70,20 @@ class SimulatorPool:
     """The workers of a run."""
 
     def __init__(
-        self, plan: WorkerPlan, workers: int, *, patience_s: float = PATIENCE_S, logs: Path | None = None
+        self,
+        plan: WorkerPlan,
+        workers: int,
+        *,
+        patience_s: float = PATIENCE_S,
+        logs: Path | None = None,
+        start: StartProcess = LocalProcess,
     ) -> None:
-        """`logs` is the folder for what the workers write to standard error; None drops it."""
+        """`logs` is the folder for what the workers write to standard error; None drops it. `start` starts each."""
         if workers < 1:
             raise SettingError(f"A run needs at least one simulator worker, not {workers}.")
         if logs is not None:
             logs.mkdir(parents=True, exist_ok=True)
-        settings = WorkerSettings(patience_s, max(1, usable_cpus() // workers), logs)
+        settings = WorkerSettings(patience_s, max(1, usable_cpus() // workers), logs, start)
         self.workers = [Worker(plan, f"worker-{number + 1}", settings, number) for number in range(workers)]
         self._load = dict.fromkeys(self.workers, 0)
         self._sessions = itertools.count(1)
@@ -82,9 +105,16 @@ class SimulatorPool:
             worker.join()
 
     def facts(self) -> SimulatorFacts:
-        """Returns what the backend says about itself; starts all workers. Raises SimulatorError when one cannot."""
+        """Returns what the backend says about itself; starts all workers that there is room for.
+
+        Raises SimulatorError when one cannot start, or when there is room for none.
+        """
+        return Retrying(**_ASK_ANOTHER)(self._facts)
+
+    def _facts(self) -> SimulatorFacts:
         futures = [worker.submit(GetSimulatorFacts()) for worker in self.workers]
-        facts = [future.result()[1] for future in futures]
+        started = [future for future in futures if not isinstance(future.exception(), NoRoom)]
+        facts = [future.result()[1] for future in started or futures]
         return facts[0]
 
     async def play(self, assignment: Assignment, shows: Callable[[], None], *, goes_on: bool) -> EpisodeRecord:
@@ -114,6 +144,9 @@ class SimulatorPool:
         return LiveEpisode(self, assignment, next(self._sessions))
 
     async def _once(self, request: Request, shows: Callable[[], None] | None = None) -> Any:
+        return await AsyncRetrying(**_ASK_ANOTHER)(self._ask, request, shows)
+
+    async def _ask(self, request: Request, shows: Callable[[], None] | None) -> Any:
         worker = self.take()
         try:
             return (await asyncio.wrap_future(worker.submit(request, shows=shows)))[1]
@@ -121,8 +154,8 @@ class SimulatorPool:
             self.give_back(worker)
 
     def take(self) -> Worker:
-        """Returns the least busy worker, counted as busier by one until it is given back."""
-        worker = min(self.workers, key=self._load.__getitem__)
+        """Returns the least busy worker that there is room for, counted as busier by one until it is given back."""
+        worker = min(self.workers, key=lambda worker: (worker.waits_for_room, self._load[worker]))
         self._load[worker] += 1
         return worker
 
@@ -175,6 +208,9 @@ class LiveEpisode:
             self._pool.give_back(worker)
 
     async def _begin(self) -> EncodedObservation | EpisodeRecord:
+        return await AsyncRetrying(**_ASK_ANOTHER)(self._begin_once)
+
+    async def _begin_once(self) -> EncodedObservation | EpisodeRecord:
         self.close()
         self._worker = self._pool.take()
         future = self._worker.submit(Begin(self._session, self.assignment))

@@ -16,7 +16,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from vigil.actions import Reply
 from vigil.errors import SettingError, SimulatorError
@@ -39,6 +39,63 @@ class WorkerLost(SimulatorError):
     """What the agent inside had replied since the request; None when it was shown no frame."""
 
 
+class NoRoom(WorkerLost):
+    """The cluster has no CPU for the worker; it starts once there is one, and until then others are to be asked."""
+
+
+class WorkerProcess(Protocol):
+    """A process that becomes a worker, and the way to it."""
+
+    @property
+    def pid(self) -> int | None:
+        """Its id on the machine on which it runs; None before it has started."""
+        ...
+
+    @property
+    def has_started(self) -> bool:
+        """Whether `connect` does not wait for room."""
+        ...
+
+    def connect(self) -> Connection:
+        """Returns both ways of messages to it. Raises NoRoom, or OSError when it is gone."""
+        ...
+
+    def wait(self, timeout: float | None = None) -> int | None:
+        """Returns its exit code; None where nobody knows. Raises subprocess.TimeoutExpired."""
+        ...
+
+    def terminate(self) -> None:
+        """Asks it to end."""
+
+    def kill(self) -> None:
+        """Ends it at once."""
+
+
+class LocalProcess:
+    """A worker process on this machine."""
+
+    has_started = True
+
+    def __init__(self, log: Path | None, environment: dict[str, str]) -> None:
+        """Starts it. Its standard error goes to the end of `log`."""
+        ours, theirs = socket.socketpair()
+        with ours, theirs:
+            self._process = launch(theirs.fileno(), log, environment)
+            self._connection = Connection(ours.detach())
+        self.pid: int | None = self._process.pid
+        self.wait = self._process.wait
+        self.terminate = self._process.terminate
+        self.kill = self._process.kill
+
+    def connect(self) -> Connection:
+        """Returns our end of the socket pair."""
+        return self._connection
+
+
+StartProcess = Callable[[Path | None, dict[str, str]], WorkerProcess]
+"""Starts a worker process, here or elsewhere, from the path of its log and what its environment is to have."""
+
+
 @dataclass(frozen=True, slots=True)
 class WorkerSettings:
     """How workers are run."""
@@ -48,6 +105,7 @@ class WorkerSettings:
     """For a software renderer."""
     logs: Path | None = None
     """Folder for what they write to standard error; None drops it."""
+    start: StartProcess = LocalProcess
 
 
 class _Job:
@@ -69,12 +127,13 @@ class Worker:
         self._patience_s = settings.patience_s
         self._environment = {"LP_NUM_THREADS": str(settings.threads), WORKER_NUMBER: str(number)}
         self._log = settings.logs / f"{name}.log" if settings.logs else None
+        self._start = settings.start
         self._generation = 0
         self._is_up = False
         self._is_closed = self._is_killed = False
         self._lock = threading.Lock()
         """Of the two flags, and of the start of a process."""
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: WorkerProcess | None = None
         self._connection: Connection | None = None
         self._replies: list[Reply] | None = None
         self._jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
@@ -85,6 +144,12 @@ class Worker:
     def pid(self) -> int | None:
         """Process id of the running worker; None before the first request."""
         return None if self._process is None else self._process.pid
+
+    @property
+    def waits_for_room(self) -> bool:
+        """Whether the process could not be started yet."""
+        process = self._process
+        return process is not None and self._connection is None and not process.has_started
 
     def submit(
         self, request: Request, generation: int | None = None, shows: Callable[[], None] | None = None
@@ -184,13 +249,11 @@ class Worker:
 
     def _running(self) -> Connection:
         if self._connection is None:
-            ours, theirs = socket.socketpair()
-            with theirs, self._lock:
+            with self._lock:
                 if self._is_killed:
-                    ours.close()
                     raise WorkerLost(f"Simulator {self.name} has been closed.")
-                self._process = launch(theirs.fileno(), self._log, self._environment)
-            self._connection = Connection(ours.detach())
+                process = self._process = self._process or self._start(self._log, self._environment)
+            self._connection = process.connect()
             self._generation += 1
             self._is_up = False
             self._connection.send(self._plan)
@@ -211,7 +274,7 @@ class Worker:
 
     def _autopsy(self) -> str:
         code = self._end(CLOSING_S)
-        text = f"exit code {code}"
+        text = "no exit code" if code is None else f"exit code {code}"
         if self._log is not None and self._log.is_file():
             tail = self._log.read_bytes()[-_LOG_TAIL:].decode(errors="replace").strip()
             text += f"; its log {self._log} ends with: {tail}" if tail else ""

@@ -59,6 +59,8 @@ from vigil.sim.protocol import Simulator
 
 UNWIND_AFTER_S = 0.5
 """How long a worker may go on with a request when nobody waits for the answer any more."""
+POLL_END = getattr(select, "POLLRDHUP", 0)
+"""Has a poll tell of the other end's closing alone; without it, of a socket pair's but not of a connection's by TCP."""
 END_AFTER_S = 15.0
 """And how long it may take to unwind: agents' programs are ended first."""
 
@@ -276,7 +278,7 @@ def _handler(plan: Plan, line: WorkerChannel) -> RequestHandler | DrawingHandler
 def _end_with_main_process(fd: int, leaving: threading.Event) -> None:
     """Ends a worker that is at a request when the other end is closed: it unwinds, or else goes as it is."""
     other_end = select.poll()
-    other_end.register(fd, 0)  # without any event asked for, a poll tells of the end alone
+    other_end.register(fd, POLL_END)
     other_end.poll()
     if not leaving.wait(UNWIND_AFTER_S):
         os.kill(os.getpid(), signal.SIGTERM)

@@ -1,0 +1,349 @@
+"""A small network learns to point: cloned from demonstrations of a stream, then improved on B by playing.
+
+    pip install 'vigil-bench[gymnasium]' torch
+    python examples/learn_to_point.py --out runs/pointing
+
+Pointing (family PG) takes two replies: a click on the thing that the instruction names, and a report of success. The
+network reads the frame, shrunk to 160 x 120, and the instruction's words, and draws its click from a map of 40 x 30
+places.
+
+1. `vigil demos` writes what the solver saw and answered in houses of a stream; the network learns to click there.
+2. In other houses it plays: of each episode several clicks are drawn from its map, B is their reward, and the mean
+   reward of an episode its baseline (REINFORCE).
+3. In houses that neither of the two has seen it clicks on the best place of its map. Chance clicks anywhere on the same
+   frames, and the solver plays the same episodes.
+"""
+
+import argparse
+import csv
+import json
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pyarrow.parquet as pq
+import torch
+from matplotlib.figure import Figure
+from PIL import Image
+from torch import nn
+from torch.nn import functional
+
+import vigil.integrations.gymnasium  # noqa: F401 - registers Vigil-v0
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pack import Pack
+from vigil.rates import wilson
+
+STREAM = "stream:21"
+FAMILY = ("--family", "PG", "--difficulty", "easy", "--difficulty", "medium")
+DEMOS, PLAYED, TESTED = "0:5000", "5000:6000", "6000:7000"
+"""Houses of the stream: none is in two of the three."""
+WIDTH, HEIGHT = 160, 120
+COLUMNS, ROWS = 40, 30
+BATCH = 32
+DRAWS = 6
+"""Clicks that are drawn of each episode in a round of play."""
+REPORT = json.dumps({"skill_name": "report", "arguments": {"status": "success", "summary": "I clicked on it."}})
+
+Click = Callable[[torch.Tensor, str], int]
+"""Of a frame and an instruction, the number of a place in the map."""
+
+
+def main() -> None:
+    given = read_options()
+    torch.manual_seed(given.seed)
+    began = time.monotonic()
+    demos = read_demos(write_demos(given.out / "demos", given.demos))
+    played, tested = (
+        [*Scenes(write_pack(given.out / name, houses, count))]
+        for name, houses, count in (("played", PLAYED, given.played), ("tested", TESTED, given.tested))
+    )
+    words = Words(demo.instruction for demo in demos)
+    network = Network(len(words))
+    curve = Curve(tested, began)
+    curve.add("chance", 0, lambda frame, text: int(torch.randint(COLUMNS * ROWS, ())))
+    for epoch in clone(network, words, demos, given.epochs):
+        if epoch % given.every == 0 or epoch == given.epochs:
+            curve.add("cloned", epoch, best_of(network, words))
+    for number in improve(network, words, played, given.rounds):
+        curve.add("improved on B", number, best_of(network, words))
+    curve.add_solver(given.out)
+    curve.write(given.out)
+
+
+@dataclass(frozen=True, slots=True)
+class Demo:
+    """A frame, the instruction, and where the solver clicked."""
+
+    frame: torch.Tensor
+    instruction: str
+    place: int
+
+
+def vigil_command(*words: str | Path) -> None:
+    subprocess.run([sys.executable, "-c", "from vigil.cli import main; main()", *map(str, words)], check=True)
+
+
+def write_demos(out: Path, count: int) -> Path:
+    """Writes demonstrations, unless they are there; returns the file."""
+    if not (out / "train.parquet").exists():
+        asked = ("--count", str(count), "--houses", DEMOS, "--format", "parquet", "--render-quality", "fast")
+        vigil_command("demos", "--pack", STREAM, *FAMILY, *asked, "--out", out)
+    return out / "train.parquet"
+
+
+def write_pack(out: Path, houses: str, count: int) -> Path:
+    """Writes a part of the stream as a pack, unless it is there; returns its folder."""
+    if not (out / "manifest.json").exists():
+        seed = STREAM.partition(":")[2]
+        vigil_command(
+            "pack", "stream", "--seed", seed, "--count", str(count), "--houses", houses, *FAMILY, "--out", out
+        )
+    return out
+
+
+def read_demos(file: Path) -> list[Demo]:
+    """Returns the clicks of all demonstrations."""
+    found = []
+    for row in pq.read_table(file).to_pylist():
+        answer = json.loads(row["messages"][-1]["content"][0]["text"])
+        if row["kind"] == "demonstration" and answer["skill_name"] == "interact_pixel":
+            frame = shrunk(np.asarray(Image.open(BytesIO(row["images"][-1]["bytes"]))))
+            arguments = answer["arguments"]
+            found.append(Demo(frame, instruction_of(row), place_of(arguments["x"], arguments["y"])))
+    return found
+
+
+def instruction_of(row: dict) -> str:
+    """Returns the task, which stands in a line of its own in the system prompt."""
+    found = re.search("^Task: (.*)$", row["messages"][0]["content"][0]["text"], re.MULTILINE)
+    assert found is not None
+    return found[1]
+
+
+def shrunk(frame: np.ndarray) -> torch.Tensor:
+    """Returns a frame (480, 640, 3) as a small one (3, 120, 160) from -0.5 to 0.5."""
+    small = np.asarray(Image.fromarray(frame).resize((WIDTH, HEIGHT), Image.Resampling.BOX))
+    return torch.from_numpy(small.copy()).permute(2, 0, 1).float() / 255 - 0.5
+
+
+def place_of(x: int, y: int) -> int:
+    return y * ROWS // FRAME_HEIGHT * COLUMNS + x * COLUMNS // FRAME_WIDTH
+
+
+def reply_of(place: int) -> str:
+    """Returns the reply that clicks on the middle of a place."""
+    row, column = divmod(place, COLUMNS)
+    x, y = (column + 0.5) * FRAME_WIDTH / COLUMNS, (row + 0.5) * FRAME_HEIGHT / ROWS
+    return json.dumps({"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": int(x), "y": int(y)}})
+
+
+class Words:
+    """Instructions as vectors: one number for each word that a demonstration has."""
+
+    def __init__(self, texts: Iterator[str]) -> None:
+        self._numbers = {word: number for number, word in enumerate(sorted({w for t in texts for w in _split(t)}))}
+
+    def __len__(self) -> int:
+        return len(self._numbers)
+
+    def of(self, texts: Sequence[str]) -> torch.Tensor:
+        found = torch.zeros(len(texts), len(self))
+        for row, text in enumerate(texts):
+            found[row, [self._numbers[word] for word in _split(text) if word in self._numbers]] = 1.0
+        return found
+
+
+def _split(text: str) -> list[str]:
+    return re.findall("[a-z]+", text.lower())
+
+
+class Network(nn.Module):
+    """Frame and words to a map of places: what is seen at each place, held against what is asked for."""
+
+    def __init__(self, words: int, size: int = 48) -> None:
+        super().__init__()
+        sizes = ((5, 24, 2, 1), (24, 32, 1, 1), (32, size, 2, 1), (size, size, 1, 2), (size, size, 1, 4))
+        self.see = nn.Sequential(*(_layer(*each) for each in sizes), nn.Conv2d(size, 64, 1))
+        self.ask = nn.Linear(words, 64)
+        self.usual = nn.Parameter(torch.zeros(ROWS * COLUMNS))
+        across, down = torch.linspace(-1, 1, WIDTH), torch.linspace(-1, 1, HEIGHT)
+        self.register_buffer("where", torch.stack(torch.meshgrid(down, across, indexing="ij")))
+
+    def forward(self, frames: torch.Tensor, words: torch.Tensor) -> torch.Tensor:
+        where = self.where.expand(len(frames), -1, -1, -1)
+        seen = self.see(torch.cat([frames, where], dim=1))
+        return torch.einsum("nchw,nc->nhw", seen, self.ask(words)).flatten(1) / 8 + self.usual
+
+
+def _layer(inputs: int, outputs: int, stride: int, spread: int) -> nn.Module:
+    convolution = nn.Conv2d(inputs, outputs, 3, stride, padding=spread, dilation=spread)
+    return nn.Sequential(convolution, nn.GroupNorm(4, outputs), nn.ReLU())
+
+
+def clone(network: Network, words: Words, demos: Sequence[Demo], epochs: int) -> Iterator[int]:
+    """Trains the network to click where the solver did; yields the number of each epoch, from 1."""
+    frames, places = torch.stack([demo.frame for demo in demos]), torch.tensor([demo.place for demo in demos])
+    asked = words.of([demo.instruction for demo in demos])
+    optimiser = torch.optim.AdamW(network.parameters(), lr=2e-3, weight_decay=1e-2)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, epochs)
+    for epoch in range(1, epochs + 1):
+        network.train()
+        for chosen in torch.randperm(len(demos)).split(BATCH):
+            seen, wanted = _mirrored(frames[chosen], places[chosen])
+            light = 0.85 + 0.3 * torch.rand(len(chosen), 1, 1, 1)
+            loss = functional.cross_entropy(network(seen * light, asked[chosen]), wanted, label_smoothing=0.05)
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+        schedule.step()
+        yield epoch
+
+
+def _mirrored(frames: torch.Tensor, places: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Returns half of the frames as in a mirror, with their places: instructions never say left or right."""
+    turned = torch.rand(len(frames)) < 0.5
+    other = places // COLUMNS * COLUMNS + (COLUMNS - 1 - places % COLUMNS)
+    return torch.where(turned[:, None, None, None], frames.flip(3), frames), torch.where(turned, other, places)
+
+
+class Scene:
+    """An episode of a pack that can be played by a click, again and again."""
+
+    def __init__(self, env: gymnasium.Env, episode_id: str) -> None:
+        self._env, self._id = env, episode_id
+        observation, _ = env.reset(options={"episode_id": episode_id})
+        self.instruction: str = observation["instruction"]
+        self.frame = shrunk(np.asarray(env.render()))
+
+    def play(self, place: int) -> float:
+        """Clicks on a place and reports; returns B."""
+        self._env.reset(options={"episode_id": self._id})
+        self._env.step(reply_of(place))
+        return float(self._env.step(REPORT)[1])
+
+
+class Scenes:
+    """The episodes of a pack."""
+
+    def __init__(self, folder: Path) -> None:
+        self._pack = folder
+
+    def __iter__(self) -> Iterator[Scene]:
+        env = gymnasium.make(
+            "Vigil-v0", pack=str(self._pack), frames=False, render_mode="rgb_array", quality="fast"
+        ).unwrapped
+        for episode in Pack.load(self._pack).episodes:
+            yield Scene(env, episode.id)
+
+
+def improve(network: Network, words: Words, scenes: Sequence[Scene], rounds: int) -> Iterator[int]:
+    """Plays all scenes in each round, and makes likelier what earned more than the scene's mean; yields the round."""
+    optimiser = torch.optim.AdamW(network.parameters(), lr=3e-4)
+    for number in range(1, rounds + 1):
+        network.train()
+        for chosen in torch.randperm(len(scenes)).split(BATCH):
+            batch = [scenes[index] for index in chosen.tolist()]
+            frames, asked = torch.stack([scene.frame for scene in batch]), words.of([s.instruction for s in batch])
+            places = torch.distributions.Categorical(logits=network(frames, asked))
+            drawn = places.sample((DRAWS,))
+            reward = torch.tensor([[scene.play(int(p)) for scene, p in zip(batch, row, strict=True)] for row in drawn])
+            gain = reward - reward.mean(dim=0)
+            loss = -(gain * places.log_prob(drawn)).mean() - 1e-3 * places.entropy().mean()
+            optimiser.zero_grad()
+            loss.backward()
+            optimiser.step()
+        yield number
+
+
+def best_of(network: Network, words: Words) -> Click:
+    """Returns who clicks on the best place of the network's map."""
+    network.eval()
+
+    def click(frame: torch.Tensor, instruction: str) -> int:
+        with torch.no_grad():
+            return int(network(frame[None], words.of([instruction])).argmax())
+
+    return click
+
+
+class Curve:
+    """B on the test episodes as training goes on."""
+
+    def __init__(self, scenes: Sequence[Scene], began: float) -> None:
+        self._scenes, self._began = scenes, began
+        self.points: list[dict[str, str | float]] = []
+
+    def add(self, stage: str, step: int, click: Click) -> None:
+        """Plays all test episodes once, and prints the share that is won."""
+        won = sum(scene.play(click(scene.frame, scene.instruction)) for scene in self._scenes)
+        self._put(stage, step, won, len(self._scenes))
+
+    def add_solver(self, out: Path) -> None:
+        """Adds what the solver reaches on the same episodes, by `vigil run`."""
+        vigil_command("run", "--pack", out / "tested", "--agent", "solver", "--log-dir", out / "solver")
+        scored = subprocess.run(
+            [sys.executable, "-c", "from vigil.cli import main; main()", "score", str(out / "solver"), "--json"],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        overall = json.loads(scored.stdout)["overall"]
+        self._put("solver", 0, overall["B"] * overall["episodes"], overall["episodes"])
+
+    def _put(self, stage: str, step: int, won: float, of: int) -> None:
+        low, high = wilson(won, of)
+        minutes = (time.monotonic() - self._began) / 60
+        self.points.append(
+            {"stage": stage, "step": step, "minutes": minutes, "B": won / of, "low": low, "high": high, "episodes": of}
+        )
+        print(f"{minutes:5.1f} min  {stage:14} {step:3}  B {won / of:6.1%} [{low:.1%}, {high:.1%}] of {of}", flush=True)
+
+    def write(self, out: Path) -> None:
+        """Writes the points as a table, and as a picture."""
+        with (out / "curve.csv").open("w", newline="") as file:
+            table = csv.DictWriter(file, list(self.points[0]))
+            table.writeheader()
+            table.writerows(self.points)
+        draw(self.points, out / "curve.svg")
+
+
+def draw(points: Sequence[dict[str, str | float]], file: Path) -> None:
+    """Draws B over minutes, with its intervals, between chance and the solver."""
+    figure = Figure(figsize=(6.4, 3.6), layout="constrained")
+    axes = figure.subplots()
+    for stage, colour in (("cloned", "#0072b2"), ("improved on B", "#d55e00")):
+        own = [point for point in points if point["stage"] == stage]
+        minutes, rates = [float(p["minutes"]) for p in own], [100 * float(p["B"]) for p in own]
+        axes.plot(minutes, rates, marker="o", markersize=3, color=colour, label=stage)
+        lows, highs = ([100 * float(p[name]) for p in own] for name in ("low", "high"))
+        axes.fill_between(minutes, lows, highs, color=colour, alpha=0.15, linewidth=0)
+    for stage, style in (("chance", ":"), ("solver", "--")):
+        rate = next(100 * float(point["B"]) for point in points if point["stage"] == stage)
+        axes.axhline(rate, color="#555555", linestyle=style, linewidth=1, label=f"{stage} ({rate:.0f} %)")
+    axes.set(xlabel="minutes since the start", ylabel="B on unseen houses (%)", ylim=(0, 103))
+    axes.legend(frameon=False, fontsize=8)
+    figure.savefig(file)
+
+
+def read_options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True, help="folder; what it holds already is taken from there")
+    parser.add_argument("--demos", type=int, default=900, help="episodes that are demonstrated (900)")
+    parser.add_argument("--played", type=int, default=200, help="episodes to play (200)")
+    parser.add_argument("--tested", type=int, default=150, help="episodes to test on (150)")
+    parser.add_argument("--epochs", type=int, default=30, help="passes over the demonstrations (30)")
+    parser.add_argument("--every", type=int, default=5, help="epochs between tests (5)")
+    parser.add_argument("--rounds", type=int, default=8, help="rounds of play (8)")
+    parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()

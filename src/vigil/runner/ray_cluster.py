@@ -1,0 +1,197 @@
+"""Ray clusters: connecting to one, and asking each node before any episode starts whether it can play the run."""
+
+import hashlib
+import logging
+import os
+import socket
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import ray
+from ray.exceptions import RayError
+from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
+
+import vigil
+from vigil.agents.choose import is_exec
+from vigil.agents.exec_agent import file_hashes
+from vigil.errors import MAX_FAULT_CHARS, PackMismatch, RecordError, SettingError, cut
+from vigil.pack import PACKAGED, find, manifest_sha256
+from vigil.record import read_header
+from vigil.runner.run_folder import package_version
+from vigil.runner.settings import file_sha256
+from vigil.runner.workers.messages import WorkerPlan
+from vigil.runner.workers.process import StartProcess
+from vigil.runner.workers.ray_worker import CPUS, RayProcess
+
+ANSWER_S = 10.0
+"""How long an address may take to answer."""
+NODE_S = 120.0
+"""How long a node may take to say what it has."""
+HTTP_2 = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
+"""With which a client of Ray's begins. Ray answers it in bytes that are no text, servers of another kind in text."""
+MOST_NAMED = 5
+"""Of the nodes that cannot play."""
+MISSING = "missing"
+_DIGITS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """A cluster whose nodes can play the run."""
+
+    plan: WorkerPlan
+    """What its workers are to be told."""
+    cpus: int
+    start: StartProcess
+
+
+@contextmanager
+def connected(address: str | None, plan: WorkerPlan) -> Iterator[Cluster]:
+    """Connects to a cluster for a while: that at `address`, else RAY_ADDRESS, else this machine's, else a new one.
+
+    Raises SettingError when there is none, or when one of its nodes cannot play the run.
+    """
+    was_connected = ray.is_initialized()
+    if not was_connected:
+        _connect(address or os.environ.get("RAY_ADDRESS"))
+    try:
+        nodes = [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU", 0) >= CPUS]
+        if not nodes:
+            raise SettingError("No node of the Ray cluster has a CPU for a simulator. Add one with `ray start`.")
+        plan = _for_nodes(plan)
+        objection = partial(objection_here, plan, Path.cwd(), facts_here(plan, Path.cwd()))
+        _ask(nodes, objection)
+        cpus = sum(int(node["Resources"]["CPU"]) // CPUS for node in nodes)
+        yield Cluster(plan, cpus, partial(RayProcess, objection))
+    finally:
+        if not was_connected:
+            ray.shutdown()
+
+
+def facts_here(plan: WorkerPlan, folder: Path) -> dict[str, str]:
+    """Returns what must be the same on each node, as it is here; `folder` is where the run was started."""
+    facts = {"vigil": package_version(), "vigil's code": _code_sha256()[:_DIGITS]}
+    facts |= {name: version(name) for name in ("numpy", "mujoco")}
+    facts[f"pack {str(plan.pack)!r}"] = _pack_sha256(plan.pack)
+    if plan.asset_database is not None:
+        facts[f"asset database {str(plan.asset_database)!r}"] = _file_sha256(plan.asset_database)
+    if is_exec(plan.agent):
+        facts |= {
+            f"program file {name!r}": sha256[:_DIGITS] for name, sha256 in file_hashes(plan.agent, folder).items()
+        }
+    if plan.frames is not None:
+        facts[f"folder {str(plan.frames.parent)!r}, for --save-frames"] = _run_begun(plan.frames.parent)
+    return facts
+
+
+def objection_here(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) -> str:
+    """Returns in what this node differs from what is wanted, in a sentence; an empty string when in nothing."""
+    found = facts_here(plan, folder)
+    wrong = [
+        f"{name} is {found.get(name, MISSING)} there, {value} here"
+        for name, value in wanted.items()
+        if found.get(name) != value
+    ]
+    if not wrong:
+        return ""
+    name = f"{ray.util.get_node_ip_address()} ({ray.get_runtime_context().get_node_id()[:8]})"
+    return f"Node {name} of the Ray cluster cannot play this run: {'; '.join(wrong)}. Make them the same."
+
+
+def _connect(address: str | None) -> None:
+    """Raises SettingError when there is no cluster at the address."""
+    where = "A local Ray" if address is None else f"Ray at {address!r}"
+    if address not in (None, "auto", "local"):
+        _check_answers(address)
+    try:
+        ray.init(address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
+    except SystemExit:
+        raise SettingError(f"{where} does not answer as a Ray cluster does. `ray start` says the right port.") from None
+    except (OSError, ValueError, RuntimeError, RayError) as error:
+        raise SettingError(f"{where} cannot be used: {cut(str(error), MAX_FAULT_CHARS)}") from None
+
+
+def _check_answers(address: str) -> None:
+    """Raises SettingError when nothing answers at an address, or in text: Ray itself tries for two minutes."""
+    host, _, port = address.rpartition(":")
+    if not host or not port.isdecimal() or "/" in host:
+        raise SettingError(
+            f"Ray address {address!r} is not HOST:PORT, e.g. 10.0.0.1:6379, as `ray start` says it, or auto. Ray "
+            "Client (ray://) is not served: give the command on a node of the cluster."
+        )
+    try:
+        with socket.create_connection((host, int(port)), timeout=ANSWER_S) as line:
+            line.sendall(HTTP_2)
+            answer = line.recv(1)
+    except (OSError, OverflowError) as error:
+        raise SettingError(f"Nothing answers at Ray address {address!r} ({error}). Is `ray start` running?") from None
+    if answer >= b" ":
+        raise SettingError(f"What answers at Ray address {address!r} is not Ray. `ray start` says the right port.")
+
+
+def _ask(nodes: list[dict[str, Any]], objection: partial[str]) -> None:
+    """Raises SettingError when a node cannot play the run; asks all at once."""
+    asked = ray.remote(num_cpus=0, max_retries=0)(objection_here)
+    coming = {}
+    for node in nodes:
+        on_it = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
+        name = f"{node['NodeManagerAddress']} ({node['NodeID'][:8]})"
+        coming[name] = asked.options(scheduling_strategy=on_it).remote(*objection.args)
+    wrong = []
+    for name, answer in coming.items():
+        try:
+            wrong.append(ray.get(answer, timeout=NODE_S))
+        except RayError as error:
+            why = cut(str(error).strip().splitlines()[-1], MAX_FAULT_CHARS)
+            wrong.append(f"Node {name} of the Ray cluster cannot run vigil {package_version()}: {why}")
+    wrong = list(filter(None, wrong))
+    if wrong:
+        more = [f"And {len(wrong) - MOST_NAMED} nodes more."] if len(wrong) > MOST_NAMED else []
+        raise SettingError("\n".join((*wrong[:MOST_NAMED], *more)))
+
+
+def _for_nodes(plan: WorkerPlan) -> WorkerPlan:
+    """Returns the plan with paths that hold in any folder; a packaged pack goes by its name."""
+    is_packaged = plan.pack.parent == PACKAGED
+    return replace(
+        plan,
+        pack=Path(plan.pack.name) if is_packaged else plan.pack.absolute(),
+        asset_database=plan.asset_database and plan.asset_database.absolute(),
+        frames=plan.frames and plan.frames.absolute(),
+    )
+
+
+def _code_sha256() -> str:
+    """Returns the hash of the package's own code."""
+    root = Path(vigil.__file__).parent
+    digest = hashlib.sha256()
+    for file in sorted(root.rglob("*.py")):
+        digest.update(f"{file.relative_to(root)}\n{hashlib.sha256(file.read_bytes()).hexdigest()}\n".encode())
+    return digest.hexdigest()
+
+
+def _pack_sha256(pack: Path) -> str:
+    try:
+        return manifest_sha256(find(pack))[:_DIGITS]
+    except PackMismatch:
+        return MISSING
+
+
+def _file_sha256(path: Path) -> str:
+    try:
+        return file_sha256(path)[:_DIGITS]
+    except SettingError:
+        return MISSING
+
+
+def _run_begun(folder: Path) -> str:
+    """Returns by what a run's folder is known on all machines that share it."""
+    try:
+        return f"of the run begun {read_header(folder).started.isoformat()}"
+    except RecordError:
+        return MISSING

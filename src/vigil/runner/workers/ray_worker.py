@@ -1,0 +1,135 @@
+"""Simulator workers as actors of a Ray cluster: the same worker, messages and watchdog, in a process that Ray starts.
+
+Ray chooses the node and starts the process; what is said then goes over a connection of its own between the main
+process and the actor, as it does to a worker on this machine. Ray restarts nothing and tries nothing again: an actor
+that is lost with its node is a lost worker, and the run plays again what was alive in it.
+"""
+
+import os
+import secrets
+import socket
+import subprocess
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.connection import Client, Connection, Listener
+from pathlib import Path
+from typing import Any
+
+import ray
+from ray.exceptions import RayError
+
+from vigil.errors import SettingError
+from vigil.runner.workers.process import NoRoom
+from vigil.runner.workers.worker import serve
+
+ROOM_S = 10.0
+"""How long a request waits for an actor to be placed and started before another worker is asked."""
+CPUS = 1
+"""Of the cluster's, for each actor."""
+Objection = Callable[[], str]
+"""Says why the node on which it is called cannot play the run; an empty string when it can. Must be picklable."""
+
+
+class WorkerActor:
+    """What Ray runs: a worker in the actor's own process."""
+
+    def __init__(self, environment: dict[str, str], folder: str) -> None:
+        """`environment` gives way to the node's own; `folder` is where the run was started."""
+        os.environ.update({**environment, **os.environ})
+        if os.path.isdir(folder):
+            os.chdir(folder)
+
+    def listen(self, key: bytes, objection: Objection) -> tuple[str, tuple[str, int], int]:
+        """Returns what is wrong with this node, where to connect to, and the process id."""
+        self._listener = Listener((ray.util.get_node_ip_address(), 0), authkey=key)
+        host, port = self._listener.address
+        return objection(), (str(host), int(port)), os.getpid()
+
+    def serve(self) -> None:
+        """Answers requests until the main process closes the connection."""
+        with self._listener:
+            connection = self._listener.accept()
+        _send_at_once(connection)
+        serve(connection)
+
+
+class RayProcess:
+    """A worker in an actor: `vigil.runner.workers.process.WorkerProcess`."""
+
+    def __init__(self, objection: Objection, log: Path | None, environment: dict[str, str]) -> None:
+        """Asks Ray for an actor. `log` gets what Ray says of its end; its standard error goes to Ray's own logs."""
+        one_thread = {"LP_NUM_THREADS": str(CPUS), "OPENBLAS_NUM_THREADS": str(CPUS)}
+        actor = ray.remote(WorkerActor).options(
+            num_cpus=CPUS, max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD"
+        )
+        self.pid: int | None = None
+        self._log = log
+        self._key = secrets.token_bytes(32)
+        self._actor: Any = actor.remote({**environment, **one_thread}, str(Path.cwd()))
+        self._listens = self._actor.listen.remote(self._key, objection)
+        self._serves = self._actor.serve.remote()
+        self._connection: Connection | None = None
+        self._is_over = False
+
+    @property
+    def has_started(self) -> bool:
+        """Whether the actor is there, or will never be."""
+        return _is_ready(self._listens, 0.0)
+
+    def connect(self) -> Connection:
+        """Returns the connection to the actor. Raises NoRoom, OSError, or SettingError when its node is another."""
+        if not _is_ready(self._listens, ROOM_S):
+            raise NoRoom("The Ray cluster has no free CPU for a simulator; `ray status` says what it is used for.")
+        try:
+            wrong, address, self.pid = ray.get(self._listens)
+            if wrong:
+                raise SettingError(wrong)
+            connection = Client(address, authkey=self._key)
+        except (RayError, OSError) as error:
+            self._note(f"The actor cannot be reached: {error}")
+            raise ConnectionError from None
+        _send_at_once(connection)
+        self._connection = connection
+        return connection
+
+    def wait(self, timeout: float | None = None) -> None:
+        """Waits until the worker has left, and frees its CPU. Raises subprocess.TimeoutExpired."""
+        if self._is_over:
+            return
+        if self._connection is not None and not _is_ready(self._serves, timeout):
+            raise subprocess.TimeoutExpired("Ray actor", timeout or 0.0)
+        if self._connection is not None:
+            try:
+                ray.get(self._serves)
+            except RayError as error:
+                self._note(str(error))
+        self.kill()
+
+    def terminate(self) -> None:
+        """Asks the worker to leave, with its agents' programs; an actor that has not started will not."""
+        if self._connection is None:
+            self.kill()
+            return
+        with suppress(OSError), socket.socket(fileno=os.dup(self._connection.fileno())) as line:
+            line.shutdown(socket.SHUT_RDWR)
+
+    def kill(self) -> None:
+        """Ends the actor at once."""
+        if not self._is_over:
+            self._is_over = True
+            ray.kill(self._actor)
+
+    def _note(self, text: str) -> None:
+        if self._log is not None:
+            with self._log.open("ab") as file:
+                file.write(f"Ray: {text.strip()}\n".encode())
+
+
+def _is_ready(coming: Any, timeout: float | None) -> bool:
+    return bool(ray.wait([coming], timeout=timeout)[0])
+
+
+def _send_at_once(connection: Connection) -> None:
+    """Has a connection by TCP send each message at once, however small, instead of waiting for more to send."""
+    with socket.socket(fileno=os.dup(connection.fileno())) as line:
+        line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
