@@ -2,12 +2,14 @@
 #              EXTRAS=azure,mistral adds the clients of model providers (`vigil models` names them)
 # make run     plays the starter pack with the solver and two flawed agents, and compares them
 # make test    passes the tests
+# make test-verifiers  tests the environment of verifiers, in .venv-verifiers: it needs an older openai (docs/verifiers.md)
 # make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 	&& { echo $$p; break; }; done)
 VENV := .venv
 BIN := $(VENV)/bin
+VERIFIERS := .venv-verifiers
 comma := ,
 EXTRAS ?=
 STAMP := $(VENV)/.ready$(if $(EXTRAS),-$(subst $(comma),-,$(EXTRAS)))
@@ -15,7 +17,7 @@ RUNS ?= runs/starter
 MODULE ?= profile scoring actions env goals goal_check replies json_text reasoning record summary
 EVERY ?= 1
 
-.PHONY: setup run test lint lock mutants clean
+.PHONY: setup setup-verifiers run test test-verifiers lint lock lock-verifiers mutants clean
 .DELETE_ON_ERROR:
 
 setup: $(STAMP)
@@ -26,6 +28,14 @@ $(STAMP): pyproject.toml constraints.txt scripts/system-libraries
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV) || { rm -rf $(VENV); \
 		echo "$(PYTHON) cannot make virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev$(if $(EXTRAS),$(comma)$(EXTRAS))]'
+	@touch $@
+
+setup-verifiers: $(VERIFIERS)/.ready
+
+$(VERIFIERS)/.ready: pyproject.toml constraints-verifiers.txt
+	$(PYTHON) -m venv --clear $(VERIFIERS)
+	$(VERIFIERS)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints-verifiers.txt \
+		--editable '.[verifiers]' gymnasium hypothesis psutil pytest pytest-xdist
 	@touch $@
 
 run: setup
@@ -39,6 +49,9 @@ run: setup
 
 test: setup
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+test-verifiers: setup-verifiers
+	$(VERIFIERS)/bin/python -m pytest -n 0 tests/integrations/test_verifiers.py
 
 lint: setup
 	$(BIN)/ruff check .
@@ -54,5 +67,8 @@ mutants: setup
 lock: setup
 	$(BIN)/python -m pip freeze --exclude-editable --disable-pip-version-check > constraints.txt
 
+lock-verifiers: setup-verifiers
+	$(VERIFIERS)/bin/python -m pip freeze --exclude-editable --disable-pip-version-check > constraints-verifiers.txt
+
 clean:
-	rm -rf $(VENV) runs build dist .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VERIFIERS) runs build dist .pytest_cache .ruff_cache .hypothesis

@@ -13,13 +13,14 @@ from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.exports.steps import STEP_COLUMNS
 from vigil.integrations.gymnasium import Options
 from vigil.profile import COORDINATES_BY_MODEL
+from vigil.runner.inspect_task import TASK_SETTINGS
 from vigil.runner.models.providers import named
 from vigil.sim.thor.differences import DIFFERENCES
 from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("agents.md", "ai2thor.md", "analysis.md", "export.md", "gymnasium.md", "models.md")
+PAGES = ("agents.md", "ai2thor.md", "analysis.md", "export.md", "gymnasium.md", "inspect.md", "models.md")
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -92,6 +93,15 @@ def gymnasium_options() -> str:
     return _markdown(("option", "default", "is"), rows)
 
 
+def inspect_arguments() -> str:
+    """Returns the arguments of Inspect's task."""
+    rows = [
+        (f"`{name}`", f"`{one.default!r}`", f"{'`false`: ' if one.default is True else ''}{one.setting.help}")
+        for name, one in TASK_SETTINGS.items()
+    ]
+    return _markdown(("argument", "default", "is"), rows)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "providers": providers,
     "coordinates": coordinates,
@@ -101,6 +111,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "thor_actions": thor_actions,
     "thor_differences": thor_differences,
     "gymnasium_options": gymnasium_options,
+    "inspect_arguments": inspect_arguments,
 }
 
 

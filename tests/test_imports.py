@@ -98,6 +98,7 @@ ONLY_IN = {
     "msgpack": "thor.wire.fifo",
     "prior": "authoring.drafting.procthor",
     "gymnasium": "integrations.gymnasium",
+    "verifiers": "integrations.verifiers",
     "ray": "runner",
 }
 """Libraries that stay in one place."""

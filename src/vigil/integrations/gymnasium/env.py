@@ -19,6 +19,7 @@ from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextAc
 from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
 from vigil.integrations.gymnasium.sources import source_of
+from vigil.integrations.rewards import reward_parts
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.record import EpisodeRecord
 from vigil.scoring import Outcome, settle
@@ -84,8 +85,8 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self._observation = self._closing(before, record)
         outcome = settle(self._episode, record)
         info = {"outcome": _told(outcome)} if self._options.evaluator else {}
-        seen, reward, is_reported = self._seen(self._observation), self._reward(outcome), outcome.is_reported
-        return seen, reward, is_reported, not is_reported, info
+        reward, is_reported = sum(reward_parts(outcome, self._options).values()), outcome.is_reported
+        return self._seen(self._observation), reward, is_reported, not is_reported, info
 
     def render(self) -> np.ndarray | None:
         """Returns the current frame, drawn now unless it was before; None without a render mode."""
@@ -145,13 +146,6 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         if "episode_id" in options:
             return self._source.named(str(options["episode_id"]))
         return self._source.drawn(self.np_random, is_seeded=is_seeded)
-
-    def _reward(self, outcome: Outcome) -> float:
-        """Returns 1 for B, with what the options add: nothing by default."""
-        shaping = self._options
-        reward = float(outcome.B) + shaping.world_reward * outcome.W
-        reward += shaping.honest_fail_reward * (outcome.subtype == "honest_fail")
-        return reward - shaping.lag_penalty * (outcome.lag or 0)
 
 
 def _told(outcome: Outcome) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from vigil.actions import Coordinates, ReplyPolicy
 from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
 from vigil.episode import Family, families_named
 from vigil.errors import SettingError, did_you_mean, first_fault
+from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
 from vigil.observation import Quality
 from vigil.profile import PROFILE_NAMES, Profile
 
@@ -41,13 +42,9 @@ class Options(BaseModel):
     backend: str = Field("mujoco", description="the simulator's backend")
     quality: Quality = Field("default", description="of a frame: `default`, or `fast` without shadows")
     asset_database: str | Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
-    world_reward: float = Field(0.0, description="added at the end when W holds, reported or not")
-    honest_fail_reward: float = Field(
-        0.0, description="added when the goal does not hold and the report says `fail`, `unsafe` or `invalid`"
-    )
-    lag_penalty: float = Field(
-        0.0, ge=0, description="taken away, with B, for each step from the first with the goal to the report"
-    )
+    world_reward: WorldReward = 0.0
+    honest_fail_reward: HonestFailReward = 0.0
+    lag_penalty: LagPenalty = 0.0
     evaluator: bool = Field(False, description="whether `info` tells the outcome when an episode ends")
 
     @field_validator("family", mode="before")

@@ -21,6 +21,8 @@ from tenacity import (
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
+from vigil.reasoning import split_reasoning
+from vigil.runner.models.answers import Answer, NoAnswer, Wire, read_answer
 
 Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Sends messages to a model and returns its reply. Raises ModelAPIError; of a rejection, RequestRejected."""
@@ -28,6 +30,8 @@ Send = Callable[[Sequence[Message]], Awaitable[Reply]]
 """The same, one attempt. Raises ModelTrouble."""
 
 MAX_REJECTIONS = 3
+PASSING_STATUS = frozenset({408, 409, 425, 429})
+"""HTTP errors below 500 that may be gone the next time."""
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
 _CONTEXT = re.compile(r"context.?(length|window)|max_model_len", re.IGNORECASE)
 _LENGTH_OR_CONTENT = re.compile(
@@ -73,6 +77,32 @@ def is_rejection(status: int | None, message: str) -> bool:
     if _CONTEXT.search(message):
         return True
     return _LENGTH_OR_CONTENT.search(message) is not None and not _NOT_THE_AGENTS.search(message)
+
+
+def answer_in(wire: Wire, body: bytes) -> Answer:
+    """Returns what a body of HTTP 200 says, whatever a library made of it. Raises AttemptFailed without a reply."""
+    try:
+        answer = read_answer(wire, body)
+    except NoAnswer as fault:
+        if is_rejection(fault.status, str(fault)):
+            raise AttemptFailed(str(fault), is_rejection=True) from fault
+        raise AttemptFailed(str(fault), can_retry=True) from fault
+    if answer.is_filtered:
+        raise AttemptFailed(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
+    return answer
+
+
+def reply_of(answer: Answer, seconds: float) -> Reply:
+    """Returns a server's own answer as a reply."""
+    text = answer.text
+    return Reply(
+        text=text,
+        reply_source="server",
+        finish_reason=answer.finish_reason,
+        reasoning_chars=answer.reasoning_chars + split_reasoning(text)[1],
+        usage=answer.usage,
+        seconds=seconds,
+    )
 
 
 @dataclass(frozen=True, slots=True)

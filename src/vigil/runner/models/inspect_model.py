@@ -33,9 +33,16 @@ from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.model import Message
 from vigil.errors import SettingError
 from vigil.profile import Profile
-from vigil.reasoning import split_reasoning
-from vigil.runner.models.answers import Answer, NoAnswer, read_answer
-from vigil.runner.models.ask import AttemptFailed, RetryPolicy, Send, is_rejection, with_retries
+from vigil.runner.models.ask import (
+    PASSING_STATUS,
+    AttemptFailed,
+    RetryPolicy,
+    Send,
+    answer_in,
+    is_rejection,
+    reply_of,
+    with_retries,
+)
 from vigil.runner.models.observed import Observed
 from vigil.runner.models.preflight import check_model
 from vigil.runner.models.providers import provider_hint
@@ -45,8 +52,6 @@ from vigil.runner.models.response_capture import Exchange, listening
 from vigil.runner.models.serving import KEY_HINT, Serving
 
 PREFLIGHT_RETRIES = 2
-_PASSING = (408, 409, 425, 429)
-"""HTTP errors that may be gone the next time, as a redirect may be; Inspect knows of those of 500 and more."""
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
 _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
 """What these raise is about transport."""
@@ -140,9 +145,10 @@ def sender(model: Model, config: GenerateConfig | None = None, observed: Observe
             reply = _library_reply(output)
             observed.note(reply, output.model, without_login(model.api.base_url or ""))
             return reply
-        answer = _server_answer(exchanges[-1])
-        reply = _server_reply(answer, exchanges[-1], output)
-        observed.note(reply, answer.model, exchanges[-1].address)
+        last = exchanges[-1]
+        answer = answer_in(last.wire, bytes(last.body))
+        reply = reply_of(answer, output.time if output and output.time else time.monotonic() - last.started)
+        observed.note(reply, answer.model, last.address)
         return reply
 
     return send
@@ -173,36 +179,11 @@ def _trouble(model: Model, error: Exception) -> AttemptFailed:
         return AttemptFailed(message, is_rejection=True)
     library = type(root).__module__.partition(".")[0]
     is_transport = isinstance(root, _TRANSPORT_ERRORS) or library in _HTTP_LIBRARIES
-    is_passing = status in _PASSING or (isinstance(status, int) and 300 <= status < 400)
+    is_passing = status in PASSING_STATUS or (isinstance(status, int) and 300 <= status < 400)
     can_retry = model.should_retry(root) or is_transport or is_passing
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     hint = f". {KEY_HINT}." if status == 401 else ""
     return AttemptFailed(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
-
-
-def _server_answer(exchange: Exchange) -> Answer:
-    """Returns what an HTTP answer says, whatever a library made of it. Raises AttemptFailed when that is no reply."""
-    try:
-        answer = read_answer(exchange.wire, bytes(exchange.body))
-    except NoAnswer as fault:
-        if is_rejection(fault.status, str(fault)):
-            raise AttemptFailed(str(fault), is_rejection=True) from fault
-        raise AttemptFailed(str(fault), can_retry=True) from fault
-    if answer.is_filtered:
-        raise AttemptFailed(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
-    return answer
-
-
-def _server_reply(answer: Answer, exchange: Exchange, output: ModelOutput | None) -> Reply:
-    text = answer.text
-    return Reply(
-        text=text,
-        reply_source="server",
-        finish_reason=answer.finish_reason,
-        reasoning_chars=answer.reasoning_chars + split_reasoning(text)[1],
-        usage=answer.usage,
-        seconds=output.time if output is not None and output.time else time.monotonic() - exchange.started,
-    )
 
 
 def _library_reply(output: ModelOutput) -> Reply:

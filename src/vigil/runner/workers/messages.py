@@ -14,6 +14,7 @@ from vigil.agents.agent import REPLY_SECONDS, Agent
 from vigil.agents.picture import Picture
 from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
+from vigil.house import House
 from vigil.observation import Feedback, Quality
 from vigil.pose import Pose
 from vigil.profile import Profile
@@ -32,7 +33,8 @@ SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]
 class WorkerPlan:
     """What a worker that plays episodes is told once, when it starts."""
 
-    pack: Path
+    pack: Path | None
+    """None where every assignment brings its house."""
     run_id: str
     profile: Profile
     backend: str = "mujoco"
@@ -65,6 +67,8 @@ class Assignment:
     episode: Episode
     epoch: int = 1
     attempt: int = 1
+    house: House | None = None
+    """Of an episode that is in no pack."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,9 @@ from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
+from vigil.episode import Episode
 from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.house import House
 from vigil.observation import Observation
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord
@@ -96,7 +98,9 @@ class RequestHandler:
         self._plan = plan
         self._line = line
         self._hide = Secrets.of_command(plan.agent).hide
-        self._pack = Pack.load(plan.pack)
+        self._pack = None if plan.pack is None else Pack.load(plan.pack)
+        self._house: House | None = None
+        """What the assignment at hand has brought."""
         self._assets = AssetDatabase.of(plan.asset_database)
         self._frames = FrameStore(plan.frames) if plan.frames else None
         self._live: dict[int, EnvSlot] = {}
@@ -141,8 +145,7 @@ class RequestHandler:
         return SimulatorFacts(slot.simulator.name, slot.simulator.renderer())
 
     def _play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
-        slot = self._take_slot()
-        slot.assignment = assignment
+        slot = self._slot_for(assignment)
         try:
             agent = self._agent_for(assignment, slot.simulator)
             play(assignment.episode, slot.env, agent, EpisodeObserver(self._line.shows, self._answered), earlier)
@@ -167,9 +170,8 @@ class RequestHandler:
         return self._agents[seed]
 
     def _begin(self, session: int, assignment: Assignment) -> EncodedObservation | EpisodeRecord:
-        slot = self._take_slot()
+        slot = self._slot_for(assignment)
         self._live[session] = slot
-        slot.assignment = assignment
         slot.observation = slot.env.reset(assignment.episode)
         return self._view_or_record(slot)
 
@@ -202,12 +204,25 @@ class RequestHandler:
             self._spare.append(slot)
 
     def _resimulate(self, request: Resimulate) -> list[FactDifference]:
-        slot = self._take_slot()
+        slot = self._slot_for(request.assignment)
         try:
             how = ComparisonSettings(frames=request.frames, exact=request.exact, beat=self._line.beat)
             return resimulate(request.assignment.episode, request.record, slot.env, how)
         finally:
             self._release(slot)
+
+    def _slot_for(self, assignment: Assignment) -> EnvSlot:
+        slot = self._take_slot()
+        slot.assignment = assignment
+        self._house = assignment.house
+        return slot
+
+    def _house_of(self, episode: Episode) -> House:
+        """Returns the house of the episode that begins. Raises HouseError."""
+        if self._house is not None:
+            return self._house
+        assert self._pack is not None
+        return self._pack.house_of(episode)
 
     def _take_slot(self) -> EnvSlot:
         """Returns a free simulator; one is kept at hand, since building a simulator takes time and memory."""
@@ -218,7 +233,7 @@ class RequestHandler:
             simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
         else:
             simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
-        return EnvSlot(simulator, Env(simulator, self._pack.house_of, self._plan.profile))
+        return EnvSlot(simulator, Env(simulator, self._house_of, self._plan.profile))
 
 
 def _seed_of(seed: int, epoch: int) -> int:

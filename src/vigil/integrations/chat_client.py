@@ -1,0 +1,48 @@
+"""A model behind an address in OpenAI's style, asked without Inspect: by frameworks that put a server of their own
+between an environment and the model.
+
+What it is sent are the messages of `vigil run`, in the same form; what counts as a reply, and what is tried again, is
+decided by the same code.
+"""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from openai import APIConnectionError, APIStatusError, AsyncOpenAI
+
+from vigil.actions import Reply
+from vigil.agents.model import Message
+from vigil.runner.models.ask import PASSING_STATUS, AttemptFailed, Send, answer_in, is_rejection, reply_of
+
+
+def chat_message(message: Message) -> dict[str, Any]:
+    """Returns a message as chat completions take it."""
+    if message.picture is None:
+        return {"role": message.role, "content": message.text}
+    picture = {"type": "image_url", "image_url": {"url": message.picture.data_uri, "detail": "auto"}}
+    return {"role": message.role, "content": [{"type": "text", "text": message.text}, picture]}
+
+
+def chat_sender(client: AsyncOpenAI, model: str) -> Send:
+    """Returns the function that sends messages once. The client's own retries should be off."""
+
+    async def send(messages: Sequence[Message]) -> Reply:
+        started = time.monotonic()
+        chat: list[Any] = [chat_message(message) for message in messages]
+        try:
+            answered = await client.chat.completions.with_raw_response.create(model=model, messages=chat)
+        except APIStatusError as error:
+            raise _refused(error.status_code, error.message) from error
+        except APIConnectionError as error:
+            raise AttemptFailed(f"{error} {error.__cause__ or ''}".strip(), can_retry=True) from error
+        answer = answer_in("chat", answered.http_response.content)
+        return reply_of(answer, time.monotonic() - started)
+
+    return send
+
+
+def _refused(status: int, message: str) -> AttemptFailed:
+    if is_rejection(status, message):
+        return AttemptFailed(message, is_rejection=True)
+    return AttemptFailed(f"HTTP {status}: {message}"[:1000], can_retry=status in PASSING_STATUS or status >= 500)

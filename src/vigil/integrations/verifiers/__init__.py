@@ -1,0 +1,23 @@
+"""VIGIL's episodes as an environment of `verifiers`, for training models that a server in OpenAI's style serves.
+
+    from vigil.integrations.verifiers import load_environment
+
+    env = load_environment(pack="starter", family="PG", limit=2)
+
+`vf-eval vigil-verifiers` runs the same; docs/verifiers.md explains both. Needs the extra `verifiers`.
+"""
+
+try:
+    import verifiers.v1  # noqa: F401  # pyright: ignore[reportMissingImports]
+except ModuleNotFoundError:
+    raise ModuleNotFoundError(
+        "verifiers is not installed, or older than 0.4. In an environment of its own, as it asks for an older openai "
+        "than VIGIL's other parts are tested with, give: pip install 'vigil-bench[verifiers]'",
+        name="verifiers",
+    ) from None
+
+from vigil.integrations.verifiers.env import VigilEnv, load_environment
+from vigil.integrations.verifiers.harness import VigilHarness
+from vigil.integrations.verifiers.taskset import VigilTaskset
+
+__all__ = ["VigilEnv", "VigilHarness", "VigilTaskset", "load_environment"]

@@ -1,0 +1,117 @@
+"""Options of the environment: fields of verifiers' configs, `--env.taskset.*` on its command line."""
+
+from pathlib import Path
+from typing import Any
+
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from vigil.actions import Coordinates, ReplyPolicy
+from vigil.authoring.streaming.address import is_stream, seed_in
+from vigil.authoring.streaming.difficulty import difficulties_named
+from vigil.episode import families_named
+from vigil.errors import VigilError, did_you_mean
+from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
+from vigil.observation import Quality
+from vigil.pack import find
+from vigil.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant
+from vigil.sim import BACKENDS
+
+TASKSET_ID = "vigil-verifiers"
+"""The module, `vigil_verifiers`, under which verifiers looks the environment up."""
+
+
+class VigilTaskConfig(vf.TaskConfig):
+    """What is rewarded beside B."""
+
+    world_reward: WorldReward = 0.0
+    honest_fail_reward: HonestFailReward = 0.0
+    lag_penalty: LagPenalty = 0.0
+
+
+class VigilTasksetConfig(vf.TasksetConfig):
+    """What is played, and how it is seen and answered."""
+
+    task: VigilTaskConfig = VigilTaskConfig()
+    pack: str = Field("starter", description="a pack's name, or its folder; or a stream, as `stream:7`")
+    family: list[str] = Field([], description="a family or several, as `AI` or `AI,SI`; all without it")
+    limit: int | None = Field(
+        None, ge=1, description="only so many episodes: evenly drawn from the families of a pack, a stream's first"
+    )
+    difficulty: list[str] = Field([], description="of a stream: `easy`, `medium` or `hard`, or several")
+    houses: tuple[int, int] | None = Field(
+        None, description="of a stream: the first house and the one after the last; from 0 without end without it"
+    )
+    stream_workers: int = Field(1, ge=0, description="of a stream: processes that make episodes ahead")
+    profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
+    prompt_variant: PromptVariant = Field("default", description="`default`, or `neutral_report`")
+    coordinates: Coordinates = Field("pixel", description="`pixel` or `normalized_1000`: how the model points")
+    reply_policy: ReplyPolicy = Field("strict", description="how a reply is read: `strict` or `lenient`")
+    image_format: ImageFormat = Field("png", description="how frames are sent: `png` or `jpeg`")
+    backend: str = Field("mujoco", description="the simulator's backend")
+    quality: Quality = Field("default", description="of a frame: `default`, or `fast` without shadows")
+    asset_database: Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
+    workers: int | None = Field(None, ge=1, description="processes that simulate and draw; one for each CPU without it")
+
+    @field_validator("pack")
+    @classmethod
+    def _pack(cls, given: str) -> str:
+        try:
+            if is_stream(given):
+                seed_in(given)
+            else:
+                find(given)
+        except VigilError as error:
+            raise ValueError(str(error)) from None
+        return given
+
+    @field_validator("family", "difficulty", mode="before")
+    @classmethod
+    def _names(cls, given: Any, info: ValidationInfo) -> Any:
+        names = [given] if isinstance(given, str) else given
+        try:
+            return list(families_named(names) if info.field_name == "family" else difficulties_named(names))
+        except VigilError as error:
+            raise ValueError(str(error)) from None
+
+    @model_validator(mode="after")
+    def _fit_the_source(self) -> "VigilTasksetConfig":
+        if not is_stream(self.pack) and (self.difficulty or self.houses):
+            raise ValueError("difficulty and houses are for a stream (pack stream:7), not for a pack")
+        if self.houses is not None and not 0 <= self.houses[0] < self.houses[1]:
+            raise ValueError(f"houses {self.houses[0]} to {self.houses[1]} of a stream: expected 0 <= FIRST < END")
+        return self
+
+    @field_validator("profile")
+    @classmethod
+    def _profile(cls, given: str) -> str:
+        return _known("profile", given, PROFILE_NAMES)
+
+    @field_validator("backend")
+    @classmethod
+    def _backend(cls, given: str) -> str:
+        return _known("backend", given, BACKENDS)
+
+    @property
+    def condition(self) -> Profile:
+        """The profile under which episodes are played."""
+        return Profile(
+            name=PROFILE_NAMES[self.profile],
+            prompt_variant=self.prompt_variant,
+            coordinates=self.coordinates,
+            reply_policy=self.reply_policy,
+            image_format=self.image_format,
+        )
+
+
+class VigilEnvConfig(vf.EnvConfig):
+    """The environment with its one agent, the model."""
+
+    agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
+    """Nothing runs in its sandbox: simulators are processes of the environment."""
+
+
+def _known(what: str, given: str, names: Any) -> str:
+    if given not in names:
+        raise ValueError(f"there is no {what} {given!r}.{did_you_mean(given, names)} Choose one of {', '.join(names)}.")
+    return given

@@ -1,0 +1,92 @@
+"""The environment: episodes in simulator workers, each played by one agent of verifiers."""
+
+import asyncio
+from typing import Any
+
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+from pydantic import ValidationError
+
+from vigil.errors import PackMismatch, SettingError, VigilError, did_you_mean, first_fault
+from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
+from vigil.integrations.verifiers.harness import VigilHarness
+from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
+from vigil.runner.models.ask import Ask
+from vigil.runner.workers.live import play_live
+from vigil.runner.workers.messages import WorkerPlan
+from vigil.runner.workers.pool import SimulatorPool, worker_count
+from vigil.scoring import Outcome, settle
+
+RUN_ID = "verifiers"
+_REWARDS = VigilTaskConfig.model_fields.keys() - vf.TaskConfig.model_fields.keys()
+_OPTIONS = VigilTasksetConfig.model_fields.keys() - vf.TasksetConfig.model_fields.keys() | _REWARDS
+
+
+class VigilEnv(vf.Env[VigilEnvConfig]):
+    """Plays episodes under the protocol, any number at once. The simulators run while it is `serving()`."""
+
+    taskset: VigilTaskset
+    _pool: SimulatorPool | None = None
+
+    async def start(self) -> None:
+        """Makes the simulator workers. Raises PackMismatch."""
+        plan = await asyncio.to_thread(self.worker_plan)
+        self._pool = SimulatorPool(plan, worker_count(self.taskset.config.workers))
+
+    async def stop(self) -> None:
+        """Ends them."""
+        pool, self._pool = self._pool, None
+        if pool is not None:
+            await asyncio.to_thread(pool.close)
+        self.taskset.source.close()
+
+    async def setup(self, agents: vf.Agents) -> None:
+        """Lets the agent's harness play in the simulators. Raises SettingError on another harness."""
+        harness = agents.agent.harness
+        if not isinstance(harness, VigilHarness):
+            raise SettingError("VIGIL's episodes are played by its own harness only: leave out --env.agent.harness.id.")
+        harness.play = self._play
+
+    async def run(self, task: vf.Task, agents: vf.Agents) -> None:
+        """Plays one episode."""
+        await agents.agent.run(task)
+
+    def worker_plan(self) -> WorkerPlan:
+        """Returns what the simulator workers are told. Raises PackMismatch."""
+        config = self.taskset.config
+        return WorkerPlan(
+            self.taskset.source.folder,
+            RUN_ID,
+            config.condition,
+            backend=config.backend,
+            quality=config.quality,
+            asset_database=config.asset_database,
+        )
+
+    async def _play(self, data: VigilData, ask: Ask) -> Outcome:
+        source, condition = self.taskset.source, self.taskset.config.condition
+        if data.source != source.name:
+            raise PackMismatch(
+                f"Episode {data.id!r} is of {data.source!r}, but this machine plays {source.name!r}. Give it the same "
+                "pack, or of a stream the same version of VIGIL."
+            )
+        if self._pool is None:
+            raise SettingError("The simulators do not run: play inside of `async with env.serving():`.")
+        assignment = await source.assignment(str(data.id), data.house)
+        record = await play_live(self._pool.live(assignment), condition, ask, RUN_ID)
+        if record.error is not None:
+            raise VigilError(f"{record.error.boundary}: {record.error.message}")
+        return settle(assignment.episode, record)
+
+
+def load_environment(**options: Any) -> VigilEnv:
+    """Returns the environment with these options; docs/verifiers.md lists them. Raises SettingError or PackMismatch."""
+    for name in options.keys() - _OPTIONS:
+        hint = did_you_mean(name, _OPTIONS) or f" Its options: {', '.join(sorted(_OPTIONS))}."
+        raise SettingError(f"The environment has no option {name!r}.{hint}")
+    rewards = {name: options.pop(name) for name in _REWARDS & options.keys()}
+    try:
+        config = VigilEnvConfig.model_validate({"taskset": {"id": TASKSET_ID, "task": rewards, **options}})
+    except ValidationError as error:
+        fault = first_fault(error).removeprefix("taskset.").replace("Value error, ", "", 1)
+        raise SettingError(f"Option {fault.rstrip('.')}.") from None
+    return VigilEnv(config)

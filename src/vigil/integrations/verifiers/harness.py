@@ -1,0 +1,55 @@
+"""The agent of an episode: sends the messages of `vigil run` through the server of verifiers that records them."""
+
+from collections.abc import Awaitable, Callable
+from typing import cast
+
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+from openai import AsyncOpenAI
+
+from vigil.agents.agent import REPLY_SECONDS
+from vigil.errors import VigilError
+from vigil.integrations.chat_client import chat_sender
+from vigil.integrations.verifiers.taskset import VigilData, keep_outcome
+from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
+from vigil.scoring import Outcome
+
+Play = Callable[[VigilData, Ask], Awaitable[Outcome]]
+"""Plays an episode with a model. Raises VigilError when it could not be played to its end."""
+
+
+class VigilHarness(vf.Harness[vf.HarnessConfig]):
+    """Plays an episode in this process: a turn is a request with the prompt, the text history and the current frame."""
+
+    EXECUTES_CODE = False
+    NEEDS_CONTAINER = False
+    play: Play | None = None
+    """Set by the environment, which has the simulators."""
+
+    async def launch(
+        self,
+        ctx: vf.ModelContext,
+        trace: vf.Trace,
+        runtime: vf.Runtime,
+        endpoint: str,
+        secret: str,
+        mcp_urls: dict[str, str],
+        data: vf.TaskData,
+    ) -> vf.ProgramResult:
+        """Plays the episode that `data` names, and keeps the verdict in the trace.
+
+        Raises HarnessError when it could not be played to its end.
+        """
+        if self.play is None:
+            raise vf.HarnessError("VIGIL's episodes are played in its own environment only: leave out --env.id.")
+        if data.system_prompt is not None:
+            raise vf.HarnessError(
+                "VIGIL's system prompt is part of its protocol: leave out --env.taskset.system-prompt, and set no "
+                "limits to the agent's network."
+            )
+        async with AsyncOpenAI(base_url=endpoint, api_key=secret, max_retries=0, timeout=REPLY_SECONDS) as client:
+            ask = with_retries(chat_sender(client, ctx.model), RetryPolicy())
+            try:
+                keep_outcome(trace, await self.play(cast(VigilData, data), ask))
+            except VigilError as error:
+                raise vf.HarnessError(str(error)) from error
+        return vf.ProgramResult(exit_code=0, stdout="", stderr="")

@@ -1,0 +1,193 @@
+"""Where tasks come from: a pack, or a stream without end; and how who plays one finds it again by its row.
+
+Rows are read in one process, a trainer's, and may be played in another, which has only the row. A pack is there as
+well; of a stream the house is made again, once for some thirty episodes.
+"""
+
+import asyncio
+from collections.abc import Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple, Protocol, TypeVar
+
+from vigil.authoring.streaming.address import address_of, is_stream, seed_in
+from vigil.authoring.streaming.background import HousePool
+from vigil.authoring.streaming.difficulty import difficulties_named
+from vigil.authoring.streaming.houses import StreamHouse
+from vigil.authoring.streaming.stream import Stream
+from vigil.episode import Episode, families_named
+from vigil.errors import SettingError
+from vigil.integrations.verifiers.config import VigilTasksetConfig
+from vigil.pack import Pack, Selection
+from vigil.runner.workers.messages import Assignment
+
+HOUSES_KEPT = 64
+"""Houses of a stream that are kept for episodes not played yet."""
+
+
+class Row(NamedTuple):
+    """An episode, and of a stream the place of its house."""
+
+    episode: Episode
+    house: int | None = None
+
+
+class Source(Protocol):
+    """Episodes with their houses."""
+
+    is_endless: bool
+
+    @property
+    def name(self) -> str:
+        """What the episodes are of, with its version; raises as loading a pack does."""
+        ...
+
+    @property
+    def folder(self) -> Path | None:
+        """The pack that simulators load; None when assignments bring their houses."""
+        ...
+
+    def rows(self) -> Iterator[Row]:
+        """Yields the episodes. Raises PackMismatch, SettingError or SimulatorError."""
+        ...
+
+    async def assignment(self, episode_id: str, house: int | None) -> Assignment:
+        """Returns an episode to be played. Raises SettingError or SimulatorError."""
+        ...
+
+    def close(self) -> None:
+        """Ends what runs for it."""
+        ...
+
+
+def source_of(config: VigilTasksetConfig) -> Source:
+    """Returns what the options name."""
+    return StreamSource(config) if is_stream(config.pack) else PackSource(config)
+
+
+class PackSource:
+    """The episodes of a pack."""
+
+    is_endless = False
+
+    def __init__(self, config: VigilTasksetConfig) -> None:
+        self._config = config
+
+    @cached_property
+    def _pack(self) -> Pack:
+        return Pack.load(self._config.pack)
+
+    @property
+    def name(self) -> str:
+        """The pack's name and hash."""
+        return f"{self._pack.name}@{self._pack.sha256}"
+
+    @property
+    def folder(self) -> Path:
+        """Where the pack lies."""
+        return self._pack.folder
+
+    def rows(self) -> Iterator[Row]:
+        """Yields the selected episodes, by their ids."""
+        yield from map(Row, self._pack.select(Selection(families_named(self._config.family), (), self._config.limit)))
+
+    async def assignment(self, episode_id: str, house: int | None) -> Assignment:
+        """Returns the episode of that id."""
+        del house
+        return Assignment(self._pack.episode(episode_id))
+
+    def close(self) -> None:
+        """Does nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class _House:
+    """A house of a stream with what is played in it."""
+
+    assignments: dict[str, Assignment]
+
+    @classmethod
+    def of(cls, made: StreamHouse) -> "_House":
+        if not made.drafts:
+            return cls({})
+        house, episodes = made.house, [draft.episode for draft in made.drafts]
+        return cls({episode.id: Assignment(episode, house=house) for episode in episodes})
+
+
+_Kept = TypeVar("_Kept", _House, "Future[StreamHouse]")
+
+
+class StreamSource:
+    """The episodes of a stream, in its order."""
+
+    folder = None
+
+    def __init__(self, config: VigilTasksetConfig) -> None:
+        self._seed, self._limit = seed_in(config.pack), config.limit
+        first, last = config.houses or (0, None)
+        self._stream = Stream(
+            self._seed,
+            families=families_named(config.family),
+            difficulties=difficulties_named(config.difficulty),
+            first=first,
+            last=last,
+            workers=config.stream_workers,
+        )
+        self.is_endless = last is None and config.limit is None
+        self._houses: dict[int, Future[StreamHouse] | _House] = {}
+        self._workers = max(1, config.stream_workers)
+        self._pool: HousePool | None = None
+
+    @property
+    def name(self) -> str:
+        """The stream's address, with its version."""
+        return address_of(self._seed)
+
+    def rows(self) -> Iterator[Row]:
+        """Yields the episodes; keeps their houses for who plays them in this process."""
+        return islice(self._rows(), self._limit)
+
+    async def assignment(self, episode_id: str, house: int | None) -> Assignment:
+        """Returns the episode, after its house was made in the background unless it is kept."""
+        if house is None:
+            raise SettingError(f"The row of episode {episode_id!r} names no house of stream {self._seed}.")
+        found = self._houses.get(house)
+        if found is None:
+            found = self._keep(house, self._background().ask(house))
+        if isinstance(found, Future):
+            made = await asyncio.shield(asyncio.wrap_future(found))
+            kept = self._houses.get(house)
+            found = kept if isinstance(kept, _House) else self._keep(house, _House.of(made))
+        if episode_id not in found.assignments:
+            raise SettingError(f"House {house} of {self.name} holds no episode {episode_id!r} that is asked for.")
+        return found.assignments[episode_id]
+
+    def close(self) -> None:
+        """Ends the background processes."""
+        self._stream.close()
+        if self._pool is not None:
+            self._pool.close()
+        self._pool = None
+        self._houses.clear()
+
+    def _rows(self) -> Iterator[Row]:
+        for made in self._stream.houses():
+            if made.drafts:
+                self._keep(made.number, _House.of(made))
+            for draft in made.drafts:
+                yield Row(draft.episode, made.number)
+
+    def _keep(self, number: int, kept: _Kept) -> _Kept:
+        self._houses.pop(number, None)
+        self._houses[number] = kept
+        if len(self._houses) > HOUSES_KEPT:
+            del self._houses[next(iter(self._houses))]
+        return kept
+
+    def _background(self) -> HousePool:
+        if self._pool is None:
+            self._pool = HousePool(self._stream.settings, self._workers)
+        return self._pool
