@@ -77,7 +77,8 @@ def facts_here(plan: WorkerPlan, folder: Path) -> dict[str, str]:
     """Returns what must be the same on each node, as it is here; `folder` is where the run was started."""
     facts = {"vigil": package_version(), "vigil's code": _code_sha256()[:_DIGITS]}
     facts |= {name: version(name) for name in ("numpy", "mujoco")}
-    facts[f"pack {str(plan.pack)!r}"] = _pack_sha256(plan.pack)
+    if plan.pack is not None:
+        facts[f"pack {str(plan.pack)!r}"] = _pack_sha256(plan.pack)
     if plan.asset_database is not None:
         facts[f"asset database {str(plan.asset_database)!r}"] = _file_sha256(plan.asset_database)
     if is_exec(plan.agent):
@@ -156,14 +157,18 @@ def _ask(nodes: list[dict[str, Any]], objection: partial[str]) -> None:
 
 
 def _for_nodes(plan: WorkerPlan) -> WorkerPlan:
-    """Returns the plan with paths that hold in any folder; a packaged pack goes by its name."""
-    is_packaged = plan.pack.parent == PACKAGED
+    """Returns the plan with paths that hold in any folder."""
     return replace(
         plan,
-        pack=Path(plan.pack.name) if is_packaged else plan.pack.absolute(),
+        pack=plan.pack and _for_any_folder(plan.pack),
         asset_database=plan.asset_database and plan.asset_database.absolute(),
         frames=plan.frames and plan.frames.absolute(),
     )
+
+
+def _for_any_folder(pack: Path) -> Path:
+    """Returns where a pack is; one that comes with the package goes by its name."""
+    return Path(pack.name) if pack.parent == PACKAGED else pack.absolute()
 
 
 def _code_sha256() -> str:
