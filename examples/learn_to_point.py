@@ -335,12 +335,12 @@ def draw(points: Sequence[dict[str, str | float]], file: Path) -> None:
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True, help="folder; what it holds already is taken from there")
-    parser.add_argument("--demos", type=int, default=900, help="episodes that are demonstrated (900)")
+    parser.add_argument("--demos", type=int, default=700, help="episodes that are demonstrated (700)")
     parser.add_argument("--played", type=int, default=200, help="episodes to play (200)")
     parser.add_argument("--tested", type=int, default=150, help="episodes to test on (150)")
-    parser.add_argument("--epochs", type=int, default=30, help="passes over the demonstrations (30)")
+    parser.add_argument("--epochs", type=int, default=20, help="passes over the demonstrations (20)")
     parser.add_argument("--every", type=int, default=5, help="epochs between tests (5)")
-    parser.add_argument("--rounds", type=int, default=8, help="rounds of play (8)")
+    parser.add_argument("--rounds", type=int, default=6, help="rounds of play (6)")
     parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
     return parser.parse_args()
 
