@@ -138,6 +138,17 @@ def lose_node(cluster: Any) -> None:
     cluster.remove_node(list(cluster.worker_nodes)[-1], allow_graceful=False)
 
 
+def test_a_node_that_is_lost_while_it_is_asked_is_left_out(
+    cluster: Any, pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from vigil.runner import ray_cluster  # noqa: PLC0415 - imports Ray
+
+    there = ray_cluster._nodes
+    lost = {"NodeID": "ab" * 28, "NodeManagerAddress": "10.0.0.9", "Resources": {"CPU": 1.0}}
+    monkeypatch.setattr(ray_cluster, "_nodes", lambda: [*there(), lost])
+    assert run_pack(on_ray(pack, tmp_path / "run", cluster, limit=1)).is_complete
+
+
 def test_a_model_sees_no_difference_though_a_simulator_is_killed(cluster: Any, pack: Path, tmp_path: Path) -> None:
     killed: list[int] = []
 

@@ -73,7 +73,7 @@ def test_fuzzed_episodes_hold_and_are_the_same_played_again():
 def test_fuzzed_handling_holds():
     finding = handling.fuzz(0, "fake", 6, 0)
     assert finding.falls == []
-    assert finding.counts["deeds"] >= 3
+    assert finding.counts["interactions"] >= 3
 
 
 def test_hostile_packs_and_houses_are_refused_or_played():

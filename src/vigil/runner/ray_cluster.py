@@ -60,13 +60,10 @@ def connected(address: str | None, plan: WorkerPlan) -> Iterator[Cluster]:
     if not was_connected:
         _connect(address or os.environ.get("RAY_ADDRESS"))
     try:
-        nodes = [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU", 0) >= CPUS]
-        if not nodes:
-            raise SettingError("No node of the Ray cluster has a CPU for a simulator. Add one with `ray start`.")
         plan = _for_nodes(plan)
         objection = partial(objection_here, plan, Path.cwd(), facts_here(plan, Path.cwd()))
-        _ask(nodes, objection)
-        cpus = sum(int(node["Resources"]["CPU"]) // CPUS for node in nodes)
+        _ask(_nodes(), objection)
+        cpus = sum(int(node["Resources"]["CPU"]) // CPUS for node in _nodes())
         yield Cluster(plan, cpus, partial(RayProcess, objection))
     finally:
         if not was_connected:
@@ -135,20 +132,30 @@ def _check_answers(address: str) -> None:
         raise SettingError(f"What answers at Ray address {address!r} is not Ray. `ray start` says the right port.")
 
 
+def _nodes() -> list[dict[str, Any]]:
+    """Returns the nodes that can hold a simulator. Raises SettingError when there is none."""
+    found = [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU", 0) >= CPUS]
+    if not found:
+        raise SettingError("No node of the Ray cluster has a CPU for a simulator. Add one with `ray start`.")
+    return found
+
+
 def _ask(nodes: list[dict[str, Any]], objection: partial[str]) -> None:
-    """Raises SettingError when a node cannot play the run; asks all at once."""
+    """Raises SettingError when a node cannot play the run; asks all at once. One that is lost meanwhile is left out."""
     asked = ray.remote(num_cpus=0, max_retries=0)(objection_here)
-    coming = {}
+    coming = []
     for node in nodes:
         on_it = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
-        name = f"{node['NodeManagerAddress']} ({node['NodeID'][:8]})"
-        coming[name] = asked.options(scheduling_strategy=on_it).remote(*objection.args)
+        coming.append((node, asked.options(scheduling_strategy=on_it).remote(*objection.args)))
     wrong = []
-    for name, answer in coming.items():
+    for node, answer in coming:
         try:
             wrong.append(ray.get(answer, timeout=NODE_S))
         except RayError as error:
+            if all(other["NodeID"] != node["NodeID"] for other in ray.nodes() if other["Alive"]):
+                continue
             why = cut(str(error).strip().splitlines()[-1], MAX_FAULT_CHARS)
+            name = f"{node['NodeManagerAddress']} ({node['NodeID'][:8]})"
             wrong.append(f"Node {name} of the Ray cluster cannot run vigil {package_version()}: {why}")
     wrong = list(filter(None, wrong))
     if wrong:

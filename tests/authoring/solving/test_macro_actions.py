@@ -1,4 +1,4 @@
-"""Single deeds with privileged sight."""
+"""Macro actions, one at a time."""
 
 import pytest
 
