@@ -10,16 +10,8 @@ from typing import assert_never
 
 from vigil.actions import Action, Intent, InteractPixel, Look, Navigate, Report, Status
 from vigil.authoring.language.referring import Phrase, items_of, mentions, resolved
-from vigil.goals import (
-    AgentNearTarget,
-    Goal,
-    ObjectAtReceptacle,
-    ObjectHeld,
-    ObjectInState,
-    ReportStatus,
-    TargetGrounded,
-    is_observable,
-)
+from vigil.authoring.ways.goal_kinds import closing_words
+from vigil.goals import Goal, is_observable
 from vigil.observation import FRAME_WIDTH
 from vigil.scene.things import Scene
 from vigil.world import ObjectState
@@ -32,7 +24,7 @@ MOVES = {
     "turn_left": "turn left",
     "turn_right": "turn right",
 }
-DEEDS: dict[Intent, str] = {
+WORDS: dict[Intent, str] = {
     "ground": "point at",
     "open_access": "open",
     "close_access": "close",
@@ -41,10 +33,6 @@ DEEDS: dict[Intent, str] = {
     "pick": "pick up",
     "place": "put what I hold at",
 }
-DONE = {
-    ("is_open", True): "opened", ("is_open", False): "closed",
-    ("is_toggled", True): "turned on", ("is_toggled", False): "turned off",
-}  # fmt: skip
 GIVEN_UP = "I could not do what was asked."
 
 
@@ -87,20 +75,20 @@ def thought_of(action: Action, subject: Subject, report: str) -> str:
         case InteractPixel() if action.intent == "drop":
             return "I put down what I hold."
         case InteractPixel():
-            return f"I {DEEDS[action.intent]} {subject.phrase.placeless}."
+            return f"I {WORDS[action.intent]} {subject.phrase.placeless}."
         case Report():
             return report
         case _:
             assert_never(action)
 
 
-def _sight(subject: Subject, deed: str) -> str:
+def _sight(subject: Subject, done: str) -> str:
     if subject.is_seen:
         place = "" if subject.x is None else f" {_side(subject.x)}"
-        return f"I see {subject.phrase}{place}; I {deed}."
+        return f"I see {subject.phrase}{place}; I {done}."
     if subject.is_out_of_view:
-        return f"I do not see {subject.phrase}; I {deed}."
-    return f"I {deed}."
+        return f"I do not see {subject.phrase}; I {done}."
+    return f"I {done}."
 
 
 def _side(x: float) -> str:
@@ -111,26 +99,4 @@ def _side(x: float) -> str:
 
 def report_of(goal: Goal, phrases: Mapping[str, Phrase], status: Status) -> str:
     """Returns what a closing report says: of what was done, or of the state that is seen."""
-    target = phrases[goal.object_id].placeless
-    match goal:
-        case TargetGrounded():
-            return f"I pointed at {target}."
-        case AgentNearTarget():
-            return f"I am near {target}."
-        case ReportStatus():
-            return f"{_capital(target)} is {status}."
-        case ObjectInState() if goal.state == "is_visible":
-            return f"I see {target}."
-        case ObjectInState():
-            return f"I {DONE[goal.state, goal.value]} {target}."
-        case ObjectHeld():
-            return f"I picked up {target}."
-        case ObjectAtReceptacle():
-            return f"I put {target} {'in' if goal.inside else 'on'} {phrases[goal.receptacle_id].placeless}."
-        case _:
-            assert_never(goal)
-
-
-def _capital(phrase: Phrase) -> str:
-    said = str(phrase)
-    return said[0].upper() + said[1:]
+    return closing_words(goal, lambda object_id: str(phrases[object_id].placeless), status)

@@ -3,7 +3,7 @@
 `vigil.goals` defines, checks and words a kind of goal; this module is all that making packs of it needs besides.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 from typing import assert_never
 
@@ -82,6 +82,29 @@ def closing_status(goal: Goal, oracle: Oracle) -> Status:
         return "success"
     thing = oracle.scene.things[goal.object_id]
     return state_label(goal.state, is_toggled=thing.is_toggled, openness=thing.openness)
+
+
+def closing_words(goal: Goal, said: Callable[[str], str], status: Status) -> str:
+    """Returns the summary of a report: what was done, or the state that is seen; `said` is what a thing is called."""
+    target = said(goal.object_id)
+    match goal:
+        case TargetGrounded():
+            return f"I pointed at {target}."
+        case AgentNearTarget():
+            return f"I am near {target}."
+        case ReportStatus():
+            return f"{target[0].upper()}{target[1:]} is {status}."
+        case ObjectInState() if goal.state == "is_visible":
+            return f"I see {target}."
+        case ObjectInState():
+            done = ("opened", "closed") if goal.state == "is_open" else ("turned on", "turned off")
+            return f"I {done[0] if goal.value else done[1]} {target}."
+        case ObjectHeld():
+            return f"I picked up {target}."
+        case ObjectAtReceptacle():
+            return f"I put {target} {'in' if goal.inside else 'on'} {said(goal.receptacle_id)}."
+        case _:
+            assert_never(goal)
 
 
 def achieve(goal: Goal, macro_actions: MacroActions) -> Steps:
