@@ -1,5 +1,7 @@
 """Actions on objects: opening, switching, picking up, putting down."""
 
+from typing import Any
+
 import numpy as np
 
 from vigil.actions import Intent
@@ -48,34 +50,30 @@ def _set_open(world: World, thing: Thing, openness: float, *, forced: bool) -> N
         raise ActionFailed(_said(world, effect.refusal, thing, effect.blocked_by))
 
 
-def _open(
+def _asked(
     world: World,
     objectId: str | None = None,
     x: float | None = None,
     y: float | None = None,
-    openness: float = 1.0,
-    moveMagnitude: float | None = None,
     forceAction: bool = False,
     **_: object,
-) -> None:
+) -> tuple[Thing, Vec3, bool]:
+    """Returns the thing that an action names or points at, the point on it, and whether the action is forced."""
+    return *target(world, objectId, x, y, forced=forceAction), forceAction
+
+
+def _open(world: World, openness: float = 1.0, moveMagnitude: float | None = None, **asked: Any) -> None:
     if moveMagnitude is not None:  # the name of `openness` in old programs, where 0 is all the way
         openness = moveMagnitude or 1.0
     if not 0.0 <= openness <= 1.0:
         raise invalid_operation("openness must be in [0:1]")
-    thing, _point = target(world, objectId, x, y, forced=forceAction)
-    _set_open(world, thing, openness, forced=forceAction)
+    thing, _, forced = _asked(world, **asked)
+    _set_open(world, thing, openness, forced=forced)
 
 
-def _close(
-    world: World,
-    objectId: str | None = None,
-    x: float | None = None,
-    y: float | None = None,
-    forceAction: bool = False,
-    **_: object,
-) -> None:
-    thing, _point = target(world, objectId, x, y, forced=forceAction)
-    _set_open(world, thing, 0.0, forced=forceAction)
+def _close(world: World, **asked: Any) -> None:
+    thing, _, forced = _asked(world, **asked)
+    _set_open(world, thing, 0.0, forced=forced)
 
 
 def _toggle(world: World, thing: Thing, *, on: bool, forced: bool) -> None:
@@ -90,50 +88,36 @@ def _toggle(world: World, thing: Thing, *, on: bool, forced: bool) -> None:
         raise ActionFailed("Target must be closed to Toggle On!")
 
 
-def _toggle_on(world: World, objectId: str | None = None, forceAction: bool = False, **place: float | None) -> None:
-    thing, _ = target(world, objectId, place.get("x"), place.get("y"), forced=forceAction)
-    _toggle(world, thing, on=True, forced=forceAction)
+def _toggle_on(world: World, **asked: Any) -> None:
+    thing, _, forced = _asked(world, **asked)
+    _toggle(world, thing, on=True, forced=forced)
 
 
-def _toggle_off(world: World, objectId: str | None = None, forceAction: bool = False, **place: float | None) -> None:
-    thing, _ = target(world, objectId, place.get("x"), place.get("y"), forced=forceAction)
-    _toggle(world, thing, on=False, forced=forceAction)
+def _toggle_off(world: World, **asked: Any) -> None:
+    thing, _, forced = _asked(world, **asked)
+    _toggle(world, thing, on=False, forced=forced)
 
 
-def _pick_up(
-    world: World,
-    objectId: str | None = None,
-    x: float | None = None,
-    y: float | None = None,
-    forceAction: bool = False,
-    **_: object,
-) -> str:
+def _pick_up(world: World, **asked: Any) -> str:
     if world.held is not None:
         raise ActionFailed(_said(world, "hand_full", world.thing(world.held)))
-    thing, point = target(world, objectId, x, y, forced=forceAction)
-    if forceAction and thing.is_pickupable:
+    thing, point, forced = _asked(world, **asked)
+    if forced and thing.is_pickupable:
         _alter(world, Setup(held=thing.id))
     else:
         _do(world, "pick", thing, point)
     return thing.id
 
 
-def _put(
-    world: World,
-    objectId: str | None = None,
-    x: float | None = None,
-    y: float | None = None,
-    forceAction: bool = False,
-    **_: object,
-) -> None:
+def _put(world: World, **asked: Any) -> None:
     if world.held is None:
         raise ActionFailed(REFUSALS["hand_empty"])
-    receptacle, point = target(world, objectId, x, y, forced=forceAction)
+    receptacle, point, _ = _asked(world, **asked)
     if not receptacle.is_receptacle:
         raise ActionFailed("This target object is NOT a receptacle!")
     if receptacle.category in MUST_BE_OPEN and is_shut(receptacle):
         raise ActionFailed(REFUSALS["receptacle_closed"])
-    points = [point] if objectId is None else _points_on(world, receptacle)
+    points = [point] if asked.get("objectId") is None else _points_on(world, receptacle)
     refusals: list[RefusalCode] = []
     for place in points:
         refusal = world.stage.handle("place", receptacle.id, place).refusal
