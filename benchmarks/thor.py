@@ -20,11 +20,17 @@ from vigil.house import House
 from vigil.housegen import SPECS, generate
 from vigil.pose import Pose
 from vigil.sim import make_simulator
+from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.protocol import Simulator
+from vigil.sim.staging import Stage
 from vigil.sim.thor.connection import Connection
 from vigil.sim.thor.line import Event
 from vigil.sim.thor.simulator import ThorSimulator
 from vigil.sim.thor.start import INITIALIZE, engine_options, own_command
+from vigil.thor.base.settings import Settings
+from vigil.thor.base.world import World
+from vigil.thor.engine import Engine
+from vigil.thor.wire.fifo import message, packer
 from vigil.world import Setup
 
 TURN = Navigate(mode="turn_right", magnitude=15.0)
@@ -86,8 +92,10 @@ def measure(house: House, steps: int) -> None:
     simulator = ThorSimulator("benchmark", lambda _: line, AssetDatabase.default())
     simulator.load(house)
     simulator.reset(start, Setup())
+    engine = engine_in(house)
     ways: dict[str, Callable[[], object]] = {
         "MuJoCo back end": lambda: step(embedded, named),
+        "engine, picture alone": engine,
         "client, picture alone": lambda: plain.step("RotateRight", degrees=15.0).frame,
         "AI2-THOR back end": lambda: step(simulator, named),
     }
@@ -114,6 +122,18 @@ def start_of(house: House) -> dict[str, Any]:
     """Returns the pose of the house's own start."""
     agent = house.data["metadata"]["agent"]
     return {"position": tuple(agent["position"][axis] for axis in "xyz"), "rotation": agent["rotation"]["y"]}
+
+
+def engine_in(house: House) -> Callable[[], object]:
+    """Returns what has the engine, in this process, carry out a step and write its answer as the pipe has it."""
+    stage = make_simulator("mujoco", assets=AssetDatabase.default())
+    assert isinstance(stage, Stage)
+    engine = Engine(World(stage, Settings(screen_width=WIDTH, screen_height=HEIGHT)))
+    engine.answer({"action": "Initialize", **{name: value for name, value in INITIALIZE.items() if name not in MASKS}})
+    engine.answer({"action": "CreateHouse", "house": house.data})
+    engine.answer({"action": "TeleportFull", **house.data["metadata"]["agent"]})
+    pack = packer()
+    return lambda: message(engine.answer({"action": "RotateRight", "degrees": 15.0}), pack)
 
 
 def connect(house: House, settings: dict[str, Any]) -> Connection:

@@ -253,7 +253,8 @@ def improve(network: Network, words: Words, scenes: Sequence[Scene], rounds: int
             frames, asked = torch.stack([scene.frame for scene in batch]), words.of([s.instruction for s in batch])
             places = torch.distributions.Categorical(logits=network(frames, asked))
             drawn = places.sample((DRAWS,))
-            reward = torch.tensor([[scene.play(int(p)) for scene, p in zip(batch, row, strict=True)] for row in drawn])
+            won = [[scene.play(int(p)) for p in own] for scene, own in zip(batch, drawn.T, strict=True)]
+            reward = torch.tensor(won).T  # one scene after the other: each house is loaded once
             gain = reward - reward.mean(dim=0)
             loss = -(gain * places.log_prob(drawn)).mean() - 1e-3 * places.entropy().mean()
             optimiser.zero_grad()
@@ -340,7 +341,7 @@ def read_options() -> argparse.Namespace:
     parser.add_argument("--tested", type=int, default=150, help="episodes to test on (150)")
     parser.add_argument("--epochs", type=int, default=20, help="passes over the demonstrations (20)")
     parser.add_argument("--every", type=int, default=5, help="epochs between tests (5)")
-    parser.add_argument("--rounds", type=int, default=6, help="rounds of play (6)")
+    parser.add_argument("--rounds", type=int, default=4, help="rounds of play (4)")
     parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
     return parser.parse_args()
 
