@@ -1,29 +1,12 @@
-"""A small pack of two episodes a family, and runs on it."""
-
-from pathlib import Path
-from typing import Any
+"""A small pack of two episodes a family, and runs of a model on it."""
 
 import pytest
-from published import SMALL, Write, small_records, thousand, write_pack, write_run
+from small_runs import small_pack, write
 
-from vigil.record import EpisodeRecord
-
-
-@pytest.fixture(scope="session")
-def small_pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("pack")
-    write_pack(folder, thousand(SMALL))
-    return folder
+__all__ = ["small_pack", "usual_agent", "write"]
 
 
 @pytest.fixture
-def write(tmp_path: Path, small_pack: Path) -> Write:
-    """Writes a run on the small pack: `write(name, records, agent=..., **spec)`."""
-
-    def run(name: str, records: dict[str, EpisodeRecord] | None = None, **facts: Any) -> Path:
-        agent = facts.pop("agent", "vllm/model")
-        planned = facts.pop("planned", sorted(small_records()))
-        found = small_records() if records is None else records
-        return write_run(tmp_path / name, small_pack, agent, found, planned=planned, **facts)
-
-    return run
+def usual_agent() -> str:
+    """Who played a run that names nobody."""
+    return "vllm/model"

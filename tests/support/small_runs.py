@@ -1,0 +1,29 @@
+"""Fixtures for what reads runs: a small pack of two episodes a family, and runs on it by `usual_agent`."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from published import SMALL, Write, small_records, thousand, write_pack, write_run
+
+from vigil.record import EpisodeRecord
+
+
+@pytest.fixture(scope="session")
+def small_pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("pack")
+    write_pack(folder, thousand(SMALL))
+    return folder
+
+
+@pytest.fixture
+def write(tmp_path: Path, small_pack: Path, usual_agent: str) -> Write:
+    """Writes a run on the small pack: `write(name, records, agent=..., **spec)`."""
+
+    def run(name: str, records: dict[str, EpisodeRecord] | None = None, **facts: Any) -> Path:
+        agent = facts.pop("agent", usual_agent)
+        planned = facts.pop("planned", sorted(small_records()))
+        found = small_records() if records is None else records
+        return write_run(tmp_path / name, small_pack, agent, found, planned=planned, **facts)
+
+    return run
