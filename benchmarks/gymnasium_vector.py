@@ -40,9 +40,9 @@ def main() -> None:
     cores = len(os.sched_getaffinity(0))
     print(f"{options.envs} environments, {cores} cores, load average {os.getloadavg()[0]:.1f}, {options.backend}")
     for frames in (False, True):
-        print(
-            f"{'with' if frames else 'without'} drawing, one environment: {alone(options, frames):.1%} of the bare Env"
-        )
+        with ProcessPoolExecutor(1, FORKING) as pool:  # OpenGL does not survive the forks below
+            kept = pool.submit(alone, options, frames).result()
+        print(f"{'with' if frames else 'without'} drawing, one environment: {kept:.1%} of the bare Env", flush=True)
         bare, vector = [], []
         for _ in range(options.rounds):
             with ProcessPoolExecutor(cores, FORKING) as pool:
