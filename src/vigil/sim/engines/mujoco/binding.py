@@ -19,7 +19,7 @@ mujoco: Any = package
 GLContext: Any = None
 """The class of OpenGL contexts; None when nothing can be drawn."""
 GL: Any = None
-"""PyOpenGL's functions of OpenGL 1.0 to 1.4, since `OpenGL.GL` loads 140 modules more; None when nothing can be drawn."""
+"""PyOpenGL's functions of OpenGL 1.0 to 1.4, without the 140 modules of `OpenGL.GL`; None when nothing can be drawn."""
 
 if BACKEND.fault is None:
     # By name, for somebody may have imported MuJoCo before, with another backend; and before PyOpenGL, which
