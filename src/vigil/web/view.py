@@ -19,6 +19,7 @@ from vigil.web.export import episode_film, episode_page
 from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, RunState, ShownRun
+from vigil.web.packs import add_pack_pages
 from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
 from vigil.web.site import Address, make_site, page
@@ -43,6 +44,7 @@ def make_view(
     site = make_site(address or Address())
     _add_run_pages(site, library)
     _add_episode_pages(site, library, render_service)
+    add_pack_pages(site, library, render_service, render_settings or RenderSettings())
     add_house_pages(site, library, render_service, render_settings or RenderSettings())
     return site
 
