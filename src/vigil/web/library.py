@@ -25,6 +25,7 @@ from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, r
 from vigil.runner.settings import file_sha256
 from vigil.runner.workers.frames import FrameStore
 from vigil.saved_run import RecordTable, pack_folder
+from vigil.summary import Settlement, summarise
 
 RunState = Literal["ended", "going on", "interrupted", "not ended"]
 """`interrupted`: it has not ended, and no process writes to it; `not ended`: whether one does cannot be known."""
@@ -91,11 +92,21 @@ class ShownRun:
     """Equal when nothing has been written to the run's files."""
     lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
     """Held while the run is read."""
+    _judged: tuple[RecordTable, tuple[int, int], Settlement, dict] | None = None
 
     @property
     def name(self) -> str:
         """The agent's name, or the folder's when the header cannot be read."""
         return self.header.spec.agent if self.header else self.folder.name
+
+    def judged(self, table: RecordTable) -> tuple[Settlement, dict]:
+        """Returns all verdicts of the run's table and their summary, made anew only when its file has changed."""
+        with self.lock:
+            known = self._judged
+            if known is None or known[0] is not table or known[1] != table.stamp:
+                settlement = table.settlement()
+                known = self._judged = (table, table.stamp, settlement, summarise(settlement))
+            return known[2], known[3]
 
     @property
     def version(self) -> str:

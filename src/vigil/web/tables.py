@@ -13,7 +13,7 @@ from vigil.episode import FAMILIES, Family
 from vigil.rates import Rate, columns_of, count
 from vigil.saved_run import RecordTable
 from vigil.scoring import Label, Outcome
-from vigil.summary import Settlement, summarise
+from vigil.summary import Settlement
 from vigil.web.library import ShownRun
 
 RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")
@@ -93,7 +93,7 @@ def run_rows(runs: Iterable[ShownRun], family: str, sort: str, descending: bool)
 def _run_row(run: ShownRun, family: str) -> RunRow:
     if run.table is None:
         return RunRow(run, None, "", 0, 0)
-    summary = summarise(run.table.settlement())
+    _, summary = run.judged(run.table)
     rates = summary["families"].get(family) if family else summary["overall"]
     is_cut = run.table.torn is not None and run.header is not None and run.header.ended is not None
     left_out = len(run.table.left_out) + is_cut

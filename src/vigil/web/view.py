@@ -13,7 +13,6 @@ from vigil.errors import RecordError, SettingError
 from vigil.runner.workers.messages import RenderSettings
 from vigil.saved_run import RecordTable
 from vigil.scoring import Outcome
-from vigil.summary import summarise
 from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page
 from vigil.web.frames import episode_of, episode_timeline, frame_of
@@ -93,7 +92,7 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         if first.table is None or second.table is None:
             unread = first if first.table is None else second
             raise RecordError(f"Run {unread.slug!r} cannot be read: {unread.fault}")
-        comparison = compare(first.table.settlement(), second.table.settlement(), family)
+        comparison = compare(first.judged(first.table)[0], second.judged(second.table)[0], family)
         is_same_pack = first.pack is not None and second.pack is not None and first.pack.sha256 == second.pack.sha256
         return page(
             "compare.html",
@@ -163,12 +162,12 @@ def _is_known(request: Request, tag: dict[str, str]) -> bool:
 
 def _standing(run: ShownRun, table: RecordTable) -> dict[str, Any]:
     """Returns what the page of a run shows of how it stands, and shows anew while the run goes on."""
-    settlement = table.settlement()
+    settlement, summary = run.judged(table)
     here = f"/runs/{run.slug}"
     return {
         "run": run,
         "settlement": settlement,
-        "summary": summarise(settlement),
+        "summary": summary,
         "bars": bars_of(settlement),
         "tally": tally_of(run, table, settlement),
         "newest": [row.verdict for row in table.newest(NEWEST)],
