@@ -6,6 +6,7 @@ the verdicts that it gave. They are never written anew; docs/releases.md says ho
 
 import json
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -24,15 +25,20 @@ from vigil.jsonl import dump_line
 from vigil.pack import Pack
 from vigil.record import read_header
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.saved_run import read_run
+from vigil.saved_run import SavedRun, read_run
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 OLD = sorted(path.parent for path in GOLDEN.glob("*.*.*/*/run.json"))
+VERDICTS = "verdicts.jsonl"
 UPGRADE = r"has schema 99, vigil \S+ reads 1\. A newer vigil wrote it: `pip install --upgrade vigil-bench`"
 
 
 def name_of(folder: Path) -> str:
     return f"{folder.parent.name} {folder.name}"
+
+
+def verdicts(run: SavedRun) -> list[str]:
+    return [json.dumps(asdict(outcome), sort_keys=True) for outcome in run.table.settlement().outcomes]
 
 
 def test_every_release_is_held_to() -> None:
@@ -45,8 +51,8 @@ def test_an_old_run_gets_the_verdicts_that_it_got(folder: Path) -> None:
     run = read_run(folder)
     assert run.header.package_version == folder.parent.name
     assert run.table.left_out == ()
-    before = [json.loads(line) for line in (folder / "verdicts.jsonl").read_text().splitlines()]
-    now = [json.loads(json.dumps(asdict(outcome))) for outcome in run.table.settlement().outcomes]
+    before = [json.loads(line) for line in (folder / VERDICTS).read_text().splitlines()]
+    now = [json.loads(line) for line in verdicts(run)]
     assert [{name: row[name] for name in old} for row, old in zip(now, before, strict=True)] == before
 
 
@@ -136,3 +142,9 @@ def test_another_file_of_a_newer_release_is_refused(tmp_path: Path, kind: str) -
     raise_schema(path)
     with pytest.raises(InputError, match=UPGRADE):
         read(path)
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        lines = verdicts(read_run(Path(name)))
+        (Path(name) / VERDICTS).write_text("".join(f"{line}\n" for line in lines))
