@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from vigil import __version__
 from vigil.actions import Action, InvalidAction, Reply
+from vigil.costs import Prices, Tokens
 from vigil.errors import MAX_PART_CHARS, RecordError, cut, first_fault
 from vigil.observation import Quality
 from vigil.profile import Profile
@@ -104,6 +105,11 @@ class EpisodeRecord(_Record):
     def key(self) -> Key:
         """What identifies an episode within a run."""
         return self.episode_id, self.epoch
+
+    @property
+    def tokens(self) -> Tokens:
+        """What its replies took."""
+        return Tokens.of(step.reply.usage for step in self.steps)
 
     @property
     def worlds(self) -> tuple[WorldState, ...]:
@@ -230,6 +236,8 @@ class RunHeader(_Record):
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
     """The machine and where things lay on it: platform, python ..., `pack_folder`, `asset_database`."""
+    prices: Prices | None = None
+    """At which its costs are told, as given last; no part of what the run is."""
     answered: Answered | None = None
     """Of a model's run."""
     resumed: tuple[Resumption, ...] = ()
