@@ -12,6 +12,7 @@ from vigil.jsonl import AppendFile, Line, dump_line, split
 from vigil.record import SCHEMA_VERSION, EpisodeRecord, Key, Standing, standing
 from vigil.row_check import REPEATED, UNREADABLE, LeftOut, RowCheck
 from vigil.strict_json import read_json
+from vigil.versions import other_schema
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,12 +156,12 @@ def _unreadable(line: Line, error: ValidationError) -> LeftOut:
         return LeftOut(line.number, UNREADABLE, f"not JSON: {fault}")
     known = fields if isinstance(fields, dict) else {}
     episode_id = str(known.get("episode_id", ""))[:200]
-    wrong = LeftOut(line.number, UNREADABLE, first_fault(error, "the line"), episode_id)
+    is_unknown = error.errors()[0]["type"] == "extra_forbidden"
+    newer = "; a newer vigil may have written it" if is_unknown else ""
+    wrong = LeftOut(line.number, UNREADABLE, f"{first_fault(error, 'the line')}{newer}", episode_id)
     return _other_schema(line.number, known.get("schema_version", SCHEMA_VERSION), episode_id) or wrong
 
 
 def _other_schema(number: int, found: object, episode_id: str) -> LeftOut | None:
-    if found == SCHEMA_VERSION:
-        return None
-    detail = f"record schema {found!r}, expected {SCHEMA_VERSION}: read it with the vigil that wrote it"
-    return LeftOut(number, UNREADABLE, detail[:200], episode_id)
+    fault = other_schema(found, SCHEMA_VERSION)
+    return None if fault is None else LeftOut(number, UNREADABLE, f"it {fault}", episode_id)
