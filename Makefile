@@ -3,6 +3,8 @@
 # make run     plays the starter pack with the solver and two flawed agents, and compares them
 # make test    passes the tests
 # make test-verifiers  tests the environment of verifiers, in .venv-verifiers: it needs an older openai (docs/verifiers.md)
+# make docs    builds the documentation into site/, which needs no network and no server; make docs-version puts it into
+#              pages/VERSION, beside the versions that are there already
 # make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
@@ -14,10 +16,11 @@ comma := ,
 EXTRAS ?=
 STAMP := $(VENV)/.ready$(if $(EXTRAS),-$(subst $(comma),-,$(EXTRAS)))
 RUNS ?= runs/starter
+DOCS ?= pages
 MODULE ?= profile scoring actions env goals goal_check replies json_text reasoning record summary
 EVERY ?= 1
 
-.PHONY: setup setup-verifiers run test test-verifiers lint lock lock-verifiers mutants clean
+.PHONY: setup setup-docs setup-verifiers run test test-verifiers lint docs docs-version lock lock-verifiers mutants clean
 .DELETE_ON_ERROR:
 
 setup: $(STAMP)
@@ -29,6 +32,9 @@ $(STAMP): pyproject.toml constraints.txt scripts/system-libraries
 		echo "$(PYTHON) cannot make virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev$(if $(EXTRAS),$(comma)$(EXTRAS))]'
 	@touch $@
+
+setup-docs:
+	@$(MAKE) --no-print-directory setup EXTRAS=docs
 
 setup-verifiers: $(VERIFIERS)/.ready
 
@@ -58,6 +64,12 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+docs: setup-docs
+	$(BIN)/python -m scripts.build_docs
+
+docs-version: setup-docs
+	$(BIN)/python -m scripts.build_docs --keep $(DOCS)
+
 # Takes hours; see docs/mutants.md. Interrupted, it goes on where it was stopped.
 mutants: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[mutants]'
@@ -71,4 +83,4 @@ lock-verifiers: setup-verifiers
 	$(VERIFIERS)/bin/python -m pip freeze --exclude-editable --disable-pip-version-check > constraints-verifiers.txt
 
 clean:
-	rm -rf $(VENV) $(VERIFIERS) runs build dist .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VERIFIERS) runs build dist site .pytest_cache .ruff_cache .hypothesis
