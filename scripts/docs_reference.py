@@ -117,22 +117,18 @@ def _verb(verb: Verb, called: str) -> str:
     context = Context(command, info_name=called)
     usage = " ".join([called, *command.collect_usage_pieces(context)])
     rows = [each.get_help_record(context) for each in command.get_params(context)]
-    lines = [f"| `{_cell(name)}` | {_cell(says)} |" for name, says in filter(None, rows)]
+    lines = [f"| `{_cell(name)}` | {_cell(says).replace('<', '&lt;')} |" for name, says in filter(None, rows)]
     table = "\n".join(["| | |", "|---|---|", *lines])
     return f"## {called}\n\n{_help(command.help)}\n\n```text\n{usage}\n```\n\n{table}"
 
 
 def _help(text: str) -> str:
     """Returns the help of a verb with its examples as code."""
-    said, examples = [], []
-    for line in text.splitlines():
-        line = line.removeprefix("Examples:").removeprefix("Example:")
-        (examples if line.strip().startswith("vigil ") else said).append(
-            line.strip() if line.strip().startswith("vigil ") else line
-        )
-    code = "\n".join(examples)
-    return "\n".join(said).strip() + (f"\n\n```sh\n{code}\n```" if code else "")
+    lines = [line.removeprefix("Examples:").removeprefix("Example:").strip() for line in text.splitlines()]
+    said = "\n".join(line for line in lines if not line.startswith("vigil ")).strip()
+    examples = "\n".join(line for line in lines if line.startswith("vigil "))
+    return said + (f"\n\n```sh\n{examples}\n```" if examples else "")
 
 
 def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")
+    return text.replace("|", "\\|").replace("\n", " ")
