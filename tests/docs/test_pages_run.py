@@ -1,10 +1,11 @@
 """The commands and programs of a page are run, in their order, in a folder with runs, houses and a pack.
 
-Runs of simulators are made without pictures and end after a few episodes; pages that are served stop at once.
+Runs are played without an engine, and end after a few episodes; what would be served is set up, and not served.
 """
 
 import os
 import shutil
+import socket
 import subprocess
 import sys
 from glob import glob
@@ -42,8 +43,8 @@ def folder(prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> P
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), *filter(None, sys.path)]))
     for name in [name for name in os.environ if name.endswith(("_API_KEY", "_BASE_URL", "_TOKEN"))]:
         monkeypatch.delenv(name)
-    monkeypatch.setattr(web.uvicorn.Server, "run", lambda self, sockets: None)
-    monkeypatch.setattr(web.webbrowser, "open", lambda address: True)
+    monkeypatch.setattr(web, "listen", lambda address: socket.socket())
+    monkeypatch.setattr(web, "serve", lambda *site: None)
     return found
 
 

@@ -26,7 +26,7 @@ SHELL = ("sh", "bash", "console")
 _MARK = re.compile(
     r"(?P<kind>parsed only|run by|saved as|exits with \d)(?:, (?P<start>[^:]+))?: (?P<text>.+)", re.DOTALL
 )
-_VARIABLE = re.compile(r"\$\{?\w+\}?|\"\$@\"|\"\$\d\"(?:/\*)?")
+_VARIABLE = re.compile(r"\$\{?\w+\}?")
 _SETTING = re.compile(r"[A-Z_]+=")
 
 
@@ -51,7 +51,7 @@ class Command:
     @property
     def words(self) -> list[str]:
         """What it is made of, comments left out; every variable is 1."""
-        return shlex.split(_VARIABLE.sub("1", self.text), comments=True)
+        return shlex.split(_without_variables(self.text), comments=True)
 
     def mark(self, kind: str) -> Mark | None:
         """Returns its mark of a kind."""
@@ -115,13 +115,17 @@ def all_commands() -> Iterator[Command]:
 def vigil_calls(text: str) -> list[list[str]]:
     """Returns the words after `vigil` of every call of it in a line of shell."""
     found = []
-    for part in re.split(r"\s(?:&&|\|\|?|;)\s", _VARIABLE.sub("1", text)):
+    for part in re.split(r"\s(?:&&|\|\|?|;)\s", _without_variables(text)):
         words = shlex.split(part, comments=True)
         while words and _SETTING.match(words[0]):
             words.pop(0)
         if words and words[0].rpartition("/")[2] == "vigil":
             found.append(words[1:])
     return found
+
+
+def _without_variables(text: str) -> str:
+    return _VARIABLE.sub("1", text.replace('"$@"', ""))
 
 
 def parsed(words: list[str]) -> tuple[list[str], dict[str, Any]]:
