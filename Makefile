@@ -4,6 +4,8 @@
 # make test    passes the tests; what they need besides is installed first (make setup-dev)
 # make release-check  builds the wheel and plays from it in empty environments, with the lowest and newest dependencies (docs/releases.md)
 # make test-verifiers  tests the environment of verifiers, in .venv-verifiers: it needs an older openai (docs/verifiers.md)
+# make docs    builds the documentation into site/, which needs no network and no server; make docs-version puts it into
+#              pages/VERSION, beside the versions that are there already
 # make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
@@ -18,11 +20,13 @@ DEV_STAMP := $(VENV)/.ready-dev
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 REQUIREMENTS := pyproject.toml constraints.txt scripts/system-libraries
 RUNS ?= runs/starter
+DOCS ?= pages
 MODULE ?= profile scoring actions env goals goal_check replies json_text reasoning record summary
 EVERY ?= 1
 RELEASE_PYTHONS ?= python3.11 python3.12 python3.13
 
-.PHONY: setup setup-dev setup-verifiers run test test-verifiers release-check lint lock lock-verifiers mutants clean
+.PHONY: setup setup-dev setup-docs setup-verifiers run test test-verifiers release-check lint docs docs-version lock \
+	lock-verifiers mutants clean
 .DELETE_ON_ERROR:
 
 setup: $(STAMP)
@@ -43,6 +47,9 @@ $(STAMP): $(REQUIREMENTS)
 $(DEV_STAMP): $(REQUIREMENTS)
 	$(prepare) --editable '.[dev]'
 	@touch $@ $(VENV)/.ready
+
+setup-docs:
+	@$(MAKE) --no-print-directory setup EXTRAS=docs
 
 setup-verifiers: $(VERIFIERS)/.ready
 
@@ -77,6 +84,12 @@ lint: setup-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+docs: setup-docs
+	$(BIN)/python -m scripts.build_docs
+
+docs-version: setup-docs
+	$(BIN)/python -m scripts.build_docs --keep $(DOCS)
+
 # Takes hours; see docs/mutants.md. Interrupted, it goes on where it was stopped.
 mutants: setup-dev
 	$(PIP) install --quiet --constraint constraints.txt --editable '.[mutants]'
@@ -90,4 +103,4 @@ lock-verifiers: setup-verifiers
 	$(VERIFIERS)/bin/python -m pip freeze --exclude-editable --disable-pip-version-check > constraints-verifiers.txt
 
 clean:
-	rm -rf $(VENV) $(VERIFIERS) runs build dist .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VERIFIERS) runs build dist site .pytest_cache .ruff_cache .hypothesis
