@@ -1,10 +1,10 @@
 """An agent of one's own: it walks ahead until what it sees stops changing, and then says that it has arrived.
 
-    python examples/new_agent.py                                                          # plays four episodes
+    python examples/new_agent.py                                                          # plays three episodes
     vigil run --pack vigil_smoke --agent 'exec:python examples/new_agent.py --program'    # the same as a run
 
-It sees the instruction and the frames, nothing else: nobody tells it that a wall is in the way. What it cannot do it says
-so: an honest `fail`.
+It sees the instruction and the frames, nothing else: nobody tells it that a wall is in the way. What it
+cannot do it says so: an honest `fail`.
 """
 
 import base64
@@ -54,7 +54,7 @@ def serve(agent: Walker) -> None:
 
 def main() -> None:
     pack = vigil.load_pack("starter")
-    episodes = [episode for episode in pack.episodes if episode.family == "DA"][:4]
+    episodes = [episode for episode in pack.episodes if episode.family == "DA"][:3]
     with vigil.make_env(pack, quality="fast") as env:
         for episode in episodes:
             outcome = vigil.settle(episode, vigil.play(episode, env, Walker()))

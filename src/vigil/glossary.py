@@ -117,7 +117,7 @@ _CONDITIONS = (
     Term("family", "one of the protocol's eight kinds of task", "Diagnostic: PG pixel grounding, DA distance "
          "approach, VS view search, SV state verification. Compositional: AI approach and interact, SI search and "
          "interact, SM sequential manipulation, CR constraint resolving. The two groups are the tiers.",
-         ("Family", "families")),
+         ("Family",)),
     Term("pack", "a frozen folder of episodes, houses and solutions, identified by its hash", "", ("Pack",)),
     Term("profile", "the published condition under which an agent is evaluated", "What it is shown and how its "
          "replies are read; the paper's baseline unless another is named.", ("Profile",)),
@@ -128,7 +128,7 @@ _CONDITIONS = (
     Term("epoch", "one of several plays of the same episode in a run"),
     Term("attempt", "one start of an episode", "An episode that is lost and started again has several.",
          ("Begun more than once",)),
-    Term("scored", "how many of the planned episodes have a verdict", "", ("Scored", "complete")),
+    Term("scored", "how many of the planned episodes have a verdict", "", ("Scored",)),
     Term("left out", "a row that is not scored because it is unreadable, of another run, or against the protocol"),
     Term("panel", "the rows that a table compares", "Main: runs under the baseline profile and the default prompt. "
          "Extended: those of them with B = 0 or IL above 50 %. Aside: runs under another profile or prompt.",
