@@ -91,8 +91,15 @@ def _elsewhere() -> list[str]:
     ]
     for path in _files("houses", "*_plan.jpg"):
         *kind, seed, _ = path.stem.split("_")
-        lines += [f"**{' '.join(kind)}, seed {seed}**", "", f"![Plan and bird's-eye view](houses/{path.name})", ""]
-    lines += ["## Packs", "", "Ten episodes of a family with their start frames ([packs](packs.md)):", "", SHEET, ""]
+        lines += [f"**`--rooms {kind[0]} --seed {seed}`**", "", f"![Plan and bird's-eye view](houses/{path.name})", ""]
+    lines += [
+        "## Packs",
+        "",
+        "Ten episodes of a family with their start frames, of the pack's version 1; the command draws the newest ([packs](packs.md)).",
+        "",
+        SHEET,
+        "",
+    ]
     lines += [f"[{family}](packs/{family}.webp)" + " ·" * (family != "CR") for family in FAMILIES]
     lines += ["", "![Ten episodes of Approach and Interact](packs/AI.webp)", "", "## Endings", ""]
     lines += ["By `python scripts/concepts.py`: [concepts](concepts.md).", "", "## Pages", ""]
