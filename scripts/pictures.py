@@ -95,7 +95,8 @@ def _elsewhere() -> list[str]:
     lines += [
         "## Packs",
         "",
-        "Ten episodes of a family with their start frames, of the pack's version 1; the command draws the newest ([packs](packs.md)).",
+        "Ten episodes of a family with their start frames, of the pack's version 1; the command draws the newest "
+        "([packs](packs.md)).",
         "",
         SHEET,
         "",
