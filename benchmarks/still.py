@@ -34,6 +34,9 @@ class StillSimulator:
     def load(self, house: House) -> None:
         """Nothing to load."""
 
+    def prepare(self, house: House) -> None:
+        """Nothing to prepare."""
+
     def reset(self, start: Pose, setup: Setup) -> None:
         self._start = start
 

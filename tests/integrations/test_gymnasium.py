@@ -26,6 +26,7 @@ from vigil.integrations.gymnasium import sources
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
 from vigil.pose import Pose, Vec3
 from vigil.replies import parse_reply
+from vigil.sim.engines.mujoco import model_cache
 
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"
 STRUCTURED = {
@@ -89,6 +90,28 @@ def test_a_seed_decides_the_episodes(pack: str) -> None:
     assert told(first, 3) == told(second, 3) == told(first, 3)
     assert told(first, 3) != told(first, 4)
     assert len(set(told(first, 3))) > 3
+
+
+def test_the_next_house_is_built_while_an_episode_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
+    model_cache.forget()
+    env = gymnasium.make(integration.ENV_ID, pack="vigil_smoke_v1_1", frames=False, evaluator=True)
+    env.reset(seed=3)
+    following = env.unwrapped._ahead._next.result()
+    assert following.house != env.unwrapped._drawn.house
+    monkeypatch.setattr(model_cache, "build", None)  # nothing more is built here
+    first, _ = env.reset()
+    assert first["instruction"] == following.episode.instruction
+    assert env.step(report("fail"))[4]["outcome"]["episode_id"] == following.episode.id
+
+
+def test_a_seed_forgets_what_was_drawn_ahead(pack: str) -> None:
+    once, again = make(pack), make(pack)
+    for env in (once, again):
+        env.reset(seed=5)
+    again.reset()
+    for env in (once, again):
+        env.reset(seed=6, options={"episode_id": DA})
+    assert [once.reset()[0]["instruction"] for _ in range(5)] == [again.reset()[0]["instruction"] for _ in range(5)]
 
 
 def test_only_episodes_of_the_families_are_drawn(pack: str) -> None:
@@ -460,9 +483,10 @@ def test_a_stream_is_read_in_its_order_and_leaves_no_process() -> None:
     told = [first["instruction"], *(env.reset()[0]["instruction"] for _ in range(3))]
     source = env.unwrapped._source
     assert [item.episode.instruction for item in islice(iter(Stream(7, **READ)), 4)] == told
+    env.unwrapped._ahead._next.result()
     pids = source._stream.worker_pids()
     assert pids
-    again = env.reset(options={"episode_id": source._item.episode.id})
+    again = env.reset(options={"episode_id": env.unwrapped._drawn.episode.id})
     assert again[0]["instruction"] == told[-1]
     with pytest.raises(SettingError, match="read in its order"):
         env.reset(options={"episode_id": info["outcome"]["episode_id"]})

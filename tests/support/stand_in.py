@@ -27,6 +27,9 @@ class StandIn:
     def load(self, house: House) -> None:
         self._call("load")
 
+    def prepare(self, house: House) -> None:
+        self._call("prepare")
+
     def reset(self, start: Pose, setup: Setup) -> None:
         self._call("reset")
         self.agent, self.setup = start, setup

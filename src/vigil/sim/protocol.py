@@ -28,6 +28,9 @@ class Simulator(Protocol):
     def load(self, house: House) -> None:
         """Builds the scene of `house`, replacing any earlier one. Raises HouseError."""
 
+    def prepare(self, house: House) -> None:
+        """Makes a later `load` of `house` quicker, where a backend can. May be called in another thread meanwhile."""
+
     def reset(self, start: Pose, setup: Setup) -> None:
         """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
 

@@ -13,12 +13,12 @@ from gymnasium.spaces import Box, Dict, MultiBinary, Space
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
-from vigil.episode import Episode
 from vigil.errors import SettingError, SimulatorError, did_you_mean
 from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
+from vigil.integrations.gymnasium.ahead import Ahead
 from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
-from vigil.integrations.gymnasium.sources import source_of
+from vigil.integrations.gymnasium.sources import Drawn, source_of
 from vigil.integrations.rewards import reward_parts
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.record import EpisodeRecord
@@ -49,7 +49,9 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self._source = source_of(self._options)
         assets = AssetDatabase.of(_path(self._options.asset_database))
         self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
-        self._env = Env(self._simulator, self._source.house_of, self._options.condition)
+        self._ahead = Ahead(self._source, self._simulator.prepare)
+        self._drawn: Drawn | None = None
+        self._env = Env(self._simulator, lambda _: self._now.house, self._options.condition)
         is_text = self._options.actions == "text"
         self._actions = TextActions() if is_text else StructuredActions(self._options.coordinates)
         self.action_space: Space[Any] = self._actions.space
@@ -64,8 +66,10 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         Raises SettingError on an unknown option or id, SimulatorError when the simulator failed.
         """
         super().reset(seed=seed)
-        self._episode = self._chosen(options or {}, is_seeded=seed is not None)
-        self._observation = self._env.reset(self._episode)
+        if seed is not None:
+            self._ahead.forget()
+        self._drawn = self._chosen(options or {}, is_seeded=seed is not None)
+        self._observation = self._env.reset(self._drawn.episode)
         if self._observation is None:
             raise _failure(self._env.record())
         return self._seen(self._observation), {}
@@ -83,7 +87,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         if record.end == "error":
             raise _failure(record)
         self._observation = self._closing(before, record)
-        outcome = settle(self._episode, record)
+        outcome = settle(self._now.episode, record)
         info = {"outcome": _told(outcome)} if self._options.evaluator else {}
         reward, is_reported = sum(reward_parts(outcome, self._options).values()), outcome.is_reported
         return self._seen(self._observation), reward, is_reported, not is_reported, info
@@ -99,8 +103,14 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
 
     def close(self) -> None:
         """Closes the simulator, and ends the background processes of a stream."""
+        self._ahead.close()
         self._env.close()
         self._source.close()
+
+    @property
+    def _now(self) -> Drawn:
+        assert self._drawn is not None
+        return self._drawn
 
     def _observations(self) -> Dict:
         longest, charset = self._source.longest_instruction()
@@ -114,7 +124,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
 
     def _seen(self, observation: Observation) -> dict[str, Any]:
         """Returns an observation in its space; both booleans of the feedback are 0 where there is none."""
-        seen: dict[str, Any] = {"instruction": self._episode.instruction}
+        seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)
         if self._options.condition.has_feedback:
@@ -138,14 +148,17 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             return Observation(lambda: before.rgb, told)
         return Observation(self._simulator.frame, told)
 
-    def _chosen(self, options: dict[str, Any], *, is_seeded: bool) -> Episode:
+    def _chosen(self, options: dict[str, Any], *, is_seeded: bool) -> Drawn:
         for name in options:
             if name not in RESET_OPTIONS:
                 hint = did_you_mean(name, RESET_OPTIONS) or f" Its options: {', '.join(RESET_OPTIONS)}."
                 raise SettingError(f"reset() of Vigil-v0 has no option {name!r}.{hint}")
-        if "episode_id" in options:
-            return self._source.named(str(options["episode_id"]))
-        return self._source.drawn(self.np_random, is_seeded=is_seeded)
+        if "episode_id" not in options:
+            return self._ahead.drawn(self.np_random, is_seeded=is_seeded)
+        episode_id = str(options["episode_id"])
+        if self._drawn is not None and self._drawn.episode.id == episode_id:
+            return self._drawn
+        return self._source.named(episode_id)
 
 
 def _told(outcome: Outcome) -> dict[str, Any]:

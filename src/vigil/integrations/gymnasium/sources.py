@@ -1,7 +1,8 @@
 """Where the environment's episodes come from: a pack, from which they are drawn, or a stream, which is read on."""
 
 import string
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -21,19 +22,26 @@ HOUSES_OF_A_STREAM = 2**31
 """A seed begins to read an endless stream at one of so many houses."""
 
 
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """An episode with its house."""
+
+    episode: Episode
+    house: House
+
+
 class Source(Protocol):
     """Episodes with their houses."""
 
-    def drawn(self, rng: np.random.Generator, *, is_seeded: bool) -> Episode:
-        """Returns the next episode; `rng` has just been seeded, or goes on."""
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], Drawn]:
+        """Chooses the next episode by `rng`, which has just been seeded or goes on; returns what waits for it.
+
+        What is returned may be called in another thread, before the next is chosen.
+        """
         ...
 
-    def named(self, episode_id: str) -> Episode:
+    def named(self, episode_id: str) -> Drawn:
         """Returns the episode of that id. Raises SettingError."""
-        ...
-
-    def house_of(self, episode: Episode) -> House:
-        """Returns the house of an episode that was given out."""
         ...
 
     def longest_instruction(self) -> tuple[int, str]:
@@ -61,16 +69,16 @@ class PackSource:
     def __init__(self, options: Options) -> None:
         self._pack = load_pack(options.pack)
         self._episodes = self._pack.select(Selection(families=options.family))
-        self.house_of = self._pack.house_of
 
-    def drawn(self, rng: np.random.Generator, *, is_seeded: bool) -> Episode:
-        """Returns an episode."""
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], Drawn]:
+        """Chooses an episode."""
         del is_seeded
-        return self._episodes[int(rng.integers(len(self._episodes)))]
+        episode = self._episodes[int(rng.integers(len(self._episodes)))]
+        return lambda: self._drawn(episode)
 
-    def named(self, episode_id: str) -> Episode:
+    def named(self, episode_id: str) -> Drawn:
         """Returns any episode of the pack. Raises SettingError."""
-        return self._pack.episode(episode_id)
+        return self._drawn(self._pack.episode(episode_id))
 
     def longest_instruction(self) -> tuple[int, str]:
         """Returns the length of the longest instruction, and the characters of all."""
@@ -79,6 +87,9 @@ class PackSource:
 
     def close(self) -> None:
         """Does nothing."""
+
+    def _drawn(self, episode: Episode) -> Drawn:
+        return Drawn(episode, self._pack.house_of(episode))
 
 
 class StreamSource:
@@ -98,39 +109,22 @@ class StreamSource:
         Stream(self._seed, first=first, last=last, **self._settings)
         self._items: Iterator[StreamItem] | None = None
         self._stream: Stream | None = None
-        self._item: StreamItem | None = None
 
-    def drawn(self, rng: np.random.Generator, *, is_seeded: bool) -> Episode:
-        """Returns the next episode. Raises SettingError when there is none, SimulatorError."""
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], Drawn]:
+        """Chooses where to begin, when `rng` has just been seeded; the next episode may have to be waited for."""
         count = HOUSES_OF_A_STREAM if self._last is None else self._last - self._first
         if is_seeded:
             self._begin(self._first + int(rng.integers(count)))
         elif self._items is None:
             self._begin(self._first)
-        assert self._items is not None
-        item = next(self._items, None)
-        if item is None:
-            self._begin(self._first)
-            item = next(self._items, None)
-        if item is None:
-            raise SettingError(f"Stream {self._seed}: its houses {self._first} to {self._last} hold no wanted episode.")
-        self._item = item
-        return item.episode
+        return self._following
 
-    def named(self, episode_id: str) -> Episode:
-        """Returns the last episode again, for it alone is at hand. Raises SettingError."""
-        if self._item is None or self._item.episode.id != episode_id:
-            raise SettingError(
-                f"A stream is read in its order: {episode_id!r} is not the episode that was read last. `vigil pack "
-                "stream` keeps episodes in a folder, from which they can be asked for."
-            )
-        return self._item.episode
-
-    def house_of(self, episode: Episode) -> House:
-        """Returns the house of the last episode."""
-        assert self._item is not None
-        assert episode.house.sha256 == self._item.episode.house.sha256
-        return self._item.house
+    def named(self, episode_id: str) -> Drawn:
+        """Raises SettingError: a stream has no episode at hand but the one that is drawn."""
+        raise SettingError(
+            f"A stream is read in its order: {episode_id!r} is not the episode that was read last. `vigil pack "
+            "stream` keeps episodes in a folder, from which they can be asked for."
+        )
 
     def longest_instruction(self) -> tuple[int, str]:
         """Returns what the protocol allows."""
@@ -141,6 +135,17 @@ class StreamSource:
         if self._stream is not None:
             self._stream.close()
         self._stream = self._items = None
+
+    def _following(self) -> Drawn:
+        """Returns the next episode. Raises SettingError when there is none, SimulatorError."""
+        assert self._items is not None
+        item = next(self._items, None)
+        if item is None:
+            self._begin(self._first)
+            item = next(self._items, None)
+        if item is None:
+            raise SettingError(f"Stream {self._seed}: its houses {self._first} to {self._last} hold no wanted episode.")
+        return Drawn(item.episode, item.house)
 
     def _begin(self, house: int) -> None:
         self.close()

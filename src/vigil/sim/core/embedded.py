@@ -79,6 +79,10 @@ class EmbeddedSimulator:
         initial = {thing_id: _changing(thing) for thing_id, thing in scene.things.items()}
         self._loaded = _Loaded(house, state, Sight(self._engine, scene.things), initial)
 
+    def prepare(self, house: House) -> None:
+        """Builds what of a house is kept for a later `load`, in any thread. Raises HouseError."""
+        self._engine.prepare(build_scene(house, self._assets))
+
     def reset(self, start: Pose, setup: Setup) -> None:
         """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
         loaded = self._now()

@@ -63,6 +63,9 @@ class ThorSimulator:
         self._line: Line | None = None
         self._loaded: _Loaded | None = None
 
+    def prepare(self, house: House) -> None:
+        """Does nothing: the engine holds one house."""
+
     def load(self, house: House) -> None:
         """Has the house built by THOR, in place of any earlier one; starts an engine where none runs."""
         self._loaded = None

@@ -28,6 +28,10 @@ class MujocoEngine:
         self.close()
         self._scene, self._model = scene, model_cache.model_of(scene)
 
+    def prepare(self, scene: Scene) -> None:
+        """Compiles a model of `scene`, which is kept for a while."""
+        model_cache.prepare(scene)
+
     def update(self, scene: Scene, ids: set[str]) -> None:
         """Takes over the present places and states of the named things."""
         model = self._loaded

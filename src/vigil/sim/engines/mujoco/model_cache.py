@@ -47,6 +47,11 @@ def model_of(scene: Scene) -> CompiledModel:
         return model.copy()
 
 
+def prepare(scene: Scene) -> None:
+    """Compiles a model of the scene, unless it is kept."""
+    _kept(scene)
+
+
 def forget() -> None:
     """Drops all models kept."""
     _kept.cache_clear()
