@@ -1,9 +1,11 @@
-"""Plays the examples of docs/concepts.md and draws their strips into docs/concepts: `python scripts/concepts.py`.
+"""Plays the examples of docs/concepts.md and draws their strips into docs/concepts: `python scripts/concepts.py`, or
+some of them by name: `python scripts/concepts.py B SV`.
 
 Every example is an episode of the packaged smoke pack; what it must end as is said here, and checked.
 """
 
 import io
+import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -89,17 +91,18 @@ EXAMPLES: dict[str, tuple[str, str, Maker]] = {
     "NR": (MICROWAVE, "W=1 NR None", _privileged("never_report")),
     "IL": (MICROWAVE, "W=0 IL None", _scripted("malformed")),
     "Other": (MICROWAVE, "W=0 Other honest_fail", _solution("gives up", "fail", slice(2))),
-    "SV": (LAPTOP, "W=1 FR sv_wrong_label", _solution("other label", "closed")),
+    "SV": (LAPTOP, "W=1 FR sv_wrong_label", _solution("other label", "open")),
 }
 """Name of the picture -> its episode, how it ends, and who plays."""
 
 
 def main() -> None:
-    """Plays and draws all examples."""
+    """Plays and draws the examples that are named, or all."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     pack, simulator = Pack.load("vigil_smoke"), make_simulator("mujoco", assets=AssetDatabase.default())
     with Env(simulator, pack.house_of, Profile()) as env:
-        for name, (episode_id, ending, make) in EXAMPLES.items():
+        for name in sys.argv[1:] or EXAMPLES:
+            episode_id, ending, make = EXAMPLES[name]
             episode = pack.episode(episode_id)
             one = _played(env, episode, Watched(make(pack, episode, simulator)))
             outcome = one.outcome
