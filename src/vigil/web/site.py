@@ -79,9 +79,9 @@ def template_environment() -> Environment:
 TEMPLATES = template_environment()
 
 
-def page(name: str, *, status: int = 200, **values: Any) -> HTMLResponse:
+def page(name: str, *, status: int = 200, headers: dict[str, str] | None = None, **values: Any) -> HTMLResponse:
     """Returns a rendered page."""
-    return HTMLResponse(TEMPLATES.get_template(name).render(**values), status)
+    return HTMLResponse(TEMPLATES.get_template(name).render(**values), status, headers)
 
 
 def picture(name: str, **values: Any) -> Response:
