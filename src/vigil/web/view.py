@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
+from vigil.glossary import RESULTS
 from vigil.runner.workers.messages import RenderSettings
 from vigil.saved_run import RecordTable
 from vigil.scoring import Outcome
@@ -43,6 +44,7 @@ def make_view(
     site = make_site(address or Address())
     _add_run_pages(site, library)
     _add_episode_pages(site, library, render_service)
+    _add_glossary(site)
     add_pack_pages(site, library, render_service, render_settings or RenderSettings())
     add_house_pages(site, library, render_service, render_settings or RenderSettings())
     return site
@@ -104,6 +106,12 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
             families=FAMILIES,
             is_same_pack=is_same_pack,
         )
+
+
+def _add_glossary(site: FastAPI) -> None:
+    @site.get("/glossary", response_class=HTMLResponse)
+    def glossary() -> Response:
+        return page("glossary.html", title="Glossary", glossary=RESULTS)
 
 
 def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderService) -> None:
