@@ -20,7 +20,7 @@ from vigil.web.film import film_frames_of, gif, mp4
 from vigil.web.frames import episode_of, episode_timeline, frames_of
 from vigil.web.library import ShownRun
 from vigil.web.phrases import LABELS as LABEL_WORDS
-from vigil.web.plan import try_plan
+from vigil.web.plan import try_film_plan, try_plan
 from vigil.web.site import STATIC, TEMPLATES
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of
 
@@ -61,11 +61,9 @@ def episode_page(run: ShownRun, key: Key, render_service: RenderService, links: 
 
 def episode_film(run: ShownRun, key: Key, render_service: RenderService, form: Literal["gif", "mp4"]) -> bytes:
     """Returns an episode as GIF or MP4. Raises SettingError when nothing can be shown, or PyAV is not there for MP4."""
-    episode, record, _ = episode_of(run, key)
-    frames = frames_of(run, key, render_service)
-    shots = film_frames_of(
-        episode_timeline(run, episode, record), [None if frame is None else frame.data for frame in frames]
-    )
+    episode, record, pack = episode_of(run, key)
+    frames = [None if frame is None else frame.data for frame in frames_of(run, key, render_service)]
+    shots = film_frames_of(episode_timeline(run, episode, record), frames, try_film_plan(pack, episode))
     return gif(shots) if form == "gif" else mp4(shots)
 
 
