@@ -29,10 +29,10 @@ from vigil.runner.settings import run_spec
 
 ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "readme", ROOT / "runs" / "readme"
-PACK, EPISODE = "starter", "procthor_fridge_seed116"
+PACK, EPISODE = "starter", "procthor_vase_seed106"
 AGENTS = ("solver", "premature", "never_report", "random")
 DOUBTER = "doubter"
-VIEWED_STEP = 7
+VIEWED_STEP = 12
 FACTS = DraftFacts(category="", rooms=0, area_m2=0.0, distance_m=0.0, is_seen_by_turning=True)
 """What packs are balanced over; a demonstration takes nothing from it."""
 
@@ -110,7 +110,7 @@ def main() -> None:
     for agent in AGENTS:
         command("run", "--pack", PACK, "--agent", agent, "--log-dir", RUNS / agent)
     play_doubter(vigil.load_pack(PACK))
-    command("export", RUNS / DOUBTER, "--episode", EPISODE, "--out", OUT / "episode.gif")
+    command("export", RUNS / DOUBTER, "--episode", EPISODE, "--out", OUT / "episode.webp")
     command("figure", "outcome_partition", *(RUNS / agent for agent in AGENTS), "--out", OUT / "outcomes.png")
     take_viewer()
 
