@@ -313,8 +313,8 @@ def test_the_browser_plays_the_mp4(visitor: Visitor, view: Site, pack: Pack, tmp
     with hosted(tmp_path) as base:
         visitor.page.goto(base)
         told = visitor.page.evaluate(FILM, 1.5 * STEP_S)
-    assert (told["width"], told["height"]) == (640, 568)
-    assert abs(told["duration"] - (4 * STEP_S + LAST_S)) < 0.15
+    assert (told["width"], told["height"]) == (1120, 616)
+    assert abs(told["duration"] - (5 * STEP_S + LAST_S)) < 0.15
     assert max(abs(one - other) for one, other in zip(told["film"], told["frame"], strict=True)) <= 8
     assert visitor.faults == []
 

@@ -26,14 +26,14 @@ def test_an_episode_is_one_page_with_everything_in_it(view: Site, pack: Pack) ->
     assert "script-src &#39;sha256-" in answer.text
 
 
-def test_a_gif_has_a_slide_for_each_step(view: Site, runs: Path, pack: Pack) -> None:
+def test_a_gif_has_a_slide_for_each_step_and_one_for_the_verdict(view: Site, runs: Path, pack: Pack) -> None:
     for run in ("sweep", "random"):
         steps = len(read_records(runs / run / "episodes.jsonl")[0].steps)
         answer = view.get(f"/runs/{run}/episodes/{pack.episodes[0].id}/1/export.gif")
         image = Image.open(io.BytesIO(answer.body))
         assert image.format == "GIF"
-        assert 1 <= getattr(image, "n_frames", 1) <= steps  # equal neighbours are merged
-        assert image.size == (480, 426)
+        assert 2 <= getattr(image, "n_frames", 1) <= steps + 1  # equal neighbours are merged
+        assert image.size == (840, 462)
 
 
 def test_a_run_becomes_a_site_with_relative_links(

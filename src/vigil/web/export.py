@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -17,17 +17,19 @@ from vigil.glossary import RESULTS
 from vigil.record import Key
 from vigil.summary import summarise
 from vigil.web.drawing import RenderService
-from vigil.web.film import film_frames_of, gif, mp4
+from vigil.web.film import FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.frames import episode_of, episode_timeline, frames_of
 from vigil.web.library import ShownRun
 from vigil.web.phrases import LABELS as LABEL_WORDS
-from vigil.web.plan import try_plan
+from vigil.web.plan import try_film_plan, try_plan
 from vigil.web.site import STATIC, TEMPLATES
 from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of
 
 JPEG_QUALITY = 86
 NO_FRAME = {"is_recorded": None, "note": "This frame was not saved and cannot be drawn again."}
 EPISODES_FOLDER = "episodes"
+FilmForm = Literal["gif", "webp", "mp4"]
+_FILMS: dict[FilmForm, Callable[[Sequence[FilmFrame]], bytes]] = {"gif": gif, "webp": webp, "mp4": mp4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +62,12 @@ def episode_page(run: ShownRun, key: Key, render_service: RenderService, links: 
     )
 
 
-def episode_film(run: ShownRun, key: Key, render_service: RenderService, form: Literal["gif", "mp4"]) -> bytes:
-    """Returns an episode as GIF or MP4. Raises SettingError when nothing can be shown, or PyAV is not there for MP4."""
-    episode, record, _ = episode_of(run, key)
-    frames = frames_of(run, key, render_service)
-    shots = film_frames_of(
-        episode_timeline(run, episode, record), [None if frame is None else frame.data for frame in frames]
-    )
-    return gif(shots) if form == "gif" else mp4(shots)
+def episode_film(run: ShownRun, key: Key, render_service: RenderService, form: FilmForm) -> bytes:
+    """Returns an episode as a film. Raises SettingError when nothing can be shown, or PyAV is not there for MP4."""
+    episode, record, pack = episode_of(run, key)
+    frames = [None if frame is None else frame.data for frame in frames_of(run, key, render_service)]
+    shots = film_frames_of(episode_timeline(run, episode, record), frames, try_film_plan(pack, episode))
+    return _FILMS[form](shots)
 
 
 def export_site(

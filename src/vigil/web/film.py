@@ -1,37 +1,48 @@
-"""Films: an episode as an animated GIF or as MP4, each frame with its click marked and the action below.
+"""Films: an episode as an animated GIF or WebP or as MP4, for people who judge it.
 
-MP4 needs PyAV, the extra `video`; it is H.264 in yuv420p, which every browser plays. The same frames give the same
-bytes with the same version of PyAV: one thread, no date, no clock.
+Each slide shows what the agent saw with its click marked, the hidden floor plan beside it, thought and action below;
+the last one tells the verdict. MP4 needs PyAV, the extra `video`; it is H.264 in yuv420p, which every browser plays.
+The same frames give the same bytes with the same version of PyAV: one thread, no date, no clock.
 """
 
 import io
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import matplotlib
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.errors import SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.web.film_plan import PANEL_PX, Colour, FilmPlan, font_of
 
-STEP_S = 1.1
-LAST_S = 3.0
-STRIP_PX = 88
-GIF_WIDTH = 480
+STEP_S = 1.8
+LAST_S = 4.0
+STRIP_PX = 136
+FILM_SIZE = (FRAME_WIDTH + PANEL_PX, FRAME_HEIGHT + STRIP_PX)
+GIF_SHARE = 0.75
+"""Of a GIF's width and height, of a video's: as wide as pages of text are."""
+WEBP_QUALITY = 82
 VIDEO_FPS = 10
 VIDEO_CRF = "20"
-"""x264's constant quality: the grain of textures stays, a step takes about 40 kB."""
+"""x264's constant quality: the grain of textures stays."""
 BT709 = 1
 """FFmpeg's number for that colour space, primaries and transfer; said in the file, so that players agree on colours."""
+THOUGHT_LINES = 2
 _PAPER, _INK, _SOFT, _MARK = (24, 28, 32), (240, 242, 244), (170, 178, 186), (214, 21, 95)
+_ACTION, _YES, _NO = (124, 196, 240), (70, 181, 134), (236, 123, 113)
+_LABELS: dict[str, Colour] = {
+    "B": _YES,
+    "FR": _NO,
+    "NR": (215, 169, 63),
+    "IL": (182, 151, 234),
+    "Other": (151, 162, 172),
+}
 _MARGIN_PX = 16
-_FONT = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,30 +53,50 @@ class FilmFrame:
     instruction: str
     action: str
     click: list[int] | None
+    thought: str = ""
+    plan: Image.Image | None = None
+    """The panel of `FilmPlan`; None when the house cannot be drawn."""
+    verdict: dict[str, Any] | None = None
+    """Of a timeline, on the slide that tells it."""
 
 
-def film_frames_of(timeline: dict[str, Any], frames: Sequence[bytes | None]) -> list[FilmFrame]:
-    """Returns what can be shown of a timeline. Raises SettingError when that is nothing."""
-    count = len(timeline["steps"])
+def film_frames_of(
+    timeline: dict[str, Any], frames: Sequence[bytes | None], plan: FilmPlan | None = None
+) -> list[FilmFrame]:
+    """Returns what can be shown of a timeline, its verdict last. Raises SettingError when that is nothing."""
     shots = [
-        FilmFrame(frame, timeline["instruction"], f"{step['index']}/{count}  {step['action']}", step["click"])
+        _shot(timeline, step, frame, plan)
         for frame, step in zip(frames, timeline["steps"], strict=True)
         if frame is not None
     ]
     if not shots:
         raise SettingError(f"Episode {timeline['episode']!r} has no frame that could be shown in a film.")
-    return shots
+    verdict = timeline["hidden"]["verdict"]
+    return shots if verdict is None else [*shots, replace(shots[-1], click=None, verdict=verdict)]
+
+
+def _shot(timeline: dict[str, Any], step: dict[str, Any], frame: bytes, plan: FilmPlan | None) -> FilmFrame:
+    index, rows = step["index"], timeline["hidden"]["rows"]
+    holds = rows[index - 1]["W"] if index <= len(rows) else None
+    return FilmFrame(
+        frame,
+        timeline["instruction"],
+        f"{index}/{len(timeline['steps'])}  {step['action']}",
+        step["click"],
+        step["thought"] or step["summary"] or "",
+        None if plan is None else plan.panel(timeline["hidden"]["worlds"][:index], holds),
+    )
 
 
 def gif(shots: Sequence[FilmFrame]) -> bytes:
     """Returns an animated GIF that repeats for ever."""
-    height = GIF_WIDTH * (FRAME_HEIGHT + STRIP_PX) // FRAME_WIDTH
-    slides = [_slide(shot).resize((GIF_WIDTH, height), Image.Resampling.LANCZOS) for shot in shots]
-    slides = [slide.quantize(method=Image.Quantize.FASTOCTREE) for slide in slides]
-    buffer = io.BytesIO()
-    durations = [int(1000 * STEP_S)] * (len(slides) - 1) + [int(1000 * LAST_S)]
-    slides[0].save(buffer, "GIF", save_all=True, append_images=slides[1:], duration=durations, loop=0)
-    return buffer.getvalue()
+    slides = [slide.quantize(method=Image.Quantize.FASTOCTREE) for slide in _small_slides(shots)]
+    return _animated(slides, "GIF")
+
+
+def webp(shots: Sequence[FilmFrame]) -> bytes:
+    """Returns an animated WebP that repeats for ever: of a GIF's size, in all colours and a smaller file."""
+    return _animated(_small_slides(shots), "WEBP", quality=WEBP_QUALITY, method=6)
 
 
 def mp4(shots: Sequence[FilmFrame]) -> bytes:
@@ -81,7 +112,7 @@ def mp4(shots: Sequence[FilmFrame]) -> bytes:
         path = Path(folder) / "film.mp4"
         with av.open(path, "w", options={"movflags": "+faststart", "fflags": "+bitexact"}) as film:
             stream = film.add_stream("libx264", rate=VIDEO_FPS, options={"crf": VIDEO_CRF, "threads": "1"})
-            stream.width, stream.height, stream.pix_fmt = FRAME_WIDTH, FRAME_HEIGHT + STRIP_PX, "yuv420p"
+            (stream.width, stream.height), stream.pix_fmt = FILM_SIZE, "yuv420p"
             context = stream.codec_context
             context.colorspace = context.color_primaries = context.color_trc = BT709
             for number, pixels in enumerate(_ticks(shots)):
@@ -93,6 +124,18 @@ def mp4(shots: Sequence[FilmFrame]) -> bytes:
         return path.read_bytes()
 
 
+def _small_slides(shots: Sequence[FilmFrame]) -> list[Image.Image]:
+    size = (round(GIF_SHARE * FILM_SIZE[0]), round(GIF_SHARE * FILM_SIZE[1]))
+    return [_slide(shot).resize(size, Image.Resampling.LANCZOS) for shot in shots]
+
+
+def _animated(slides: Sequence[Image.Image], kind: str, **options: Any) -> bytes:
+    buffer = io.BytesIO()
+    durations = [int(1000 * STEP_S)] * (len(slides) - 1) + [int(1000 * LAST_S)]
+    slides[0].save(buffer, kind, save_all=True, append_images=slides[1:], duration=durations, loop=0, **options)
+    return buffer.getvalue()
+
+
 def _ticks(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
     """Yields each frame of a video."""
     for index, shot in enumerate(shots):
@@ -101,30 +144,61 @@ def _ticks(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
 
 
 def _slide(shot: FilmFrame) -> Image.Image:
-    """Returns a frame with its click, and the strip below."""
-    slide = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT + STRIP_PX), _PAPER)
+    """Returns a frame with its click, the plan beside it, and the strip below."""
+    slide = Image.new("RGB", FILM_SIZE, _PAPER)
     slide.paste(Image.open(io.BytesIO(shot.frame)).convert("RGB"), (0, 0))
-    draw = ImageDraw.Draw(slide)
+    draw = ImageDraw.Draw(slide, "RGBA")
     if shot.click is not None:
         x, y = shot.click
         for radius, colour, width in ((15, (255, 255, 255), 5), (14, _MARK, 3)):
             draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=colour, width=width)
-    for size, top, colour, text in ((20, 12, _INK, shot.action), (16, 50, _SOFT, shot.instruction)):
-        font = _font(size)
-        draw.text((_MARGIN_PX, FRAME_HEIGHT + top), _fitting(text, font), fill=colour, font=font)
+    if shot.verdict is not None:
+        _draw_verdict(draw, shot.verdict)
+    if shot.plan is not None:
+        slide.paste(shot.plan, (FRAME_WIDTH, 0))
+    _draw_strip(draw, shot)
     return slide
 
 
-@lru_cache(maxsize=4)
-def _font(size: int) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(_FONT, size)
+def _draw_strip(draw: ImageDraw.ImageDraw, shot: FilmFrame) -> None:
+    width, left, top = FILM_SIZE[0] - 2 * _MARGIN_PX, _MARGIN_PX, FRAME_HEIGHT
+    draw.text((left, top + 10), _fitting(shot.instruction, font_of(17), width), fill=_SOFT, font=font_of(17))
+    for number, line in enumerate(_lines(shot.thought, font_of(20), width)[:THOUGHT_LINES]):
+        draw.text((left, top + 40 + 27 * number), line, fill=_INK, font=font_of(20))
+    bold = font_of(18, is_bold=True)
+    draw.text((left, top + 102), _fitting(shot.action, bold, width), fill=_ACTION, font=bold)
 
 
-def _fitting(text: str, font: ImageFont.FreeTypeFont) -> str:
-    """Returns a line that fits into the strip: no line breaks, nothing that cannot be printed, cut with an ellipsis."""
+def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
+    """Writes the verdict over the frame, which is dimmed."""
+    draw.rectangle((0, 0, FRAME_WIDTH - 1, FRAME_HEIGHT - 1), fill=(*_PAPER, 214))
+    large = font_of(64, is_bold=True)
+    for name, x in (("W", 40), ("B", 250)):
+        draw.text((x, 60), f"{name} {int(verdict[name])}", fill=_YES if verdict[name] else _NO, font=large)
+    colour, top = _LABELS[verdict["label"]], 172
+    for sentence in (verdict["why"][-1], *verdict["why"][:-1]):
+        for line in _lines(sentence, font_of(20), FRAME_WIDTH - 80):
+            draw.text((40, top), line, fill=colour, font=font_of(20))
+            top += 29
+        colour, top = _INK, top + 14
+
+
+def _fitting(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
+    """Returns a text as one line that is not wider: nothing that cannot be printed, cut with an ellipsis."""
     line = "".join(each if each.isprintable() else " " for each in text[:400])
-    if font.getlength(line) <= FRAME_WIDTH - 2 * _MARGIN_PX:
+    if font.getlength(line) <= width:
         return line
-    while line and font.getlength(line + "…") > FRAME_WIDTH - 2 * _MARGIN_PX:
+    while line and font.getlength(line + "…") > width:
         line = line[:-1]
     return line.rstrip() + "…"
+
+
+def _lines(text: str, font: ImageFont.FreeTypeFont, width: int) -> list[str]:
+    """Returns a text broken at its blanks into lines that are not wider, of two lines at most the second one cut."""
+    words, line = text[:400].split(), ""
+    while words and font.getlength(f"{line} {words[0]}") <= width:
+        line = f"{line} {words.pop(0)}".strip()
+    if not words:
+        return [_fitting(line, font, width)]
+    rest = _fitting(" ".join(words), font, width)
+    return [_fitting(line, font, width), rest] if line else [rest]

@@ -15,6 +15,7 @@ from vigil.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.plan import FloorPlan, PlanRoom, floor_plan
 from vigil.scene.things import Thing
+from vigil.web.film_plan import FilmPlan
 from vigil.web.library import ShownPack
 
 MARGIN_M = 0.4
@@ -68,11 +69,8 @@ class PlanDrawing:
 
 
 def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
-    """Returns the plan of a house; without furniture when its things cannot be built."""
-    try:
-        things = list(build_scene(house, assets).things.values())
-    except VigilError:
-        things = []
+    """Returns the plan of a house, as pages draw it."""
+    things = _built(house, assets)
     plan = floor_plan(house, things)
     low, high = (corner + margin for corner, margin in zip(plan.bounds, (-MARGIN_M, MARGIN_M), strict=True))
     width, height = (float(value) for value in high - low)
@@ -87,10 +85,30 @@ def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
     )
 
 
+def floor_plan_of(house: House, assets: AssetDatabase) -> FloorPlan:
+    """Returns what is drawn of a house; without furniture when its things cannot be built."""
+    return floor_plan(house, _built(house, assets))
+
+
+def _built(house: House, assets: AssetDatabase) -> list[Thing]:
+    try:
+        return list(build_scene(house, assets).things.values())
+    except VigilError:
+        return []
+
+
 def try_plan(pack: ShownPack, episode: Episode) -> PlanDrawing | None:
     """Returns the floor plan of an episode's house; None when the house cannot be read."""
     try:
         return _kept_plan(pack.house(episode.house.name), pack.assets)
+    except VigilError:
+        return None
+
+
+def try_film_plan(pack: ShownPack, episode: Episode) -> FilmPlan | None:
+    """Returns the floor plan that a film shows of an episode's house; None when the house cannot be read."""
+    try:
+        return FilmPlan(floor_plan_of(pack.house(episode.house.name), pack.assets))
     except VigilError:
         return None
 

@@ -39,7 +39,7 @@ _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed 
 
 
 def outcome_partition(study: Study) -> Figure | None:
-    """Draws B, FR, Other, NR and IL as stacked bars, best B first."""
+    """Draws B, FR, Other, NR and IL as stacked bars, best B first, with W marked: its distance from B is W - B."""
     entries = [entry for entry in by_b(study.entries) if entry.overall.n]
     if not entries:
         return None
@@ -49,13 +49,14 @@ def outcome_partition(study: Study) -> Figure | None:
         shares = np.array([[100 * (entry.overall.share(name) or 0.0) for name in LABELS] for entry in entries])
         _stack(axes, shares, [(LABEL_COLOURS[name], LABEL_HATCHES[name]) for name in LABELS])
         _name_rows(axes, [f"{entry.name}  (n={entry.overall.n:,})" for entry in entries])
+        mark = _mark_w(axes, entries)
         axes.set_xlabel("share of scored episodes (%)")
         axes.set_title("Outcome partition, sorted by B")
         handles = [
             Patch(facecolor=LABEL_COLOURS[name], hatch=LABEL_HATCHES[name], edgecolor="white", label=LABEL_NAMES[name])
             for name in LABELS
         ]
-        figure.legend(handles=handles, loc="outside lower center", ncols=5, handlelength=1.6, columnspacing=1.2)
+        figure.legend(handles=[*handles, mark], loc="outside lower center", ncols=3, handlelength=1.6)
         return figure
 
 
@@ -176,7 +177,8 @@ FIGURES: dict[str, Callable[[Study], Figure | None]] = {
     "feedback_shift": feedback_shift,
 }
 CAPTIONS = {
-    "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes.",
+    "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes. The mark is W: where it "
+    "stands beyond B, the world reached the goal in episodes that no matching report closed.",
     "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1. "
     "(b) Kinds of action after the goal first held, pooled over W=1 episodes.",
     "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching "
@@ -186,6 +188,16 @@ CAPTIONS = {
     "steps of attainment.",
     "feedback_shift": "Paired runs with and without action feedback, over the episodes that both have scored.",
 }
+
+
+def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
+    """Marks W on each bar, and writes W - B beside it; returns the mark for a legend."""
+    look = {"ls": "none", "marker": "|", "ms": 21, "mew": 3.0, "color": INK, "clip_on": False}
+    for row, entry in enumerate(entries):
+        w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
+        axes.plot([w], [row], **look)
+        axes.text(101.5, row, f"W−B {w - b:.1f}\u2002", va="center", fontsize=8)
+    return Line2D([], [], **look | {"ms": 11}, label="W: the world reached the goal")
 
 
 def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> None:

@@ -7,8 +7,10 @@ from vigil.cli.text import say
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.record import Key
 from vigil.web.drawing import RenderService
-from vigil.web.export import episode_film, episode_page, export_site
+from vigil.web.export import FilmForm, episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun
+
+FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"}
 
 
 def write_site(folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None) -> Path:
@@ -40,11 +42,9 @@ def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderSer
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])
         raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
-    match suffix:
-        case ".gif":
-            return episode_film(run, key, render_service, "gif")
-        case ".mp4":
-            return episode_film(run, key, render_service, "mp4")
-        case ".html":
-            return episode_page(run, key, render_service).encode()
-    raise SettingError(f"--out: an episode is written as .html, .gif or .mp4, not {suffix or 'without an ending'!r}.")
+    if suffix in FILM_FORMS:
+        return episode_film(run, key, render_service, FILM_FORMS[suffix])
+    if suffix == ".html":
+        return episode_page(run, key, render_service).encode()
+    found = suffix or "without an ending"
+    raise SettingError(f"--out: an episode is written as .html, {', '.join(FILM_FORMS)}, not {found!r}.")

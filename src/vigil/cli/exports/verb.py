@@ -23,7 +23,7 @@ def export(
     runs: Annotated[list[Path], typer.Argument(help="Folder of a run; of several for other formats than site.")],
     out: Annotated[
         Path,
-        typer.Option(help="A new folder; for an episode a .html, .gif or .mp4 file; for parquet a file."),
+        typer.Option(help="A new folder; for an episode a .html, .gif, .webp or .mp4 file; for parquet a file."),
     ],
     format_: Annotated[str, typer.Option("--format", help=f"{', '.join(FORMATS)}.")] = SITE,
     episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,

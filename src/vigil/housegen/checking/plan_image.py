@@ -14,6 +14,7 @@ ROOM_LABEL_PX = 17
 LABEL_SHIFTS = (0, 13, -13, 26, -26)
 """Where else (px down) a label goes when another is in its place."""
 GUTTER_PX = 12
+WALL_PX = 5
 NOSE_M, START_RADIUS_M = 0.45, 0.2
 """Of the mark at the start: a line the way that one looks, and a circle."""
 FLOOR_RGB = {
@@ -37,16 +38,16 @@ TEXT_RGB = (20, 20, 24)
 ROOM_TEXT_RGB = (120, 120, 135)
 
 
-class _Sheet:
-    """The picture, with north (+z) up."""
+class PlanSheet:
+    """A picture of a plan, with north (+z) up, to draw on."""
 
-    def __init__(self, plan: FloorPlan, pixels_per_m: int) -> None:
+    def __init__(self, plan: FloorPlan, pixels_per_m: float, ground: tuple[int, int, int] = (255, 255, 255)) -> None:
         low, high = plan.bounds
         self.low, self.high = low - MARGIN_M, high + MARGIN_M
         self.scale = pixels_per_m
         width, height = np.ceil((self.high - self.low) * pixels_per_m).astype(int)
-        self.image = Image.new("RGB", (int(width), int(height)), (255, 255, 255))
-        self.draw = ImageDraw.Draw(self.image)
+        self.image = Image.new("RGB", (int(width), int(height)), ground)
+        self.draw = ImageDraw.Draw(self.image, "RGBA")
         self.font = ImageFont.load_default(LABEL_PX)
         self.room_font = ImageFont.load_default(ROOM_LABEL_PX)
         self._written: list[tuple[float, float, float, float]] = []
@@ -54,6 +55,20 @@ class _Sheet:
     def at(self, x: float, z: float) -> tuple[int, int]:
         """Returns the pixel of a floor point."""
         return round((x - self.low[0]) * self.scale), round((self.high[1] - z) * self.scale)
+
+    def furnish(self, plan: FloorPlan) -> None:
+        """Draws floors, furniture, walls and small things, without a word."""
+        for room in plan.rooms:
+            self.polygon(room.corners, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
+        for thing in plan.things:
+            _draw_thing(self, thing)
+        for start, end in plan.walls:
+            self.draw.line([self.at(*start), self.at(*end)], fill=WALL_RGB, width=WALL_PX)
+        for opening in plan.openings:
+            _draw_opening(self, opening)
+        for _, x, z in plan.small:
+            px, py = self.at(x, z)
+            self.draw.ellipse((px - 2.5, py - 2.5, px + 2.5, py + 2.5), fill=SMALL_RGB)
 
     def polygon(self, corners: np.ndarray, fill: tuple[int, int, int], line: tuple[int, int, int] | None) -> None:
         """Fills a polygon of floor points."""
@@ -81,18 +96,8 @@ class _Sheet:
 def draw_plan(house: House, scene: Scene, pixels_per_m: int = 100) -> Image.Image:
     """Returns the plan of a house: rooms, doors with the way that they swing, furniture, small things, the start."""
     plan = floor_plan(house, scene.things.values())
-    sheet = _Sheet(plan, pixels_per_m)
-    for room in plan.rooms:
-        sheet.polygon(room.corners, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
-    for thing in plan.things:
-        _draw_thing(sheet, thing)
-    for start, end in plan.walls:
-        sheet.draw.line([sheet.at(*start), sheet.at(*end)], fill=WALL_RGB, width=5)
-    for opening in plan.openings:
-        _draw_opening(sheet, opening)
-    for _, x, z in plan.small:
-        px, py = sheet.at(x, z)
-        sheet.draw.ellipse((px - 2.5, py - 2.5, px + 2.5, py + 2.5), fill=SMALL_RGB)
+    sheet = PlanSheet(plan, pixels_per_m)
+    sheet.furnish(plan)
     for room in plan.rooms:
         sheet.room_label(*room.name_at, f"{room.name}\n{room.area_m2:.0f} m2")
     for thing in plan.labelled:
@@ -112,7 +117,7 @@ def beside(plan: Image.Image, view: np.ndarray) -> Image.Image:
     return both
 
 
-def _draw_thing(sheet: _Sheet, thing: PlanThing) -> None:
+def _draw_thing(sheet: PlanSheet, thing: PlanThing) -> None:
     if thing.kind == "hung":
         sheet.draw.polygon([sheet.at(x, z) for x, z in thing.corners.tolist()], outline=HUNG_RGB)
         return
@@ -121,13 +126,13 @@ def _draw_thing(sheet: _Sheet, thing: PlanThing) -> None:
     sheet.draw.line([sheet.at(x, z) for x, z in front.tolist()], fill=FRONT_RGB, width=3)
 
 
-def _draw_opening(sheet: _Sheet, opening: PlanOpening) -> None:
+def _draw_opening(sheet: PlanSheet, opening: PlanOpening) -> None:
     sheet.polygon(opening.corners, WINDOW_RGB if opening.is_window else (255, 255, 255), WALL_RGB)
     for leaf in opening.leaves:
         sheet.polygon(leaf, DOOR_RGB, None)
 
 
-def _draw_start(sheet: _Sheet, house: House) -> None:
+def _draw_start(sheet: PlanSheet, house: House) -> None:
     start = house.start
     if start is None:
         return

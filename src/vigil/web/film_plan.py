@@ -1,0 +1,118 @@
+"""The floor plan beside a film's frames: the hidden house, the way walked so far, and what the goal is about."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from PIL import Image, ImageDraw, ImageFont
+
+from vigil.housegen.checking.plan_image import PlanSheet
+from vigil.pose import heading
+from vigil.scene.plan import FloorPlan
+
+Colour = tuple[int, int, int]
+PANEL_PX = 480
+CAPTION_PX, LEGEND_PX = 44, 36
+FINER = 3
+"""The plan is drawn that many times larger, and then made smaller: smooth edges."""
+MOST_PX_PER_M = 100
+"""A single room is not drawn larger than that."""
+VIEW_DEG = 106
+"""What the camera sees from left to right: 90 degrees upright, at 4:3."""
+VIEW_M, AGENT_M, STEP_DOT_M = 1.3, 0.17, 0.06
+RING_M = 0.3
+"""Radius of the ring around what is too small to be found on a plan."""
+GROUND, INK, SOFT = (247, 246, 243), (28, 33, 38), (83, 91, 99)
+PATH, AGENT, TARGET = (11, 92, 138), (179, 55, 47), (27, 122, 83)
+_FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+
+
+@lru_cache(maxsize=16)
+def font_of(size: int, *, is_bold: bool = False) -> ImageFont.FreeTypeFont:
+    """Returns the font of films in a size."""
+    return ImageFont.truetype(_FONTS / ("DejaVuSans-Bold.ttf" if is_bold else "DejaVuSans.ttf"), size)
+
+
+class FilmPlan:
+    """The plan of one house, to be drawn at each step of an episode."""
+
+    def __init__(self, plan: FloorPlan) -> None:
+        one_metre = PlanSheet(plan, 1.0)
+        width, height = one_metre.high - one_metre.low
+        room = (PANEL_PX / width, (PANEL_PX - CAPTION_PX - LEGEND_PX) / height)
+        self._sheet = PlanSheet(plan, FINER * float(min(*room, MOST_PX_PER_M)), GROUND)
+        self._sheet.furnish(plan)
+        for each in plan.rooms:
+            font = font_of(14 * FINER)
+            self._sheet.draw.text(self._sheet.at(*each.name_at), each.name, fill=SOFT, font=font, anchor="mm")
+
+    def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
+        """Returns the panel at the last of some moments of a timeline; `holds` is whether the goal does then."""
+        sheet = self._sheet
+        large = sheet.image.copy()
+        if worlds:
+            draw = ImageDraw.Draw(large, "RGBA")
+            self._draw_targets(draw, worlds[-1])
+            self._draw_walk(draw, worlds)
+            self._draw_agent(draw, worlds[-1])
+        panel = Image.new("RGB", (PANEL_PX, PANEL_PX), GROUND)
+        small = large.resize((large.width // FINER, large.height // FINER), Image.Resampling.LANCZOS)
+        free = PANEL_PX - CAPTION_PX - LEGEND_PX
+        panel.paste(small, ((PANEL_PX - small.width) // 2, CAPTION_PX + (free - small.height) // 2))
+        _draw_caption(panel, holds)
+        _draw_legend(panel)
+        return panel
+
+    def _at(self, world: dict[str, Any]) -> tuple[int, int]:
+        return self._sheet.at(world["x"], -world["y"])
+
+    def _draw_targets(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
+        for thing in world["objects"].values():
+            corners = [tuple(map(float, corner.split(","))) for corner in thing["corners"].split()]
+            points = [self._sheet.at(x, -y) for x, y in corners]
+            draw.polygon(points, fill=(*TARGET, 110), outline=TARGET, width=2 * FINER)
+            (low_x, low_y), (high_x, high_y) = (tuple(map(pick, zip(*points, strict=True))) for pick in (min, max))
+            radius = RING_M * self._sheet.scale
+            if max(high_x - low_x, high_y - low_y) < radius:
+                x, y = (low_x + high_x) / 2, (low_y + high_y) / 2
+                draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=TARGET, width=3 * FINER)
+
+    def _draw_walk(self, draw: ImageDraw.ImageDraw, worlds: Sequence[dict[str, Any]]) -> None:
+        way = [self._at(world) for world in worlds]
+        if len(way) > 1:
+            draw.line(way, fill=PATH, width=3 * FINER, joint="curve")
+        for x, y in way:
+            radius = STEP_DOT_M * self._sheet.scale
+            draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=PATH)
+
+    def _draw_agent(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
+        """Draws where the agent is and what is before its camera; a heading of 0 degrees is up."""
+        (x, y), (dx, dz) = self._at(world), heading(world["yaw"])
+        far, radius = VIEW_M * self._sheet.scale, AGENT_M * self._sheet.scale
+        turn = world["yaw"] - 90
+        draw.pieslice((x - far, y - far, x + far, y + far), turn - VIEW_DEG / 2, turn + VIEW_DEG / 2, fill=(*AGENT, 50))
+        draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=AGENT, outline=GROUND, width=2 * FINER)
+        draw.line([(x, y), (x + radius * dx, y - radius * dz)], fill=GROUND, width=2 * FINER)
+
+
+def _draw_caption(panel: Image.Image, holds: bool | None) -> None:
+    draw = ImageDraw.Draw(panel)
+    middle = CAPTION_PX // 2
+    draw.text((14, middle), "Hidden from the agent", fill=INK, font=font_of(17, is_bold=True), anchor="lm")
+    if holds is None:
+        return
+    text, font = "goal reached" if holds else "goal not reached", font_of(16, is_bold=True)
+    left = PANEL_PX - 26 - font.getlength(text)
+    draw.rounded_rectangle((left - 10, 8, PANEL_PX - 14, CAPTION_PX - 8), 8, fill=TARGET if holds else SOFT)
+    draw.text((left - 1, middle), text, fill=(255, 255, 255), font=font, anchor="lm")
+
+
+def _draw_legend(panel: Image.Image) -> None:
+    draw, font = ImageDraw.Draw(panel), font_of(15)
+    x, y = 14.0, PANEL_PX - LEGEND_PX // 2
+    for colour, word in ((AGENT, "agent"), (PATH, "path"), (TARGET, "what the goal is about")):
+        draw.ellipse((x, y - 6, x + 12, y + 6), fill=colour)
+        draw.text((x + 18, y), word, fill=SOFT, font=font, anchor="lm")
+        x += 18 + font.getlength(word) + 22
