@@ -23,9 +23,11 @@ from vigil.authoring.demonstrations.play import Demonstrator
 from vigil.authoring.drafting.drafts import Draft, DraftFacts
 from vigil.authoring.streaming.stream import StreamItem
 from vigil.jsonl import dump_line
-from vigil.record import EPISODES_FILE, RunHeader
+from vigil.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader
 from vigil.runner.run_folder import write_header
 from vigil.runner.settings import run_spec
+from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.play import EpisodeObserver, play
 
 ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "readme", ROOT / "runs" / "readme"
@@ -61,7 +63,7 @@ def doubting_replies(pack: Pack) -> list[str]:
     """Returns the replies of the episode's demonstration, with its false report in place of the true one."""
     episode = next(each for each in pack.episodes if each.id == EPISODE)
     draft = Draft(kind="", episode=episode, actions=pack.solutions[EPISODE].actions, facts=FACTS)
-    demonstrator = Demonstrator(Profile())
+    demonstrator = Demonstrator(Profile(), "fast")
     try:
         examples = demonstrator.examples(StreamItem(0, 0, draft, pack.house_of(episode)))
     finally:
@@ -75,14 +77,17 @@ def doubting_replies(pack: Pack) -> list[str]:
 def play_doubter(pack: Pack) -> None:
     """Plays the episode of the moving picture, and writes it as a run."""
     folder = RUNS / DOUBTER
-    if folder.exists():
+    if (folder / EPISODES_FILE).exists():
         return
     profile, now = Profile(), datetime.now(UTC)
     spec = run_spec(pack, profile, agent=DOUBTER, agent_kind="privileged", episode_ids=(EPISODE,))
     episode = next(each for each in pack.episodes if each.id == EPISODE)
+    replies = doubting_replies(pack)
+    store = FrameStore(folder / FRAMES_FOLDER)
+    watcher = EpisodeObserver(answered=lambda observation, _: store.keep(observation.rgb))
     with vigil.make_env(pack, profile) as env:
-        record = vigil.play(episode, env, Doubter(doubting_replies(pack)), run_id=DOUBTER)
-    folder.mkdir(parents=True)
+        play(episode, env, Doubter(replies), watcher)
+        record = env.record(run_id=DOUBTER)
     write_header(folder, RunHeader(run_id=DOUBTER, spec=spec, package_version="", started=now, ended=now))
     (folder / EPISODES_FILE).write_bytes(dump_line(record))
 
