@@ -330,6 +330,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
         "host": {},
         "answered": None,
         "resumed": (),
+        "prices": None,
     }
     session = Resumption(started=NOON, rows_before=2)
     assert session.model_dump(exclude={"started"}) == {

@@ -15,7 +15,7 @@ from vigil.cli import app
 from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb, load
 from vigil.setting import Declared, declared, declared_in
 
-HEAVY = ("pydantic", "numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
+HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
 ALL = {
     **{name: verb for name, verb in VERBS.items() if isinstance(verb, Verb)},
     **{f"houses {name}": verb for name, verb in HOUSES.items()},
