@@ -1,8 +1,11 @@
 # make setup   prepares .venv with the command `vigil`, and the system libraries of the renderer;
 #              EXTRAS=azure,mistral adds the clients of model providers (`vigil models` names them)
 # make run     plays the starter pack with the solver and two flawed agents, and compares them
-# make test    passes the tests
+# make test    passes the tests; what they need besides is installed first (make setup-dev)
+# make release-check  builds the wheel and plays from it in empty environments, with the lowest and newest dependencies (docs/releases.md)
 # make test-verifiers  tests the environment of verifiers, in .venv-verifiers: it needs an older openai (docs/verifiers.md)
+# make docs    builds the documentation into site/, which needs no network and no server; make docs-version puts it into
+#              pages/VERSION, beside the versions that are there already
 # make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
@@ -13,22 +16,40 @@ VERIFIERS := .venv-verifiers
 comma := ,
 EXTRAS ?=
 STAMP := $(VENV)/.ready$(if $(EXTRAS),-$(subst $(comma),-,$(EXTRAS)))
+DEV_STAMP := $(VENV)/.ready-dev
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+REQUIREMENTS := pyproject.toml constraints.txt scripts/system-libraries
 RUNS ?= runs/starter
+DOCS ?= pages
 MODULE ?= profile scoring actions env goals goal_check replies json_text reasoning record summary
 EVERY ?= 1
+RELEASE_PYTHONS ?= python3.11 python3.12 python3.13
 
-.PHONY: setup setup-verifiers run test test-verifiers lint lock lock-verifiers mutants clean
+.PHONY: setup setup-dev setup-docs setup-verifiers run test test-verifiers release-check lint docs docs-version lock \
+	lock-verifiers mutants clean
 .DELETE_ON_ERROR:
 
 setup: $(STAMP)
+setup-dev: $(DEV_STAMP)
 
-$(STAMP): pyproject.toml constraints.txt scripts/system-libraries
+define prepare
 	@test -n "$(PYTHON)" || { echo "VIGIL needs Python 3.11, 3.12 or 3.13 on PATH (or: make PYTHON=/path/to/python3.11)." >&2; exit 1; }
 	@scripts/system-libraries
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV) || { rm -rf $(VENV); \
 		echo "$(PYTHON) cannot make virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev$(if $(EXTRAS),$(comma)$(EXTRAS))]'
+	$(PIP) install --quiet --constraint constraints.txt
+endef
+
+$(STAMP): $(REQUIREMENTS)
+	$(prepare) --editable '.$(if $(EXTRAS),[$(EXTRAS)])'
 	@touch $@
+
+$(DEV_STAMP): $(REQUIREMENTS)
+	$(prepare) --editable '.[dev]'
+	@touch $@ $(VENV)/.ready
+
+setup-docs:
+	@$(MAKE) --no-print-directory setup EXTRAS=docs
 
 setup-verifiers: $(VERIFIERS)/.ready
 
@@ -47,28 +68,39 @@ run: setup
 	@echo "      $(BIN)/vigil report $(RUNS)/* --out report     tables and figures, in report/report.html"
 	@echo "      $(BIN)/vigil run --model openai/gpt-4o --dry-run      what a model's run would take"
 
-test: setup
+test: setup-dev
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 test-verifiers: setup-verifiers
 	$(VERIFIERS)/bin/python -m pytest -n 0 tests/integrations/test_verifiers.py
 
-lint: setup
+# Fetches dependencies anew for each of the interpreters; minutes each.
+release-check: setup
+	$(PIP) install --quiet --constraint constraints.txt uv
+	$(BIN)/python scripts/release_check.py $(RELEASE_PYTHONS)
+
+lint: setup-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+docs: setup-docs
+	$(BIN)/python -m scripts.build_docs
+
+docs-version: setup-docs
+	$(BIN)/python -m scripts.build_docs --keep $(DOCS)
+
 # Takes hours; see docs/mutants.md. Interrupted, it goes on where it was stopped.
-mutants: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[mutants]'
+mutants: setup-dev
+	$(PIP) install --quiet --constraint constraints.txt --editable '.[mutants]'
 	@failed=0; for module in $(MODULE); do $(BIN)/python scripts/mutants.py $$module --every $(EVERY) || failed=1; done; exit $$failed
 
 # Pins the versions that `make setup` installs, from what is installed now.
-lock: setup
-	$(BIN)/python -m pip freeze --exclude-editable --disable-pip-version-check > constraints.txt
+lock: setup-dev
+	$(PIP) freeze --exclude-editable > constraints.txt
 
 lock-verifiers: setup-verifiers
 	$(VERIFIERS)/bin/python -m pip freeze --exclude-editable --disable-pip-version-check > constraints-verifiers.txt
 
 clean:
-	rm -rf $(VENV) $(VERIFIERS) runs build dist .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VERIFIERS) runs build dist site .pytest_cache .ruff_cache .hypothesis

@@ -4,7 +4,8 @@
 
 The bare Env is played in as many processes at once as there are cores, each on its own; the vector (asynchronous) in as
 many as it has environments; they take turns. Both draw episodes at random and turn to the end of the budget, resets
-included; a first third of the time is not counted, since all begin with a reset. Two ratios are told: of steps a
+included; a first third of the time is not counted, since all begin with a reset, and before all that the houses are
+built once in a process that the others are forks of. Two ratios are told: of steps a
 second, which holds on a machine with nothing else to do (elsewhere sixteen processes get more of it than two), and of
 steps a second of processor time, which holds anywhere but counts no waiting. Before that, one environment and a bare
 Env play the same episodes in one process, in turns: what the environment costs by itself.
@@ -24,10 +25,12 @@ import psutil
 import vigil.integrations.gymnasium as integration
 from vigil.actions import Reply
 from vigil.api import make_env
+from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode, families_named
 from vigil.integrations.gymnasium.sources import load_pack
 from vigil.pack import Selection, evenly
+from vigil.sim import make_simulator
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})
 EPISODES_ALONE = 4
@@ -36,7 +39,7 @@ FORKING = multiprocessing.get_context("fork")
 
 def main() -> None:
     options = read_options()
-    load_pack(options.pack)  # which the processes below share
+    build_all(options)
     cores = len(os.sched_getaffinity(0))
     print(f"{options.envs} environments, {cores} cores, load average {os.getloadavg()[0]:.1f}, {options.backend}")
     for frames in (False, True):
@@ -58,10 +61,24 @@ def main() -> None:
         )
 
 
+def build_all(options: argparse.Namespace) -> None:
+    """Builds the houses once, so that the processes below share the pack and its assets as after long training."""
+    simulator = make_simulator(options.backend, assets=AssetDatabase.default(), quality=options.quality)
+    pack = load_pack(options.pack)
+    houses = {episode.house.sha256: episode for episode in chosen(options)}
+    for episode in houses.values():
+        simulator.prepare(pack.house_of(episode))
+
+
+def chosen(options: argparse.Namespace) -> list[Episode]:
+    """Returns the pack's episodes of the families asked for."""
+    return load_pack(options.pack).select(Selection(families=families_named([options.families])))
+
+
 def alone(options: argparse.Namespace, frames: bool) -> float:
     """Returns the processor time of a bare Env over that of one environment, both having seen the houses before."""
     pack = load_pack(options.pack)
-    episodes = evenly(pack.select(Selection(families=families_named([options.families]))))[:EPISODES_ALONE]
+    episodes = evenly(chosen(options))[:EPISODES_ALONE]
     env = gymnasium.make(
         integration.ENV_ID, pack=options.pack, backend=options.backend, quality=options.quality, frames=frames
     )
@@ -100,8 +117,7 @@ def rates(runs: np.ndarray, at_once: int) -> tuple[float, float]:
 def bare_run(job: tuple[argparse.Namespace, bool, int]) -> tuple[float, float, float]:
     """Returns the steps of one bare Env, the seconds, and those of processor time."""
     options, frames, seed = job
-    pack, rng = load_pack(options.pack), np.random.default_rng(seed)
-    episodes = pack.select(Selection(families=families_named([options.families])))
+    pack, rng, episodes = load_pack(options.pack), np.random.default_rng(seed), chosen(options)
     with make_env(pack, backend=options.backend, quality=options.quality) as env:
         begin(env, episodes, rng, frames)
         start, cpu, steps, is_warm = time.perf_counter(), 0.0, 0, False

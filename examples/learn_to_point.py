@@ -8,8 +8,8 @@ network reads the frame, shrunk to 160 x 120, and the instruction's words, and d
 places.
 
 1. `vigil demos` writes what the solver saw and answered in houses of a stream; the network learns to click there.
-2. In other houses it plays: of each episode several clicks are drawn from its map, B is their reward, and the mean
-   reward of an episode its baseline (REINFORCE).
+2. In other houses it plays: of each episode several clicks are drawn from its map, and B is their reward. What earned
+   it is made likelier; of an episode in which nothing has earned it yet, what did not is made less likely.
 3. In houses that neither of the two has seen it clicks on the best place of its map. Chance clicks anywhere on the same
    frames, and the solver plays the same episodes.
 """
@@ -49,6 +49,8 @@ COLUMNS, ROWS = 40, 30
 BATCH = 32
 DRAWS = 6
 """Clicks that are drawn of each episode in a round of play."""
+PASSES = 6
+"""Over all episodes, after each round."""
 REPORT = json.dumps({"skill_name": "report", "arguments": {"status": "success", "summary": "I clicked on it."}})
 
 Click = Callable[[torch.Tensor, str], int]
@@ -71,7 +73,7 @@ def main() -> None:
     for epoch in clone(network, words, demos, given.epochs):
         if epoch % given.every == 0 or epoch == given.epochs:
             curve.add("cloned", epoch, best_of(network, words))
-    for number in improve(network, words, played, given.rounds):
+    for number in improve(network, words, demos, played, given.rounds):
         curve.add("improved on B", number, best_of(network, words))
     curve.add_solver(given.out)
     curve.write(given.out)
@@ -187,30 +189,48 @@ def _layer(inputs: int, outputs: int, stride: int, spread: int) -> nn.Module:
     return nn.Sequential(convolution, nn.GroupNorm(4, outputs), nn.ReLU())
 
 
+class _Batches:
+    """Demonstrations as what the network is trained on."""
+
+    def __init__(self, demos: Sequence[Demo], words: Words) -> None:
+        self._frames = torch.stack([demo.frame for demo in demos])
+        self._asked = words.of([demo.instruction for demo in demos])
+        self._clicked = functional.one_hot(torch.tensor([demo.place for demo in demos]), ROWS * COLUMNS).float()
+
+    def loss(self, network: Network, chosen: torch.Tensor) -> torch.Tensor:
+        """Returns the cross entropy of the network's map and the solver's clicks."""
+        seen, (clicked,) = _mirrored(self._frames[chosen], self._clicked[chosen])
+        return functional.cross_entropy(
+            network(seen * _light(seen), self._asked[chosen]), clicked, label_smoothing=0.05
+        )
+
+
 def clone(network: Network, words: Words, demos: Sequence[Demo], epochs: int) -> Iterator[int]:
     """Trains the network to click where the solver did; yields the number of each epoch, from 1."""
-    frames, places = torch.stack([demo.frame for demo in demos]), torch.tensor([demo.place for demo in demos])
-    asked = words.of([demo.instruction for demo in demos])
+    shown = _Batches(demos, words)
     optimiser = torch.optim.AdamW(network.parameters(), lr=2e-3, weight_decay=1e-2)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, epochs)
     for epoch in range(1, epochs + 1):
         network.train()
         for chosen in torch.randperm(len(demos)).split(BATCH):
-            seen, wanted = _mirrored(frames[chosen], places[chosen])
-            light = 0.85 + 0.3 * torch.rand(len(chosen), 1, 1, 1)
-            loss = functional.cross_entropy(network(seen * light, asked[chosen]), wanted, label_smoothing=0.05)
             optimiser.zero_grad()
-            loss.backward()
+            shown.loss(network, chosen).backward()
             optimiser.step()
         schedule.step()
         yield epoch
 
 
-def _mirrored(frames: torch.Tensor, places: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """Returns half of the frames as in a mirror, with their places: instructions never say left or right."""
+def _mirrored(frames: torch.Tensor, *maps: torch.Tensor) -> tuple[torch.Tensor, list[torch.Tensor]]:
+    """Returns half of the frames as in a mirror, with maps of their places: instructions never say left or right."""
     turned = torch.rand(len(frames)) < 0.5
-    other = places // COLUMNS * COLUMNS + (COLUMNS - 1 - places % COLUMNS)
-    return torch.where(turned[:, None, None, None], frames.flip(3), frames), torch.where(turned, other, places)
+    flipped = [each.unflatten(1, (ROWS, COLUMNS)).flip(2).flatten(1) for each in maps]
+    other = [torch.where(turned[:, None], new, old) for new, old in zip(flipped, maps, strict=True)]
+    return torch.where(turned[:, None, None, None], frames.flip(3), frames), other
+
+
+def _light(frames: torch.Tensor) -> torch.Tensor:
+    """Returns how much brighter or darker each frame is shown."""
+    return 0.85 + 0.3 * torch.rand(len(frames), 1, 1, 1)
 
 
 class Scene:
@@ -243,24 +263,47 @@ class Scenes:
             yield Scene(env, episode.id)
 
 
-def improve(network: Network, words: Words, scenes: Sequence[Scene], rounds: int) -> Iterator[int]:
-    """Plays all scenes in each round, and makes likelier what earned more than the scene's mean; yields the round."""
-    optimiser = torch.optim.AdamW(network.parameters(), lr=3e-4)
+def improve(
+    network: Network, words: Words, demos: Sequence[Demo], scenes: Sequence[Scene], rounds: int
+) -> Iterator[int]:
+    """Plays all scenes and learns from what they earned so far, in turns; yields the number of each round.
+
+    Demonstrations are learned on beside the scenes, so that what they taught is kept.
+    """
+    shown = _Batches(demos, words)
+    frames, asked = torch.stack([scene.frame for scene in scenes]), words.of([scene.instruction for scene in scenes])
+    earned, lost = torch.zeros(2, len(scenes), ROWS * COLUMNS)
+    optimiser = torch.optim.AdamW(network.parameters(), lr=1.5e-3, weight_decay=1e-2)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, rounds * PASSES * -(-len(scenes) // BATCH))
     for number in range(1, rounds + 1):
+        for index, scene in enumerate(scenes):  # one after the other: each house is loaded once
+            for place in _drawn(network, frames[index], asked[index]):
+                (earned if scene.play(place) else lost)[index, place] = 1.0
         network.train()
-        for chosen in torch.randperm(len(scenes)).split(BATCH):
-            batch = [scenes[index] for index in chosen.tolist()]
-            frames, asked = torch.stack([scene.frame for scene in batch]), words.of([s.instruction for s in batch])
-            places = torch.distributions.Categorical(logits=network(frames, asked))
-            drawn = places.sample((DRAWS,))
-            won = [[scene.play(int(p)) for p in own] for scene, own in zip(batch, drawn.T, strict=True)]
-            reward = torch.tensor(won).T  # one scene after the other: each house is loaded once
-            gain = reward - reward.mean(dim=0)
-            loss = -(gain * places.log_prob(drawn)).mean() - 1e-3 * places.entropy().mean()
-            optimiser.zero_grad()
-            loss.backward()
-            optimiser.step()
+        for _ in range(PASSES):
+            for chosen in torch.randperm(len(scenes)).split(BATCH):
+                seen, (won, missed) = _mirrored(frames[chosen], earned[chosen], lost[chosen])
+                loss = -_log_earned(network(seen * _light(seen), asked[chosen]), won, missed).mean()
+                optimiser.zero_grad()
+                (loss + shown.loss(network, torch.randint(len(demos), (BATCH,)))).backward()
+                optimiser.step()
+                schedule.step()
         yield number
+
+
+def _drawn(network: Network, frame: torch.Tensor, asked: torch.Tensor) -> list[int]:
+    """Returns places drawn from the network's map of one frame."""
+    network.eval()
+    with torch.no_grad():
+        return torch.distributions.Categorical(logits=network(frame[None], asked[None])).sample((DRAWS,))[:, 0].tolist()
+
+
+def _log_earned(logits: torch.Tensor, won: torch.Tensor, missed: torch.Tensor) -> torch.Tensor:
+    """Returns the log probability of the places that earned B; where none did yet, of not trying again what did not."""
+    logs = functional.log_softmax(logits, dim=1)
+    earning = torch.logsumexp(logs.masked_fill(won == 0, -1e9), dim=1)
+    avoiding = torch.log1p(-(logs.exp() * missed).sum(dim=1).clamp(max=0.999))
+    return torch.where(won.any(dim=1), earning, avoiding)
 
 
 def best_of(network: Network, words: Words) -> Click:
@@ -336,12 +379,12 @@ def draw(points: Sequence[dict[str, str | float]], file: Path) -> None:
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True, help="folder; what it holds already is taken from there")
-    parser.add_argument("--demos", type=int, default=700, help="episodes that are demonstrated (700)")
-    parser.add_argument("--played", type=int, default=200, help="episodes to play (200)")
-    parser.add_argument("--tested", type=int, default=150, help="episodes to test on (150)")
+    parser.add_argument("--demos", type=int, default=400, help="episodes that are demonstrated (400)")
+    parser.add_argument("--played", type=int, default=500, help="episodes to play (500)")
+    parser.add_argument("--tested", type=int, default=300, help="episodes to test on (300)")
     parser.add_argument("--epochs", type=int, default=20, help="passes over the demonstrations (20)")
     parser.add_argument("--every", type=int, default=5, help="epochs between tests (5)")
-    parser.add_argument("--rounds", type=int, default=4, help="rounds of play (4)")
+    parser.add_argument("--rounds", type=int, default=2, help="rounds of play (2)")
     parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
     return parser.parse_args()
 

@@ -11,6 +11,7 @@ from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.exports.steps import STEP_COLUMNS
+from vigil.glossary import SECTIONS
 from vigil.integrations.gymnasium import Options
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.inspect_task import TASK_SETTINGS
@@ -20,7 +21,16 @@ from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("agents.md", "ai2thor.md", "analysis.md", "export.md", "gymnasium.md", "inspect.md", "models.md")
+PAGES = (
+    "agents.md",
+    "ai2thor.md",
+    "analysis.md",
+    "export.md",
+    "glossary.md",
+    "gymnasium.md",
+    "inspect.md",
+    "models.md",
+)
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 
@@ -102,6 +112,15 @@ def inspect_arguments() -> str:
     return _markdown(("argument", "default", "is"), rows)
 
 
+def glossary() -> str:
+    """Returns the terms, section by section, each with an anchor."""
+    parts = []
+    for heading, terms in SECTIONS.items():
+        rows = [(f'<a id="{term.anchor}"></a>**{_cell(term.name)}**', _cell(term.text)) for term in terms]
+        parts.append(f"\n## {heading}\n\n{_markdown(('term', 'means'), rows)}\n")
+    return "".join(parts)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "providers": providers,
     "coordinates": coordinates,
@@ -110,6 +129,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "step_columns": step_columns,
     "thor_actions": thor_actions,
     "thor_differences": thor_differences,
+    "glossary": glossary,
     "gymnasium_options": gymnasium_options,
     "inspect_arguments": inspect_arguments,
 }
@@ -118,6 +138,10 @@ TABLES: dict[str, Callable[[], str]] = {
 def with_tables(page: str) -> str:
     """Returns a page's text with its tables as the source has them."""
     return _TABLE.sub(lambda match: f"{match[1]}{TABLES[match[2]]()}\n{match[3]}", page)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
 
 
 def _markdown(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:

@@ -1,4 +1,7 @@
-"""Draws the pictures of docs/pictures.md from the starter pack: `python scripts/pictures.py`."""
+"""Writes docs/gallery.md, and draws its pictures of the starter pack: `python scripts/pictures.py`.
+
+The other pictures of the gallery are drawn by the commands that the page names.
+"""
 
 from pathlib import Path
 
@@ -18,20 +21,24 @@ OUT = Path(__file__).parents[1] / "docs"
 FOLDER = OUT / "pictures"
 QUALITY = 88
 TRIED = 8
+CATALOG = "<!-- parsed only: draws for minutes -->\n```sh\nvigil render --catalog --variants 1 --out catalogue\n```"
+SHEET = "<!-- parsed only: draws for minutes -->\n```sh\nvigil pack sheet vigil_balanced_1000 --n 80 --out sheets\n```"
 CHANGES = ("open_access", "close_access", "activate", "deactivate", "pick", "place")
 
 
 def main() -> None:
-    """Writes docs/pictures.md and its pictures."""
+    """Writes docs/gallery.md and docs/pictures."""
     pack = Pack.load("starter")
     env = Env(make_simulator("mujoco", assets=AssetDatabase.default()), pack.house_of, Profile())
     FOLDER.mkdir(parents=True, exist_ok=True)
     lines = [
-        "# Pictures",
+        "# Gallery",
         "",
-        "Drawn from the starter pack by `scripts/pictures.py`; an agent sees exactly these frames.",
+        "Pictures of episodes, states, things and houses, each with the command that made it.",
         "",
         "## Where an episode of each family starts",
+        "",
+        "From the starter pack, by `python scripts/pictures.py`; an agent sees exactly these frames.",
         "",
     ]
     for family, spec in FAMILIES.items():
@@ -45,7 +52,12 @@ def main() -> None:
             f"![{spec.name}](pictures/start_{family}.jpg)",
             "",
         ]
-    lines += ["## What interactions change", "", "Before and after one action of a recorded solution.", ""]
+    lines += [
+        "## What interactions change",
+        "",
+        "Before and after one action of a recorded solution, by the same command.",
+        "",
+    ]
     for intent in CHANGES:
         episode, before, after = _clearest(pack, env, intent)
         pair = Image.new("RGB", (1290, 480), "white")
@@ -53,7 +65,50 @@ def main() -> None:
         pair.paste(Image.fromarray(after), (650, 0))
         pair.save(FOLDER / f"change_{intent}.jpg", quality=QUALITY)
         lines += [f"**`{intent}`** ({episode.instruction})", "", f"![{intent}](pictures/change_{intent}.jpg)", ""]
-    (OUT / "pictures.md").write_text("\n".join(lines).rstrip() + "\n")
+    lines += _elsewhere()
+    (OUT / "gallery.md").write_text("\n".join(lines).rstrip() + "\n")
+
+
+def _elsewhere() -> list[str]:
+    """Returns the part of the page whose pictures other commands draw."""
+    lines = [
+        "## Things",
+        "",
+        "One variant of each category, in each of its states ([assets](assets.md)):",
+        "",
+        CATALOG,
+        "",
+    ]
+    lines += [
+        f"![Catalogue, part {path.stem[-1]}](pictures/catalog/{path.name})" for path in _files("pictures/catalog")
+    ]
+    lines += [
+        "",
+        "## Houses",
+        "",
+        "By `python scripts/house_pictures.py`; each is the house of a seed ([houses](houses.md)).",
+        "",
+    ]
+    for path in _files("houses", "*_plan.jpg"):
+        *kind, seed, _ = path.stem.split("_")
+        lines += [f"**`--rooms {kind[0]} --seed {seed}`**", "", f"![Plan and bird's-eye view](houses/{path.name})", ""]
+    lines += [
+        "## Packs",
+        "",
+        "Ten episodes of a family with their start frames, of the pack's version 1; the command draws the newest "
+        "([packs](packs.md)).",
+        "",
+        SHEET,
+        "",
+    ]
+    lines += [f"[{family}](packs/{family}.webp)" + " ·" * (family != "CR") for family in FAMILIES]
+    lines += ["", "![Ten episodes of Approach and Interact](packs/AI.webp)", "", "## Endings", ""]
+    lines += ["By `python scripts/concepts.py`: [concepts](concepts.md).", "", "## Pages", ""]
+    return [*lines, "By `python scripts/web_pictures.py`: [the pages](web.md).", ""]
+
+
+def _files(folder: str, pattern: str = "*.jpg") -> list[Path]:
+    return sorted((OUT / folder).glob(pattern))
 
 
 def _clearest(pack: Pack, env: Env, intent: str) -> tuple[Episode, np.ndarray, np.ndarray]:

@@ -18,6 +18,10 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from vigil.jsonl import AppendFile, read_lines
+from vigil.record import EPISODES_FILE, read_header
+from vigil.runner.run_folder import write_header
+
 PORT = 8470
 WIDE, PHONE = (1280, 800), (390, 844)
 JPEG_QUALITY = 82
@@ -80,6 +84,36 @@ def take_view(browser: Browser, runs: Path, episode: str, out: Path) -> None:
             keep(page, out / "house.jpg")
 
 
+@contextmanager
+def going_on(run: Path, rows: int) -> Iterator[Path]:
+    """Yields a copy of a run as it was while it was played: its first rows, and its file held by who writes it."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / run.name
+        copy.mkdir()
+        write_header(copy, read_header(run).model_copy(update={"ended": None}))
+        with AppendFile(copy / EPISODES_FILE) as file:
+            file.append(*(line.data for line in read_lines(run / EPISODES_FILE)[:rows]))
+            yield copy
+
+
+def take_going(browser: Browser, runs: Path, out: Path) -> None:
+    """Takes a run that goes on."""
+    with going_on(runs / "random", 53) as run, serving("view", str(run)) as base:
+        for name, size, scheme in (("following", WIDE, "light"), ("following_phone", PHONE, "dark")):
+            with page_of(browser, size, scheme) as page:
+                page.goto(f"{base}/runs/random")
+                keep(page, out / f"{name}.jpg")
+
+
+def take_packs(browser: Browser, out: Path) -> None:
+    """Takes the strata of a pack, and its first frames."""
+    with serving("view", "--pack", "starter") as base, page_of(browser) as page:
+        page.goto(f"{base}/packs/vigil_mini_v1_1")
+        keep(page, out / "pack.jpg")
+        page.goto(f"{base}/packs/starter#samples")
+        keep(page, out / "pack_frames.jpg")
+
+
 def take_play(browser: Browser, out: Path) -> None:
     """Takes a person's play: the menu of intents."""
     with tempfile.TemporaryDirectory() as folder:
@@ -114,6 +148,8 @@ def main() -> None:
         chromium = shutil.which("chromium") or shutil.which("chromium-browser")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         take_view(browser, given.runs, given.episode, given.out)
+        take_going(browser, given.runs, given.out)
+        take_packs(browser, given.out)
         take_play(browser, given.out)
         take_review(browser, given.episode, given.out)
         browser.close()

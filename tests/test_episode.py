@@ -5,10 +5,31 @@ from pydantic import ValidationError
 from stories import GOALS, episode
 
 from vigil.actions import Navigate, Report
-from vigil.episode import FAMILIES, Episode, Solution
+from vigil.episode import FAMILIES, Episode, FamilySpec, Solution, register_family
+from vigil.errors import SettingError
 from vigil.goals import ObjectHeld, ObjectInState
 from vigil.pose import Vec3
 from vigil.world import ObjectSetup, Placement, Setup
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds", "message"),
+    [
+        ("AI", ("object_held",), "Family 'AI' is 'Approach and Interact' already"),
+        ("sa", ("object_held",), "named by two capital letters"),
+        ("ZZ", ("object_hold",), "Did you mean 'object_held'"),
+    ],
+)
+def test_a_family_that_cannot_be_is_not_registered(name: str, kinds: tuple[str, ...], message: str):
+    with pytest.raises(SettingError, match=message):
+        register_family(name, FamilySpec("Mine", "diagnostic", True, 5, 2, ("report",), kinds))
+    assert len(FAMILIES) == 8
+
+
+def test_a_family_may_be_registered_again_and_an_unknown_one_is_named():
+    register_family("AI", FAMILIES["AI"])
+    with pytest.raises(ValidationError, match="there is no family 'ZZ'; the families are PG, DA"):
+        Episode.model_validate(episode("AI").model_dump() | {"family": "ZZ"})
 
 
 @pytest.mark.parametrize("family", FAMILIES)

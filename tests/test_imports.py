@@ -18,8 +18,8 @@ ROOT = Path(vigil.__file__).parent
 
 BASE = [
     *("errors", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world", "observation"),
-    *("json_text",),
-    *("reasoning", "actions", "replies", "kept_reply", "prompt_file", "profile"),
+    *("json_text", "glossary"),
+    *("reasoning", "actions", "costs", "replies", "kept_reply", "prompt_file", "profile"),
 ]
 """Lowest layer: each may import those before it."""
 PURE = [
@@ -111,12 +111,18 @@ LAZY = {
     "OpenGL",
     "inspect_ai",
     "av",
+    "scipy",
     "vigil.runner.models.inspect_model",
     "vigil.runner.inspect_task",
     "vigil.runner.ray_cluster",
     "vigil.sim.engines.mujoco.engine",
+    "vigil.sim.engines.fake",
+    "vigil.sim.thor.start",
 }
-"""Heavy or optional libraries that may be imported inside a function, and the modules made of such a library."""
+"""Heavy or optional libraries that may be imported inside a function, and the modules made of such a library.
+
+SciPy's are heavy (0.3 s), and the start of a simulator needs none of them: what does loads them at its first use.
+"""
 MOST_MODULES = 16
 """In one folder, without its `__init__.py`."""
 NONDETERMINISTIC = {"random", "time", "secrets", "socket", "urllib", "requests", "httpx"}

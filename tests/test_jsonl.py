@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field, TypeAdapter
 
 from vigil import jsonl
 from vigil.errors import RecordError, SettingError
-from vigil.jsonl import AppendFile, append_line, dump_line, parse, read_lines, split
+from vigil.jsonl import AppendFile, append_line, dump_line, is_being_written, parse, read_lines, split
 
 
 class Row(BaseModel):
@@ -139,3 +139,14 @@ def test_a_folder_is_made_only_when_that_is_wanted(tmp_path: Path):
         AppendFile(tmp_path / "new" / "rows.jsonl")
     AppendFile(tmp_path / "new" / "rows.jsonl", makes_folder=True).close()
     assert (tmp_path / "new" / "rows.jsonl").is_file()
+
+
+def test_who_reads_can_tell_whether_somebody_writes(path: Path):
+    assert is_being_written(path) is None
+    with AppendFile(path) as file:
+        assert is_being_written(path) is True
+        file.append(lines(1))  # to have asked is no hindrance
+        assert is_being_written(path) is True
+    assert is_being_written(path) is False
+    with AppendFile(path) as file:
+        file.append(lines(2))

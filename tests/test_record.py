@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from stories import NOON, RecordBuilder, thing
 
+from vigil import __version__
 from vigil.actions import InvalidAction
 from vigil.errors import RecordError
 from vigil.jsonl import dump_line
@@ -169,8 +170,11 @@ def test_a_broken_line_in_the_middle_is_named_and_nothing_is_changed(path: Path)
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"schema_version": 99}, "record schema 99, expected 1"),
-        ({"verdict": True}, "verdict: Extra inputs"),
+        (
+            {"schema_version": 99},
+            r"has schema 99, vigil \S+ reads 1\. A newer vigil wrote it: `pip install --upgrade vigil-bench`",
+        ),
+        ({"verdict": True}, "verdict: Extra inputs are not permitted; a newer vigil may have written it"),
         ({"end": "gave_up"}, "end: Input should be"),
     ],
 )
@@ -326,6 +330,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
         "host": {},
         "answered": None,
         "resumed": (),
+        "prices": None,
     }
     session = Resumption(started=NOON, rows_before=2)
     assert session.model_dump(exclude={"started"}) == {
@@ -442,21 +447,31 @@ def test_a_header_is_read_or_the_fault_is_named(tmp_path: Path):
     with pytest.raises(RecordError) as none:
         read_header(tmp_path)
     assert str(none.value) == f"Folder {folder!r} has no run.json; give the folder of a run (its --log-dir)."
-    whole = header(host={"a": "b"})
+    whole = header(host={"a": "b"}, package_version=__version__)
     file.write_text(whole.model_dump_json())
     assert read_header(tmp_path) == whole
     for text, said in (
         ("{", " is not JSON: "),
-        ("[]", " has schema None, this version of vigil reads 1. Read it with the version that wrote it."),
-        ("{}", " has schema None, this version of vigil reads 1. Read it with the version that wrote it."),
-        (whole.model_dump_json().replace(":1,", ":2,", 1), " has schema 2, this version of vigil reads 1. Read it"),
+        ("[]", f" has schema None, vigil {__version__} reads 1. Read it with the vigil that wrote it."),
+        ("{}", f" has schema None, vigil {__version__} reads 1. Read it with the vigil that wrote it."),
+        (
+            whole.model_dump_json().replace(":1,", ":2,", 1),
+            f" has schema 2, vigil {__version__} reads 1. A newer vigil",
+        ),
         (whole.model_dump_json().replace("run_id", "id"), ": run_id: Field required. Restore it from a copy."),
     ):
         file.write_text(text)
         with pytest.raises(RecordError) as caught:
             read_header(tmp_path)
         assert str(caught.value).startswith(f"{str(file)!r}{said}")
-        assert str(caught.value).endswith((". Restore it from a copy.", ". Read it with the version that wrote it."))
+        assert str(caught.value).endswith((" from a copy.", " the vigil that wrote it.", ", then read it again."))
+
+
+def test_a_header_of_another_version_with_a_fault_is_to_be_read_with_that_version(tmp_path: Path):
+    fields = header(package_version="7.2.0").model_dump(mode="json") | {"weather": "fine"}
+    (tmp_path / "run.json").write_text(json.dumps(fields))
+    with pytest.raises(RecordError, match=rf"weather: .*vigil 7\.2\.0 wrote it, this is {__version__}: read it with"):
+        read_header(tmp_path)
 
 
 def test_rows_that_stand_are_sorted_by_episode_and_epoch():

@@ -1,14 +1,15 @@
 """Episode and the eight families: what is asked, where, with which budgets.
 
-The table `FAMILIES` is data: nothing branches on a family's name when an episode is scored. Source: `protocol.md`
-section 4 and the paper's table `family_specs`.
+The table `FAMILIES` is data: nothing branches on a family's name when an episode is scored. `register_family` adds
+families of one's own to it. Source: `protocol.md` section 4 and the paper's table `family_specs`.
 """
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Action
 from vigil.errors import SettingError, did_you_mean
@@ -16,7 +17,15 @@ from vigil.goals import Goal
 from vigil.pose import Pose
 from vigil.world import Setup
 
-Family = Literal["PG", "DA", "VS", "SV", "AI", "SI", "SM", "CR"]
+
+def _known_family(name: str) -> str:
+    if name not in FAMILIES:
+        raise ValueError(f"there is no family {name!r}; the families are {', '.join(FAMILIES)}")
+    return name
+
+
+Family = Annotated[str, AfterValidator(_known_family)]
+"""A name in `FAMILIES`."""
 Tier = Literal["diagnostic", "compositional"]
 Size = Literal["large", "medium", "small"]
 Skill = Literal["navigate", "look", "interact_pixel", "interact_pixel(ground)", "report"]
@@ -73,6 +82,23 @@ FAMILIES: dict[Family, FamilySpec] = {
     ),
     "CR": FamilySpec("Constraint Resolving", "compositional", True, 40, 12, _ACT, ("object_state", "object_held")),
 }
+
+
+def register_family(name: str, spec: FamilySpec) -> None:
+    """Adds a family of one's own to `FAMILIES`, in this process alone; its goals are of the kinds that there are.
+
+    Raises SettingError on a name that is taken or is not two capital letters, and on an unknown kind of goal.
+    """
+    if not re.fullmatch(r"[A-Z]{2}", name):
+        raise SettingError(f"Family {name!r}: a family is named by two capital letters, as {', '.join(FAMILIES)} are.")
+    if FAMILIES.get(name, spec) != spec:
+        raise SettingError(f"Family {name!r} is {FAMILIES[name].name!r} already. Choose another name.")
+    known = [kind.model_fields["kind"].default for kind in get_args(get_args(Goal)[0])]
+    for kind in spec.goal_kinds:
+        if kind not in known:
+            hint = did_you_mean(kind, known)
+            raise SettingError(f"Family {name!r}: goal kind {kind!r} does not exist.{hint} Known: {', '.join(known)}.")
+    FAMILIES[name] = spec
 
 
 def families_named(names: Iterable[str]) -> tuple[Family, ...]:

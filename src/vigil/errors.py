@@ -16,8 +16,10 @@ What an agent does wrong is never an exception: it is data (`vigil.actions.Inval
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
-from pydantic import ValidationError
+if TYPE_CHECKING:  # `vigil --help` needs the errors, and not the time that pydantic takes to load
+    from pydantic import ValidationError
 
 MAX_FAULT_CHARS = 300
 """Of a place, and of a message, that a file or a model wrote."""
@@ -65,7 +67,7 @@ class ModelAPIError(InfrastructureError):
     """A model's provider failed: transport, rate limit, outage, or no image support."""
 
 
-def first_fault(error: ValidationError, whole: str = "the document") -> str:
+def first_fault(error: "ValidationError", whole: str = "the document") -> str:
     """Returns "place: message" of the first thing that pydantic found wrong, both cut to a readable length.
 
     `whole` names the place when it is all that was read. A message may quote what was read, which has any length.

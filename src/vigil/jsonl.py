@@ -101,6 +101,21 @@ def append_line(path: Path, line: bytes) -> None:
         file.append(line)
 
 
+def is_being_written(path: Path) -> bool | None:
+    """Whether a process holds the file open for appending; None where that cannot be known.
+
+    To find out that nobody does takes the writer's lock for an instant: ask again only when something has changed.
+    """
+    try:
+        with path.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return None
+    return False
+
+
 class AppendFile:
     """A file of JSON lines, locked: one process at a time writes to it. `mend`, `append` and `cut` alone change it."""
 

@@ -25,7 +25,7 @@ from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean,
 from vigil.house import MAX_HOUSE_BYTES, House
 from vigil.pack_names import STREAM, newest, successor
 from vigil.strict_json import read_json
-from vigil.versions import PackVersions
+from vigil.versions import PackVersions, other_schema
 
 PACK_SCHEMA = 1
 PACKAGED = Path(str(files("vigil") / "packs"))
@@ -337,15 +337,16 @@ def _read(folder: Path, name: str, limit: int) -> bytes:
 
 def _manifest(folder: Path, raw: bytes) -> Manifest:
     try:
-        manifest = Manifest.model_validate(read_json(raw))
+        found = read_json(raw)
+        named = found if isinstance(found, dict) else {}
+        other = other_schema(named.get("schema_version", PACK_SCHEMA), PACK_SCHEMA)
+        if other is not None:
+            raise PackMismatch(f"Pack {str(folder)!r} {other}.")
+        manifest = Manifest.model_validate(found)
     except ValidationError as error:
         raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {first_fault(error)}.") from None
     except ValueError as error:
         raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} is not JSON: {error}. Restore it from a copy.") from None
-    if manifest.schema_version != PACK_SCHEMA:
-        raise PackMismatch(
-            f"Pack {str(folder)!r}: schema {manifest.schema_version}, this version of vigil reads {PACK_SCHEMA}."
-        )
     for name in (EPISODES, SOLUTIONS):
         if name not in manifest.files:
             raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")

@@ -10,19 +10,21 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from vigil import __version__
 from vigil.actions import Action, InvalidAction, Reply
-from vigil.errors import RecordError, first_fault
+from vigil.costs import Prices, Tokens
+from vigil.errors import MAX_PART_CHARS, RecordError, cut, first_fault
 from vigil.observation import Quality
 from vigil.profile import Profile
 from vigil.reasoning import Thinking
 from vigil.strict_json import read_json
-from vigil.versions import PackVersions, Versions
+from vigil.versions import PackVersions, Versions, other_schema
 from vigil.world import Effect, WorldState
 
 SCHEMA_VERSION = 1
 """Of rows and headers: 1 is the only one so far. It is raised by one when a field changes its meaning, its unit or its
 name, or goes away, so that an older reader would misunderstand a row; a new field with a default, which leaves old rows
-as they are, does not raise it. Any other version is refused by name. `tests/test_golden_records.py` guards it."""
+as they are, does not raise it. Any other is refused with what to do. `tests/release/test_old_files.py` guards it."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 FRAMES_FOLDER = "frames"
@@ -103,6 +105,11 @@ class EpisodeRecord(_Record):
     def key(self) -> Key:
         """What identifies an episode within a run."""
         return self.episode_id, self.epoch
+
+    @property
+    def tokens(self) -> Tokens:
+        """What its replies took."""
+        return Tokens.of(step.reply.usage for step in self.steps)
 
     @property
     def worlds(self) -> tuple[WorldState, ...]:
@@ -229,6 +236,8 @@ class RunHeader(_Record):
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
     """The machine and where things lay on it: platform, python ..., `pack_folder`, `asset_database`."""
+    prices: Prices | None = None
+    """At which its costs are told, as given last; no part of what the run is."""
     answered: Answered | None = None
     """Of a model's run."""
     resumed: tuple[Resumption, ...] = ()
@@ -307,6 +316,14 @@ def standing(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
     return dict(sorted({record.key: record for record in records if rows.takes(record)}.items()))
 
 
+def _advice(header: dict[str, Any]) -> str:
+    """Returns what to do about a header with a fault; another version's may have fields that this one lacks."""
+    wrote = header.get("package_version")
+    if not isinstance(wrote, str) or wrote == __version__:
+        return "Restore it from a copy."
+    return f"vigil {cut(wrote, MAX_PART_CHARS)} wrote it, this is {__version__}: read it with that version."
+
+
 def read_header(path: Path) -> RunHeader:
     """Returns the header in a run's folder. Raises RecordError."""
     file = path / HEADER_FILE
@@ -314,14 +331,12 @@ def read_header(path: Path) -> RunHeader:
         raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
     try:
         found = read_json(file.read_bytes())
-        found_version = found.get("schema_version") if isinstance(found, dict) else None
-        if found_version != SCHEMA_VERSION:
-            raise RecordError(
-                f"{str(file)!r} has schema {found_version!r}, this version of vigil reads {SCHEMA_VERSION}. Read it "
-                "with the version that wrote it."
-            )
+        named = found if isinstance(found, dict) else {}
+        other = other_schema(named.get("schema_version"), SCHEMA_VERSION)
+        if other is not None:
+            raise RecordError(f"{str(file)!r} {other}.")
         return RunHeader.model_validate(found)
     except ValidationError as error:
-        raise RecordError(f"{str(file)!r}: {first_fault(error)}. Restore it from a copy.") from None
+        raise RecordError(f"{str(file)!r}: {first_fault(error)}. {_advice(named)}") from None
     except ValueError as error:
         raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None

@@ -6,11 +6,13 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
+from vigil.costs import Tokens
 from vigil.errors import RecordError, first_fault
 from vigil.jsonl import AppendFile, Line, dump_line, split
 from vigil.record import SCHEMA_VERSION, EpisodeRecord, Key, Standing, standing
 from vigil.row_check import REPEATED, UNREADABLE, LeftOut, RowCheck
 from vigil.strict_json import read_json
+from vigil.versions import other_schema
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +36,8 @@ class RowFilter:
         """`check` tells the run's rows from others; without one all are."""
         self._check = check
         self._standing = Standing()
+        self.tokens = Tokens()
+        """Of all rows that stood at some time: an episode that is played again after an error has cost twice."""
         self.left_out: list[LeftOut] = []
 
     def takes(self, row: Row) -> EpisodeRecord | None:
@@ -44,6 +48,7 @@ class RowFilter:
         if isinstance(found, LeftOut):
             self.left_out.append(found)
             return None
+        self.tokens += found.tokens
         return found
 
     def _fault(self, number: int, record: EpisodeRecord) -> LeftOut | None:
@@ -81,8 +86,9 @@ def missing(path: Path) -> RecordError:
 class RecordLog:
     """The one writer of an `episodes.jsonl`.
 
-    `rows` are those that stand, by key; `count` is the number of all lines in the file; `left_out` are those that do
-    not count (once `check` was told which run this is); `made_folder` says that the folder was not there before.
+    `rows` are those that stand, by key, `tokens` what they and those before them of their keys took; `count` is the
+    number of all lines in the file; `left_out` are those that do not count (once `check` was told which run this is);
+    `made_folder` says that the folder was not there before.
     """
 
     def __init__(self, path: Path) -> None:
@@ -114,6 +120,7 @@ class RecordLog:
             raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
         self._file.append(dump_line(record))
         self.rows[record.key] = record
+        self.tokens += record.tokens
         self.count += 1
 
     def is_done(self, key: Key) -> bool:
@@ -129,6 +136,7 @@ class RecordLog:
         rows = RowFilter(check)
         records = (record for row in self._read if (record := rows.takes(row)) is not None)
         self.rows = standing(records)
+        self.tokens = rows.tokens
         self.left_out = tuple(rows.left_out)
 
 
@@ -148,12 +156,12 @@ def _unreadable(line: Line, error: ValidationError) -> LeftOut:
         return LeftOut(line.number, UNREADABLE, f"not JSON: {fault}")
     known = fields if isinstance(fields, dict) else {}
     episode_id = str(known.get("episode_id", ""))[:200]
-    wrong = LeftOut(line.number, UNREADABLE, first_fault(error, "the line"), episode_id)
+    is_unknown = error.errors()[0]["type"] == "extra_forbidden"
+    newer = "; a newer vigil may have written it" if is_unknown else ""
+    wrong = LeftOut(line.number, UNREADABLE, f"{first_fault(error, 'the line')}{newer}", episode_id)
     return _other_schema(line.number, known.get("schema_version", SCHEMA_VERSION), episode_id) or wrong
 
 
 def _other_schema(number: int, found: object, episode_id: str) -> LeftOut | None:
-    if found == SCHEMA_VERSION:
-        return None
-    detail = f"record schema {found!r}, expected {SCHEMA_VERSION}: read it with the vigil that wrote it"
-    return LeftOut(number, UNREADABLE, detail[:200], episode_id)
+    fault = other_schema(found, SCHEMA_VERSION)
+    return None if fault is None else LeftOut(number, UNREADABLE, f"it {fault}", episode_id)

@@ -44,7 +44,8 @@ class RowCheck:
         wanted = set(header.spec.episode_ids)
         self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
         """The run's own, by id; of a shard's run, those of all shards."""
-        self._part = {episode.id for episode in part_of(self.episodes.values(), header.spec.shard)}
+        self.part = {episode.id for episode in part_of(self.episodes.values(), header.spec.shard)}
+        """The ids of those that are played here."""
         self._prompts: dict[str, str] = {}
         self._knows_prompt = policy_sha256(header.spec.profile) == header.spec.prompt_policy_sha256
 
@@ -54,7 +55,7 @@ class RowCheck:
         run, spec = f"run {self._header.run_id!r}", self._header.spec
         unchecked = f"The prompts of {run} were not checked: this vigil has another text of {spec.prompt_policy!r}."
         partial = (
-            f"This {run} is shard {spec.shard} of a run: it plays {len(self._part)} of the {len(self.episodes)} "
+            f"This {run} is shard {spec.shard} of a run: it plays {len(self.part)} of the {len(self.episodes)} "
             "episodes. `vigil merge` joins the shards."
         )
         said = {unchecked: not self._knows_prompt, partial: spec.shard is not None}
@@ -77,7 +78,7 @@ class RowCheck:
         if episode is None:
             yield "is of no episode of this run", f"{record.episode_id!r}"
             return
-        if episode.id not in self._part:
+        if episode.id not in self.part:
             yield "is of an episode of another shard", f"{record.episode_id!r}"
         if record.epoch > spec.epochs:
             yield "is of an epoch that this run does not have", f"epoch {record.epoch} of {spec.epochs}"

@@ -6,8 +6,10 @@ Nothing is written. A run that is still being played can be read on as it grows.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from heapq import nlargest
 from pathlib import Path
 
+from vigil.costs import Tokens
 from vigil.episode import Episode
 from vigil.errors import PackMismatch, RecordError
 from vigil.jsonl import split
@@ -43,6 +45,8 @@ class RecordTable:
         self.check = RowCheck(header, episodes)
         self.is_missing = False
         """Whether there is no file yet."""
+        self.stamp = (0, 0)
+        """Size of the file and when it was last written (ns); equal when nothing has been added."""
         self._epochs = header.spec.epochs
         self._forget()
 
@@ -60,6 +64,16 @@ class RecordTable:
     def episodes(self) -> dict[str, Episode]:
         """The episodes that the run is meant to play, by id."""
         return self.check.episodes
+
+    @property
+    def planned(self) -> int:
+        """How many rows the run is meant to have; of a shard, for its own part."""
+        return len(self.check.part) * self._epochs
+
+    @property
+    def tokens(self) -> Tokens:
+        """What the run's replies took, those of rows that others have taken the place of included."""
+        return self._filter.tokens
 
     @property
     def left_out(self) -> tuple[LeftOut, ...]:
@@ -81,9 +95,9 @@ class RecordTable:
             stat = self.path.stat()
         except OSError:
             self._forget()
-            self.is_missing = True
+            self.is_missing, self.stamp = True, (0, 0)
             return
-        self.is_missing = False
+        self.is_missing, self.stamp = False, (stat.st_size, stat.st_mtime_ns)
         identity = (stat.st_dev, stat.st_ino)
         has_grown = stat.st_size > self._seen
         if identity != self._identity or stat.st_size < self._seen or (has_grown and self._is_open):
@@ -106,6 +120,10 @@ class RecordTable:
         self._is_open = lines.is_open
         self.torn = self._lines + 1 if lines.torn else None
 
+    def newest(self, count: int) -> list[StandingRow]:
+        """Returns the rows that were written last, the newest first."""
+        return nlargest(count, list(self.rows.values()), key=lambda row: row.line)
+
     def record(self, key: Key) -> EpisodeRecord:
         """Returns the record that stands for `key`. Raises RecordError."""
         row = self.rows.get(key)
@@ -117,7 +135,7 @@ class RecordTable:
 
     def settlement(self) -> Settlement:
         """Returns all verdicts, sorted by episode and epoch."""
-        verdicts = {key: row.verdict for key, row in self.rows.items()}
+        verdicts = {key: row.verdict for key, row in list(self.rows.items())}  # it may grow meanwhile
         return settlement_of(verdicts, self.episodes.values(), self._epochs)
 
 

@@ -7,7 +7,10 @@ before versions were named. `tests/test_versions.py` fails when one of the three
 
 from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from vigil import __version__
+from vigil.errors import cut
 
 RULES_VERSION = 2
 """Of the protocol as the package carries it out: contract, budgets, goals, and how the simulator behaves.
@@ -27,6 +30,7 @@ Raised when any text is judged otherwise than before (`tests/golden/replies.json
 packs, but replies that were judged by another grammar are not to be compared with those judged by this one."""
 UNNAMED = 1
 """The version of what does not name one."""
+MAX_SCHEMA_CHARS = 40
 
 
 class PackVersions(BaseModel):
@@ -64,6 +68,31 @@ class Versions(PackVersions):
     """What a run and its records depend on."""
 
     grammar: int = Field(default=UNNAMED, ge=1)
+
+
+def other_schema(found: object, known: int) -> str | None:
+    """Returns why a file of schema `found` is not read where schema `known` is, and what to do; None when it is."""
+    if found == known:
+        return None
+    is_newer = isinstance(found, int) and found > known
+    advice = (
+        "A newer vigil wrote it: `pip install --upgrade vigil-bench`, then read it again"
+        if is_newer
+        else "Read it with the vigil that wrote it"
+    )
+    return f"has schema {cut(repr(found), MAX_SCHEMA_CHARS)}, vigil {__version__} reads {known}. {advice}"
+
+
+def reads_schema(known: int) -> AfterValidator:
+    """Returns what holds the field `schema_version` of a file against the one schema that is read."""
+
+    def checked(found: int) -> int:
+        fault = other_schema(found, known)
+        if fault is not None:
+            raise ValueError(f"it {fault}")
+        return found
+
+    return AfterValidator(checked)
 
 
 _HERE = {"rules": RULES_VERSION, "shapes": SHAPES_VERSION, "grammar": GRAMMAR_VERSION}

@@ -25,6 +25,8 @@ from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
 from vigil.analysis.tables.table import Column, Table, TableRow, printed
 from vigil.analysis.tables.text import latex, markdown
 from vigil.cli import app, reports
+from vigil.errors import SettingError
+from vigil.glossary import RESULTS, term_of
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.record import Answered, Resumption, read_header
 
@@ -46,6 +48,43 @@ PAPERS_OWN = [
     "failure_taxonomy",
     "benchmark_comparison",
 ]
+
+
+def test_headings_lead_to_the_glossary_at_the_foot(write: Write) -> None:
+    page = html_report(make_report(study(read_runs([write("run")])), ()))
+    links = set(re.findall(r'href="#term-([^"]+)"', page))
+    assert {"w", "b", "delta", "fr", "regime", "p-fr-w-0", "closure-lag", "holm"} <= links
+    assert all(f'<dt id="term-{link}">' in page for link in links)
+
+
+def test_a_heading_of_the_glossary_is_one_of_a_table(mixed: Study) -> None:
+    headings = [column.heading for table in tables(mixed).values() for column in table.columns]
+    led = {(term, heading) for heading in headings if (term := term_of(heading)) is not None}
+    unused = [
+        alias
+        for terms in RESULTS.values()
+        for term in terms
+        for alias in term.aliases
+        if not any(found is term and heading.startswith(alias) for found, heading in led)
+    ]
+    assert unused == []
+
+
+def test_own_tables_come_last_in_every_format(write: Write, tmp_path: Path) -> None:
+    def mine(found: Study) -> Table:
+        rows = tuple(TableRow({"model": entry.name}) for entry in found.entries)
+        return Table("mine", "My table", (Column("model", "Run", "text"),), rows)
+
+    found = study(read_runs([write("run")]))
+    files = {
+        path.name for path in write_report(found, tmp_path / "r", ("md", "latex", "csv", "json"), own={"mine": mine})
+    }
+    assert {"mine.tex", "mine.csv"} <= files
+    page = html_report(make_report(found, (), own={"mine": mine}))
+    assert page.index('id="protocol-and-pack"') < page.index('id="own-tables"') < page.index('<section id="mine">')
+    assert list(make_report(found, (), own={"mine": mine}).sections)[-1] == "Own tables"
+    with pytest.raises(SettingError, match="a table 'overview' already"):
+        make_report(found, (), own={"overview": mine})
 
 
 def lost(family: str) -> EpisodeCourse:

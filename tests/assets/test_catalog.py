@@ -2,11 +2,14 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from vigil.assets import MAKERS, register
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, ROOM_TYPES, WALL, Category
+from vigil.errors import SettingError
 
 CATEGORIES = sorted(CATALOG.values(), key=lambda row: row.name)
 STRUCTURE = {"Doorway", "Doorframe", "Window"}
@@ -25,6 +28,16 @@ def test_row_is_consistent(row: Category) -> None:
     assert row.accepts is None or row.is_receptacle
     assert set(row.accepts or ()) <= {name for name, other in CATALOG.items() if other.is_pickupable}
     assert not row.runs_only_when_closed or (row.is_openable and row.is_toggleable)
+
+
+def test_a_category_that_cannot_be_is_not_registered() -> None:
+    known = len(CATALOG)
+    with pytest.raises(SettingError, match="'Mug' exists already"):
+        register(replace(CATALOG["Mug"], spoken="beaker"), MAKERS["Mug"])
+    with pytest.raises(SettingError, match=r"rests on 'Desc', which does not exist\. Did you mean 'Desk'"):
+        register(replace(CATALOG["Mug"], name="Beaker", rests_on=("Desc",)), MAKERS["Mug"])
+    register(CATALOG["Mug"], MAKERS["Mug"])
+    assert len(CATALOG) == known
 
 
 def test_spoken_names_are_words_and_tell_categories_apart() -> None:

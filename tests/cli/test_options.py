@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 
 from vigil.cli import app, runs
 from vigil.cli.options import with_options
+from vigil.costs import Prices
 from vigil.errors import SettingError
 from vigil.record import Shard
 from vigil.runner.settings import RunSettings
@@ -117,13 +118,14 @@ def test_a_run_takes_every_option(played: list[RunSettings]) -> None:
 def test_a_run_of_a_model_takes_every_option(played: list[RunSettings]) -> None:
     words = (
         "run --model openai/x --base-url http://h:1/v1 --api-key-env K --temperature -0.5 --top-p 0.3 --max-tokens 7 "
-        "--reasoning-effort xhigh --model-arg a=1 --model-arg b=[1] --model-arg c=d --extra-body"
+        "--reasoning-effort xhigh --prices 2.5,10 --model-arg a=1 --model-arg b=[1] --model-arg c=d --extra-body"
     )
     assert CliRunner().invoke(app, [*words.split(), '{"top_k": 20}']).exit_code == 0
     assert played == [
         RunSettings(
             model="openai/x", base_url="http://h:1/v1", api_key_env="K", temperature=-0.5, top_p=0.3, max_tokens=7,
-            reasoning_effort="xhigh", model_args={"a": 1, "b": [1], "c": "d"}, extra_body={"top_k": 20},
+            reasoning_effort="xhigh", prices=Prices(input=2.5, output=10), model_args={"a": 1, "b": [1], "c": "d"},
+            extra_body={"top_k": 20},
         )
     ]  # fmt: skip
 

@@ -3,6 +3,7 @@
 import io
 import sys
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
 
@@ -11,7 +12,9 @@ from vigil.cli.progress import facts_of, progress, run_progress
 from vigil.runner.progress import Progress as RunProgress
 
 HIDE_CURSOR, SHOW_CURSOR = "\x1b[?25l", "\x1b[?25h"
-STANDING = RunProgress(total=2, done=1, errors=1, W=0.5, B=0.0, steps=3, elapsed_s=1.0, eta_s=1.0, latest=None)
+STANDING = RunProgress(
+    total=2, done=1, errors=1, W=0.5, B=0.0, steps=3, elapsed_s=1.0, eta_s=1.0, cost=None, latest=None
+)
 
 
 class Terminal(io.StringIO):
@@ -111,3 +114,7 @@ def test_a_runs_progress_counts_errors_as_done(capsys: pytest.CaptureFixture[str
         show(STANDING)
     assert lines(capsys) == ["noop: 2/2  W 50.0  B 0.0  errors 1  ETA 0:00"]
     assert facts_of(STANDING) == "W 50.0  B 0.0  errors 1"
+
+
+def test_a_runs_progress_says_what_it_cost_where_that_is_known() -> None:
+    assert facts_of(replace(STANDING, cost=1234.5)) == "W 50.0  B 0.0  cost 1,234.50  errors 1"

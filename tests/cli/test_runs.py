@@ -43,7 +43,6 @@ def command(pack: Path, tmp_path: Path) -> tuple[str | Path, ...]:
         ((*MODEL, "--prices", "-1,2"), ["--prices '-1,2'"]),
         ((*MODEL, "--prices", "nan,2"), ["--prices 'nan,2'"]),
         ((*MODEL, "--prices", "one,2"), ["--prices 'one,2'"]),
-        (("--agent", "noop", "--prices", "1,2"), ["--prices", "--dry-run"]),
         (("--agent", "noop", "--agent", "sweep"), ["--agent is given 2 times (noop, sweep)", "vigil score"]),
         (("--model", "openai/a", "--model", "openai/b"), ["--model is given 2 times (openai/a, openai/b)"]),
     ],
@@ -69,6 +68,13 @@ def test_a_dry_run_says_costs_at_the_prices_given(vigil: Vigil, command: tuple[s
     for bound in (0, 1):
         cost = (priced["input tokens"][bound] * 2000 + priced["output tokens"][bound] * 10000) / 1e6
         assert priced["cost"][bound] == pytest.approx(cost, abs=0.01)
+
+
+def test_a_run_of_an_agent_that_tells_no_tokens_has_no_cost(vigil: Vigil, command: tuple[str | Path, ...]) -> None:
+    said = vigil(*command, "--agent", "noop", "--limit", "1", "--prices", "2.5,10")
+    assert said.code == 0
+    assert "Cost so far: not known: no reply in the records tells its tokens." in said.out
+    assert "cost" not in said.err
 
 
 def test_what_was_there_before_and_what_was_torn_is_told(

@@ -21,6 +21,7 @@ from inspect_marks import INSPECT
 from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 
+from vigil.costs import Prices
 from vigil.errors import InfrastructureError, ModelAPIError, RecordError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import Pack
@@ -32,7 +33,7 @@ from vigil.runner import run as run_module
 from vigil.runner.inspect_task import task_settings, vigil, vigil_score
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
-from vigil.runner.settings import RunSettings
+from vigil.runner.settings import RunSettings, log_dir
 from vigil.runner.verify_run import VerifySettings, verify_run
 
 pytestmark = INSPECT
@@ -81,6 +82,27 @@ def test_a_run_is_recorded_resumed_and_verified(pack: Path, tmp_path: Path) -> N
     spec = read_header(tmp_path / "run").spec
     assert (spec.agent, spec.agent_kind, spec.sampling) == ("openai/loopback", "model", {})
     assert list((tmp_path / "run" / "inspect").glob("*.eval"))
+
+
+def test_a_cost_is_counted_over_all_sessions_and_is_no_part_of_what_the_run_is(pack: Path, tmp_path: Path) -> None:
+    told: list[float | None] = []
+    with serving(lambda _: Answer(REPORT, input_tokens=1000)) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", families=QUICK)
+        first = run_pack(replace(wanted, limit=2), on_progress=lambda now: told.append(now.cost))
+        assert set(told) == {None}
+        assert first.header.prices is None
+        told.clear()
+        priced = replace(wanted, prices=Prices(input=1, output=100))
+        later = run_pack(priced, on_progress=lambda now: told.append(now.cost))
+        again = run_pack(replace(wanted, prices=Prices(input=2, output=0)))
+    each = (1000 * 1 + 10 * 100) / 1e6
+    assert told == pytest.approx([count * each for count in (2, 3, 4)])
+    assert (first.tokens.told, later.tokens.told, later.resumed) == (2, 4, 2)
+    assert later.header.prices == Prices(input=1, output=100)
+    assert (again.resumed, again.header.prices) == (4, Prices(input=2, output=0))
+    assert read_header(tmp_path / "run").prices == Prices(input=2, output=0)
+    assert "prices" not in read_header(tmp_path / "run").spec.settings
+    assert log_dir(priced, later.header.spec) == log_dir(wanted, later.header.spec)
 
 
 def test_what_a_model_is_sent_is_the_contract_and_no_more(pack: Path, tmp_path: Path) -> None:

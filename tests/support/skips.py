@@ -4,7 +4,7 @@ from collections.abc import Generator
 
 import pytest
 
-MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'", "ai2thor", "verifiers")
+MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'", "ai2thor", "verifiers", "lerobot")
 """What the reason of an accepted skip names."""
 
 

@@ -31,8 +31,7 @@ MORE_HOUSES = (("bathroom", 4), ("kitchen", 4), ("living-room", 2))
 
 def write_thor_files(folder: Path) -> Path:
     """Writes the files and returns their folder."""
-    assets = folder / "asset-database.json"
-    assets.write_text(json.dumps(_assets()))
+    assets = write_asset_database(folder)
     (folder / "material-database.json").write_text(json.dumps(MATERIALS))
     thor = AssetDatabase.load(assets)
     for name, (spec, seed) in HOUSES.items():
@@ -41,6 +40,13 @@ def write_thor_files(folder: Path) -> Path:
         for spec, seed in MORE_HOUSES:
             lines.write(json.dumps(_house(spec, spec, seed, thor).data) + "\n")
     return folder
+
+
+def write_asset_database(folder: Path) -> Path:
+    """Writes AI2-THOR's asset database alone, and returns its path."""
+    path = folder / "asset-database.json"
+    path.write_text(json.dumps(_assets()))
+    return path
 
 
 def _assets() -> dict[str, list[dict[str, Any]]]:

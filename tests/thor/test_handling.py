@@ -65,6 +65,19 @@ def test_what_is_dropped_lies_on_the_floor(client):
     assert client.get("Apple|1")["parentReceptacles"] is None
 
 
+def test_force_drops_at_the_feet_what_finds_no_place(client):
+    client.do("PickupObject", objectId="Pillow|1", forceAction=True)
+    client.stand(3.5, 2.5, yaw=180.0)
+    while client.send("MoveAhead")["lastActionSuccess"]:
+        pass
+    assert "can't be dropped" in client.fail("DropHandObject")
+    here = client.do("DropHandObject", forceAction=True)["agent"]["position"]
+    pillow = client.get("Pillow|1")
+    assert not pillow["isPickedUp"]
+    assert [pillow["position"][axis] for axis in "xz"] == [here[axis] for axis in "xz"]
+    assert pillow["axisAlignedBoundingBox"]["center"]["y"] < 0.3
+
+
 def test_a_thing_is_placed_at_a_point_and_rests_there(client):
     client.do("PlaceObjectAtPoint", objectId="Apple|1", position={"x": 3.0, "y": 0.9225, "z": 4.6})
     assert client.get("Apple|1")["parentReceptacles"] == ["CounterTop|1"]

@@ -44,7 +44,11 @@ def test_a_run_becomes_a_site_with_relative_links(
     index = export_site(library.run("sweep"), tmp_path / "site", render_service)
     text = index.read_text()
     links = re.findall(r'<a href="([^"#]+)"', text)
-    assert len(links) == len(pack.episodes)
+    assert len(links) == len(pack.episodes) + 1  # the glossary
     assert all((index.parent / link).is_file() for link in links)
+    glossary = (index.parent / "glossary.html").read_text()
+    words = re.findall(r'<a class="word" href="glossary\.html#([^"]+)"', text)
+    assert words
+    assert all(f'<dt id="{word}">' in glossary for word in words)
     with pytest.raises(SettingError, match="not empty"):
         export_site(library.run("sweep"), tmp_path / "site", render_service)

@@ -38,6 +38,16 @@ def test_a_run_shows_rates_partition_and_episodes(view: Site, pack: Pack) -> Non
     assert "tiny-DA-000</a>" not in only
 
 
+def test_terms_lead_to_the_glossary(view: Site) -> None:
+    words = re.findall(r'<a class="word" href="/glossary#([^"]+)"', view.get("/runs/sweep").text)
+    assert {"w", "b", "delta", "fr", "nr", "il", "other"} <= set(words)
+    words += re.findall(r'<a class="word" href="/glossary#([^"]+)"', view.get("/compare?a=random&b=sweep").text)
+    glossary = view.get("/glossary")
+    assert glossary.status == 200
+    assert all(f'<dt id="{word}">' in glossary.text for word in words)
+    assert "<code>protocol_failure</code>" in glossary.text
+
+
 def test_segments_lead_to_their_episodes(view: Site) -> None:
     text = view.get("/runs/sweep").text
     links = re.findall(r'<a href="(/runs/sweep\?[^"#]*)#episodes" aria-label="\w+: (\d+) ', text)

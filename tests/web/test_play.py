@@ -65,6 +65,9 @@ def test_a_sitting_is_a_normal_run_and_nothing_hidden_crosses(pack: Pack, tmp_pa
             assert (state["done"], state["of"]) == (len(pack.episodes), len(pack.episodes))
             for path in ("/runs", "/houses", "/houses/tiny/tiny", "/episodes.jsonl", "/compare", f"/{JOURNAL}"):
                 assert site.get(path).status == 404
+            first = f"/packs/tiny/starts/{pack.episodes[0].id}.png"
+            for path in ("/packs", "/packs/tiny", first, "/runs/run", "/runs/run/standing"):
+                assert site.get(path).status == 404
     finally:
         play_session.close()
 

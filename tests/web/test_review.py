@@ -48,6 +48,14 @@ def test_a_verdict_is_on_disk_when_the_page_says_so(pack: Pack, render_service: 
     assert [review.verdict for review in read_reviews(session.path)] == ["approve", "edit", "reject"]
 
 
+def test_who_reviews_gets_no_page_of_runs_or_packs(pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
+    session = ReviewSession(ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada")
+    first = f"/packs/tiny/starts/{pack.episodes[0].id}.png"
+    with served(make_review(session, render_service)) as site:
+        for path in ("/packs", "/packs/tiny", first, "/runs/run", "/runs/run/standing", "/houses", "/compare"):
+            assert site.get(path).status == 404, path
+
+
 def test_two_reviewers_are_compared(pack: Pack, render_service: RenderService, tmp_path: Path) -> None:
     path = tmp_path / "reviews.jsonl"
     desks = {

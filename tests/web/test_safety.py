@@ -30,6 +30,8 @@ ESCAPES = (
     "/houses/tiny/..%2f..%2fmanifest",
     "/houses/tiny/../manifest.json",
     "/houses/..%2ftiny/tiny",
+    "/packs/..%2ftiny",
+    "/packs/tiny/starts/..%2f..%2fmanifest.png",
 )
 
 

@@ -18,7 +18,7 @@ from vigil.analysis.measures.study import Study
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import saved
 from vigil.analysis.tables.page import Page, PageFigure, Section, html_page
-from vigil.analysis.tables.registry import SECTIONS, tables
+from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, latex, latex_text, markdown
 from vigil.errors import SettingError
@@ -26,6 +26,9 @@ from vigil.errors import SettingError
 Drawn = tuple[Figure, str]
 """A figure with its caption."""
 NO_FIGURES: Mapping[str, Drawn] = {}
+NO_TABLES: Mapping[str, TableBuilder] = {}
+OWN = "Own tables"
+"""The heading over tables that a caller adds."""
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
@@ -55,19 +58,31 @@ class AnalysisReport:
     figures: Mapping[str, Mapping[str, bytes]]
     """Figure -> kind of file (png, svg, pdf) -> bytes."""
     captions: Mapping[str, str]
+    sections: Mapping[str, tuple[str, ...]]
+    """Heading -> the names of its tables, in the report's order."""
 
 
 def make_report(
-    study: Study, kinds: tuple[str, ...] = ("svg",), further: Mapping[str, Drawn] = NO_FIGURES
+    study: Study,
+    kinds: tuple[str, ...] = ("svg",),
+    further: Mapping[str, Drawn] = NO_FIGURES,
+    own: Mapping[str, TableBuilder] = NO_TABLES,
 ) -> AnalysisReport:
     """Returns a report with its figures drawn in the given kinds of file.
 
-    `further` are figures that need frames, with their captions: the caller draws them.
+    `further` are figures that need frames, with their captions: the caller draws them. `own` are tables besides, by
+    name; they come last. Raises SettingError on the name of a table that every report has.
     """
+    taken = [name for name in own if name in TABLES]
+    if taken:
+        raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your own.")
     drawn = {name: (figure, CAPTIONS[name]) for name, draw in FIGURES.items() if kinds and (figure := draw(study))}
     drawn |= further
     figures = {name: {kind: saved(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
-    return AnalysisReport(study, tables(study), figures, {name: caption for name, (_, caption) in drawn.items()})
+    captions = {name: caption for name, (_, caption) in drawn.items()}
+    built = {**tables(study), **{name: build(study) for name, build in own.items()}}
+    sections = {heading: tuple(names) for heading, names in SECTIONS.items()} | ({OWN: tuple(own)} if own else {})
+    return AnalysisReport(study, built, figures, captions, sections)
 
 
 def write_report(
@@ -75,13 +90,14 @@ def write_report(
     folder: Path,
     formats: tuple[Format, ...] = ("md", "html"),
     further: Mapping[str, Drawn] = NO_FIGURES,
+    own: Mapping[str, TableBuilder] = NO_TABLES,
 ) -> list[Path]:
     """Writes a report into `folder` in each format, and returns the files that were written. Raises SettingError."""
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
     kinds = dict.fromkeys(_FIGURES_IN[name] for name in formats if name in _FIGURES_IN)
-    report = make_report(study, tuple(kinds), further)
+    report = make_report(study, tuple(kinds), further, own)
     written: list[Path] = []
 
     def put(name: str, content: str | bytes) -> None:
@@ -105,14 +121,16 @@ def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
     if figures:
         for name in report.figures:
             parts += [f"![{name}](figures/{name}.svg)", "", f"*{report.captions[name]}*", ""]
-    for heading, names in SECTIONS.items():
+    for heading, names in report.sections.items():
         parts += [f"## {heading}", "", *(markdown(report.tables[name]) for name in names)]
     return "\n".join(parts)
 
 
 def html_report(report: AnalysisReport) -> str:
     """Returns the whole report as one page that needs nothing beside it."""
-    sections = [Section(heading, tuple(report.tables[name] for name in names)) for heading, names in SECTIONS.items()]
+    sections = [
+        Section(heading, tuple(report.tables[name] for name in names)) for heading, names in report.sections.items()
+    ]
     pictures = [PageFigure(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
     return html_page(Page(_summary(report.study), LEGEND, report.study.warnings, LIMITS, sections, pictures))
 

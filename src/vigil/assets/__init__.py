@@ -1,7 +1,7 @@
 """Assets: things of a house as shapes, at any size, made on demand.
 
 `make` looks the maker of a category up in `MAKERS`; a module of makers exports its own `MAKERS` table
-and stands in `_MODULES`.
+and stands in `_MODULES`. `register` adds a category of one's own.
 """
 
 import zlib
@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL, Category
 from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.makers import placeholder
@@ -35,6 +36,7 @@ from vigil.assets.makers.objects import (
     textiles,
     vessels,
 )
+from vigil.errors import SettingError, did_you_mean
 from vigil.pose import Vec3
 
 _MODULES = (
@@ -80,6 +82,24 @@ def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()
     """
     usual = _made(category, size, variant, ())
     return usual if _serves(usual, levels) else _made(category, size, variant, tuple(sorted(levels)))
+
+
+def register(category: Category, maker: Maker) -> None:
+    """Adds a category of one's own to the catalogue, with the maker of its shape, in this process alone.
+
+    Houses name it by the asset id `vigil_NAME_NUMBER`. Houses that are generated from then on may hold it, where its
+    rooms and what it rests on allow. Raises SettingError on a name that is taken, and on an unknown support.
+    """
+    if CATALOG.get(category.name, category) != category or MAKERS.get(category.name, maker) is not maker:
+        raise SettingError(f"Asset category {category.name!r} exists already. Choose another name.")
+    known = {*CATALOG, FLOOR, WALL, CEILING}
+    for name in category.rests_on:
+        if name not in known:
+            raise SettingError(
+                f"Asset category {category.name!r} rests on {name!r}, which does not exist.{did_you_mean(name, known)}"
+            )
+    CATALOG[category.name], MAKERS[category.name] = category, maker
+    _made.cache_clear()
 
 
 def _serves(asset: Asset, levels: tuple[float, ...]) -> bool:

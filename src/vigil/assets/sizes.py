@@ -11,7 +11,7 @@ import re
 import zlib
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -247,8 +247,12 @@ def _variant(asset_id: str) -> int:
     return zlib.crc32(asset_id.encode())
 
 
-@cache
 def _names() -> dict[str, str]:
+    return _names_among(len(CATALOG))
+
+
+@lru_cache(maxsize=1)
+def _names_among(_count: int) -> dict[str, str]:
     names = {row.name.lower(): row.name for row in CATALOG.values()}
     names |= {row.spoken.replace(" ", "").lower(): row.name for row in CATALOG.values()}
     return names | _ALIASES

@@ -73,6 +73,7 @@ def facts_of(run: RunProgress) -> str:
         (
             f"W {percent(run.W)}",
             f"B {percent(run.B)}",
+            *([f"cost {run.cost:,.2f}"] if run.cost is not None else []),
             *([f"errors {run.errors}"] if run.errors else []),
             *([textwrap.shorten(run.trouble, TROUBLE_CHARS, placeholder=" ...")] if run.trouble else []),
         )

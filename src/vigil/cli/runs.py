@@ -1,6 +1,5 @@
 """`vigil run`, `vigil verify` and `vigil merge`."""
 
-import math
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import label_of, print_families
 from vigil.cli.text import say
+from vigil.costs import cost_words
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import manifest_of
 from vigil.runner.dry_run import estimate
@@ -28,7 +28,6 @@ from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.saved_run import read_run
 from vigil.summary import settle_run
 
-Prices = Annotated[str | None, typer.Option(help="IN,OUT per million tokens: a dry run says costs too.")]
 NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
 Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]
 
@@ -36,7 +35,6 @@ Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders 
 def run(
     settings: RunSettings,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say calls and tokens, play nothing.")] = False,
-    prices: Prices = None,
 ) -> None:
     """Examples:
     vigil run --pack starter --agent solver --log-dir runs/solver
@@ -45,9 +43,7 @@ def run(
     settings = _with_agent(settings)
     say(manifest_of(settings.pack).version_notes)
     if dry_run:
-        _print_estimate(settings, _prices(prices))
-    elif prices is not None:
-        raise SettingError("--prices is for an estimate: add --dry-run, or leave it out.")
+        _print_estimate(settings)
     else:
         _play(settings)
 
@@ -137,20 +133,7 @@ def _with_agent(settings: RunSettings) -> RunSettings:
     return settings
 
 
-def _prices(text: str | None) -> tuple[float, float] | None:
-    """Returns what a million input and output tokens cost."""
-    if text is None:
-        return None
-    try:
-        low, high = (float(part) for part in text.split(","))
-    except ValueError:
-        low = high = -1.0
-    if not (math.isfinite(low + high) and min(low, high) >= 0):
-        raise SettingError(f"--prices {text!r} is not IN,OUT in money per million tokens, e.g. --prices 2.5,10.")
-    return low, high
-
-
-def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -> None:
+def _print_estimate(settings: RunSettings) -> None:
     expected = estimate(settings)
     if settings.model is None:
         print(f"{expected.episodes} episodes; {settings.player} calls no model.")
@@ -162,8 +145,8 @@ def _print_estimate(settings: RunSettings, prices: tuple[float, float] | None) -
     for name in ("calls", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)
         print(f"{name.replace('_', ' '):14} {low:>14,} .. {high:>14,}")
-    if prices is not None:
-        low, high = expected.cost(*prices)
+    if settings.prices is not None:
+        low, high = expected.cost(settings.prices)
         print(f"{'cost':14} {low:>14,.2f} .. {high:>14,.2f}")
 
 
@@ -175,6 +158,8 @@ def _print_result(result: RunResult) -> None:
         print(f"The last run was cut off while it wrote a row; what there was of it is in {result.torn}.")
     if result.resumed:
         print(f"Played before, and not again: {result.resumed} of {len(result.records)} episodes.")
+    if result.header.prices is not None:
+        print(f"Cost so far: {cost_words(result.header.prices, result.tokens)}.")
     print(f"Records: {result.folder}")
     if not result.is_complete:
         print(f"{result.errors} episodes ended as errors and are not scored; the same command plays them again.")

@@ -20,7 +20,7 @@ from vigil.cli.arguments import OpenBrowser
 from vigil.cli.text import say
 from vigil.errors import SettingError
 from vigil.pack import Pack, manifest_of
-from vigil.runner.shared_settings import AssetFile, PackName
+from vigil.runner.shared_settings import AskedPrices, AssetFile, PackName
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
@@ -43,6 +43,7 @@ def view(
     runs: Annotated[list[Path] | None, typer.Argument(help="Runs, or folders with runs.", show_default="runs")] = None,
     pack: Annotated[list[str] | None, typer.Option(help="A pack's folder or name; may be repeated.")] = None,
     assets: AssetFile = None,
+    prices: AskedPrices = None,
     port: Port = 8377,
     host: Host = "127.0.0.1",
     token: Token = "",
@@ -53,7 +54,7 @@ def view(
     address = Address(host, port, token)
     render_service = RenderService()
     with closing(listen(address)) as listener, closing(render_service):
-        library = Library(roots, pack or ["starter"], assets)
+        library = Library(roots, pack or ["starter"], assets, prices)
         threading.Thread(target=library.runs, daemon=True).start()  # read them while the browser opens
         serve(
             make_view(library, render_service, address, RenderSettings(asset_database=assets)),

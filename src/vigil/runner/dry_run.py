@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from vigil.agents.model import Conversation
 from vigil.agents.picture import Picture
+from vigil.costs import Prices
 from vigil.episode import Episode
 from vigil.profile import Profile
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REPLY_TOKENS
@@ -26,11 +27,10 @@ class CostEstimate:
     input_tokens: tuple[int, int]
     output_tokens: tuple[int, int]
 
-    def cost(self, per_million_input: float, per_million_output: float) -> tuple[float, float]:
-        """Returns lowest and highest cost at prices per million tokens."""
+    def cost(self, prices: Prices) -> tuple[float, float]:
+        """Returns lowest and highest cost."""
         low, high = (
-            (taken * per_million_input + given * per_million_output) / 1e6
-            for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
+            prices.of(taken, given) for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
         )
         return low, high
 

@@ -29,6 +29,8 @@ class Progress:
     """Since the simulators were ready in this session."""
     eta_s: float | None
     """None before anything is done in this session."""
+    cost: float | None
+    """Of all replies in the run's records, earlier sessions included; None where it is not known."""
     latest: Outcome | None
     """The episode that has just ended; None for one that ended as an error, and when none has."""
     trouble: str | None = None
@@ -48,12 +50,18 @@ class ProgressCounter:
     """Counts what is done and tells it onwards."""
 
     def __init__(
-        self, episodes: Sequence[Episode], epochs: int, records: Sequence[EpisodeRecord], on_progress: OnProgress
+        self,
+        episodes: Sequence[Episode],
+        epochs: int,
+        records: Sequence[EpisodeRecord],
+        on_progress: OnProgress,
+        cost: Callable[[], float | None],
     ) -> None:
-        """`records` are the rows that stand already."""
+        """`records` are the rows that stand already; `cost` tells what was spent so far."""
         self._by_id = {episode.id: episode for episode in episodes}
         self._total = len(episodes) * epochs
         self._on_progress = on_progress
+        self._cost = cost
         self._done = self._W = self._B = 0
         self._errors = self._fresh = self._steps = 0
         self.errors_in_a_row = 0
@@ -150,6 +158,7 @@ class ProgressCounter:
                 steps=self._steps,
                 elapsed_s=elapsed,
                 eta_s=elapsed / self._fresh * left if self._fresh else None,
+                cost=self._cost(),
                 latest=latest,
                 trouble=self._trouble,
                 warning=warning,

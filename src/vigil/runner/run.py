@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
+from vigil.costs import Tokens
 from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SettingError, SimulatorError
 from vigil.pack import Pack
@@ -58,6 +59,8 @@ class RunResult:
     """The rows that stand, errors included."""
     resumed: int
     """How many of them were there before."""
+    tokens: Tokens
+    """What the replies in its rows took, as far as it was told."""
     torn: Path | None = None
     """Where the torn last line of a killed run was put aside; None when there was none."""
     notes: tuple[str, ...] = ()
@@ -126,7 +129,9 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
     folder = RunFolder.create_or_resume(path, spec, episodes, places, anyway=settings.anyway)
     try:
         episodes = part_of(episodes, spec.shard)
-        tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress)
+        if settings.prices is not None:
+            folder.note_prices(settings.prices)
+        tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress, folder.cost)
         run = _Run(settings, pack, episodes, spec, folder, tally, secrets)
         resumed = sum(record.end != "error" for record in folder.records())
         assignments = run.pending()
@@ -134,7 +139,16 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
             _play_all(run, assignments)
         folder.note_end()
         rows = tuple(folder.records())
-        return RunResult(folder.path, folder.header, tuple(episodes), rows, resumed, folder.torn, folder.notes)
+        return RunResult(
+            folder.path,
+            folder.header,
+            tuple(episodes),
+            rows,
+            resumed,
+            tokens=folder.tokens,
+            torn=folder.torn,
+            notes=folder.notes,
+        )
     finally:
         folder.close()
 

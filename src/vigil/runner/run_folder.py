@@ -14,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from vigil.costs import Prices, Tokens
 from vigil.episode import Episode
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
 from vigil.jsonl import unwritten
@@ -126,6 +127,15 @@ class RunFolder:
         """Whether a row without error stands."""
         return self._log.is_done((episode_id, epoch))
 
+    @property
+    def tokens(self) -> Tokens:
+        """What the replies in its rows took, earlier sessions included."""
+        return self._log.tokens
+
+    def cost(self) -> float | None:
+        """Returns what they cost; None without prices, or when no tokens are known."""
+        return None if self.header.prices is None else self.header.prices.cost(self.tokens)
+
     def append(self, record: EpisodeRecord) -> None:
         """Writes one row, on disk when this returns. Raises RecordError when it cannot be written."""
         self._log.append(record)
@@ -169,6 +179,11 @@ class RunFolder:
             return
         *earlier, session = self.header.resumed
         self._update(resumed=(*earlier, session.model_copy(update={"answered": answered})))
+
+    def note_prices(self, prices: Prices) -> None:
+        """Completes the header with the prices at which costs are told from now on."""
+        if self.header.prices != prices:
+            self._update(prices=prices)
 
     def note_end(self) -> None:
         """Completes the header with the time at which the run ended, unless it had ended before."""

@@ -30,6 +30,7 @@ from vigil.runner.setting_texts import only_one, public_name, read_extra_body, r
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
     AskedCoordinates,
+    AskedPrices,
     AskedProfile,
     AskedTemplate,
     AskedThinking,
@@ -122,6 +123,7 @@ class RunSettings:
     ] = field(default_factory=dict)
     image_format: Annotated[ImageFormat, Setting("How frames are sent.")] = "png"
     render_quality: RenderQuality = "default"
+    prices: AskedPrices = None
     save_frames: Annotated[bool, Setting("Keep every frame, by content hash.")] = False
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None

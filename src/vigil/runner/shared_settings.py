@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from vigil.actions import Coordinates
+from vigil.costs import Prices, read_prices
 from vigil.episode import Family, families_named
 from vigil.observation import Quality
 from vigil.profile import PromptVariant
@@ -31,6 +32,9 @@ AskedTemplate = Annotated[
 ]
 AskedCoordinates = Annotated[Coordinates | None, Setting("How it points.", unset="by model")]
 AskedThinking = Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")]
+AskedPrices = Annotated[
+    Prices | None, Setting("Of a million tokens: what replies cost is told.", metavar="IN,OUT", read=read_prices)
+]
 LogDir = Annotated[Path | None, Setting("The run's folder; the same command continues it.")]
 Backend = Annotated[str, Setting("Simulator: mujoco, thor (AI2-THOR), or fake (no engine).", metavar="NAME")]
 RenderQuality = Annotated[

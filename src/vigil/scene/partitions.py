@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 import shapely
-from scipy.spatial import ConvexHull, QhullError
 
 from vigil.assets.kernel.asset import Asset
 from vigil.scene.geometry import (
@@ -102,20 +101,22 @@ def _plane_of(thing: Thing) -> Prism:
 
 @lru_cache(maxsize=4096)
 def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
-    """Returns (joint, corners of the convex hull of all it carries, (n, 3), closed) of an asset."""
+    """Returns (joint, points (n, 3) with the corners of the convex hull of all it carries, closed) of an asset."""
     found: list[tuple[str, np.ndarray]] = []
     for joint in asset.joints:
         meshes = [part.mesh.vertices for part in asset.parts if part.joint == joint.name and len(part.mesh.vertices)]
         if meshes:
-            found.append((joint.name, _hull_corners(np.unique(np.concatenate(meshes).astype(np.float64), axis=0))))
+            found.append((joint.name, _outer(np.concatenate(meshes).astype(np.float64))))
     return tuple(found)
 
 
-def _hull_corners(points: np.ndarray) -> np.ndarray:
-    try:
-        return points[np.sort(ConvexHull(points).vertices)]
-    except (QhullError, ValueError):  # flat: every point counts
-        return points
+def _outer(points: np.ndarray) -> np.ndarray:
+    """Returns the corners of the convex hull of points at each height: no other is a corner of that of all points."""
+    heights, level = np.unique(points[:, 1], return_inverse=True)
+    flat = [convex_hull(points[level == number][:, [0, 2]]) for number in range(len(heights))]
+    return np.concatenate(
+        [np.insert(corners, 1, height, axis=1) for corners, height in zip(flat, heights, strict=True)]
+    )
 
 
 def _leaves(thing: Thing, openness: float) -> list[Prism]:

@@ -9,12 +9,12 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.observation import Quality
 from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.engines.fake import FakeEngine
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.sim.thor.start import thor_simulator
 
 
 def _fake(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
+    from vigil.sim.engines.fake import FakeEngine  # noqa: PLC0415 - loads SciPy
+
     del quality  # its pictures are always coarse
     return EmbeddedSimulator(FakeEngine(), assets)
 
@@ -26,6 +26,8 @@ def _mujoco(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
 
 
 def _thor(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
+    from vigil.sim.thor.start import thor_simulator  # noqa: PLC0415 - what only a program with AI2-THOR needs
+
     return thor_simulator(assets, quality)
 
 

@@ -13,6 +13,7 @@ from PIL import Image
 
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
+from vigil.glossary import RESULTS
 from vigil.record import Key
 from vigil.summary import summarise
 from vigil.web.drawing import RenderService
@@ -103,6 +104,10 @@ def export_site(
         text = episode_page(run, key, render_service, Links("../index.html", before, after))
         (out / EPISODES_FOLDER / name).write_text(text, encoding="utf-8")
         report(key[0])
+    glossary = TEMPLATES.get_template("glossary_alone.html").render(
+        title="Glossary", run=run, glossary=RESULTS, **_carried("filter.js")
+    )
+    (out / "glossary.html").write_text(glossary, encoding="utf-8")
     (out / "index.html").write_text(index, encoding="utf-8")
     return out / "index.html"
 

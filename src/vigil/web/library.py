@@ -4,23 +4,32 @@ Addresses name runs and packs by short names that were handed out here, never by
 folders (and the packaged packs) is read, also not through links.
 """
 
+import hashlib
 import os
 import re
 import threading
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Literal
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.costs import Prices
 from vigil.episode import Episode
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.house import House
-from vigil.pack import HOUSES, MANIFEST, PACKAGED, Pack, find, frozen_episodes
+from vigil.jsonl import is_being_written
+from vigil.pack import HOUSES, MANIFEST, PACKAGED, Pack, find, frozen_episodes, manifest_sha256, packaged_names
 from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
 from vigil.runner.settings import file_sha256
 from vigil.runner.workers.frames import FrameStore
 from vigil.saved_run import RecordTable, pack_folder
+from vigil.summary import Settlement, summarise
 
+RunState = Literal["ended", "going on", "interrupted", "not ended"]
+"""`interrupted`: it has not ended, and no process writes to it; `not ended`: whether one does cannot be known."""
+_STATES: dict[bool | None, RunState] = {True: "going on", False: "interrupted", None: "not ended"}
 DEPTH = 3
 """How deep under a given folder runs are looked for."""
 _SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -76,13 +85,40 @@ class ShownRun:
     fault: str = ""
     assets: Path | None = None
     """The asset database that the run was played with."""
+    prices: Prices | None = None
+    """At which its costs are told."""
+    state: RunState = "ended"
+    stamp: tuple[int, ...] = ()
+    """Equal when nothing has been written to the run's files."""
     lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
     """Held while the run is read."""
+    _judged: tuple[RecordTable, tuple[int, int], Settlement, dict] | None = None
 
     @property
     def name(self) -> str:
         """The agent's name, or the folder's when the header cannot be read."""
         return self.header.spec.agent if self.header else self.folder.name
+
+    def judged(self, table: RecordTable) -> tuple[Settlement, dict]:
+        """Returns all verdicts of the run's table and their summary, made anew only when its file has changed."""
+        with self.lock:
+            known = self._judged
+            if known is None or known[0] is not table or known[1] != table.stamp:
+                settlement = table.settlement()
+                known = self._judged = (table, table.stamp, settlement, summarise(settlement))
+            return known[2], known[3]
+
+    @property
+    def version(self) -> str:
+        """Another text when there is something new to show."""
+        return hashlib.sha256(repr((self.stamp, self.state, self.fault)).encode()).hexdigest()[:16]
+
+    @property
+    def last_written(self) -> datetime | None:
+        """When the last row was written, or the run begun; None when nothing is known."""
+        if self.table is not None and self.table.stamp[0]:
+            return datetime.fromtimestamp(self.table.stamp[1] // 10**9, UTC)
+        return None if self.header is None else self.header.started
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -103,13 +139,19 @@ class Library:
     """All that may be shown; safe to ask from several threads."""
 
     def __init__(
-        self, roots: Iterable[Path] = (), packs: Iterable[str | Path] = (), assets: Path | None = None
+        self,
+        roots: Iterable[Path] = (),
+        packs: Iterable[str | Path] = (),
+        assets: Path | None = None,
+        prices: Prices | None = None,
     ) -> None:
-        """`roots` are runs, or folders with runs in them; `assets` is THOR's asset database, for houses that use it.
+        """`roots` are runs, or folders with runs in them; `assets` is THOR's asset database, for houses that use it;
+        `prices` are for runs that were played without any.
 
         Raises InputError for a root, pack or database that is not there.
         """
         self._assets = assets
+        self._prices = prices
         self._assets_sha256 = None if assets is None else file_sha256(assets)
         self._database = AssetDatabase.of(assets)
         self._roots = [root.resolve() for root in roots]
@@ -146,6 +188,24 @@ class Library:
                         self._runs[folder] = ShownRun(self._free_slug(folder), folder)
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
+    def pack_folders(self) -> dict[str, Path]:
+        """Returns the folders of all packs by their short names: those that are open, and the other packaged ones."""
+        with self._lock:
+            found = {slug: pack.folder for slug, pack in self.packs.items()}
+            opened = set(found.values())
+            for folder in ((PACKAGED / name).resolve() for name in packaged_names()):
+                if folder not in opened:
+                    found[_free_name(folder.name, found)] = folder
+            return found
+
+    def pack(self, slug: str) -> ShownPack:
+        """Returns a pack by its short name. Raises KeyError or PackMismatch."""
+        with self._lock:
+            if slug in self.packs:
+                return self.packs[slug]
+            folder = self.pack_folders()[slug]
+            return self._open_pack(folder, manifest_sha256(folder))
+
     def _refresh(self, run: ShownRun) -> None:
         with run.lock:
             try:
@@ -163,6 +223,7 @@ class Library:
         run.header, spec = header, header.spec
         has_assets = spec.asset_database_sha256 is not None and spec.asset_database_sha256 == self._assets_sha256
         run.assets = self._assets if has_assets else None
+        run.prices = header.prices or self._prices
         if is_another:
             run.pack = run.table = None
         if run.table is None:
@@ -170,6 +231,7 @@ class Library:
                 run.pack = self._pack_of(run.header)
             run.table = RecordTable(run.folder, header, run.pack.episodes.values())
         run.table.refresh()
+        _note_state(run, header, run.table)
 
     def _pack_of(self, header: RunHeader) -> ShownPack:
         spec = header.spec
@@ -208,6 +270,16 @@ class Library:
 
     def _free_slug(self, folder: Path) -> str:
         return _free_name(folder.name, {run.slug for run in self._runs.values()})
+
+
+def _note_state(run: ShownRun, header: RunHeader, table: RecordTable) -> None:
+    """Notes whether a run goes on; of one that nobody writes to this is asked again only when a file has changed."""
+    stamp = ((run.folder / HEADER_FILE).stat().st_mtime_ns, *table.stamp)
+    if header.ended is not None:
+        run.state = "ended"
+    elif stamp != run.stamp or run.state == "going on":
+        run.state = _STATES[is_being_written(table.path)]
+    run.stamp = stamp
 
 
 def is_inside(path: Path, folder: Path) -> bool:

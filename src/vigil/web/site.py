@@ -15,7 +15,9 @@ from fastapi.responses import HTMLResponse, JSONResponse, PlainTextResponse, Red
 from fastapi.staticfiles import StaticFiles
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from vigil.analysis.tables.page import prose
 from vigil.errors import InfrastructureError, InputError, SettingError, VigilError
+from vigil.glossary import TERMS
 
 HERE = Path(__file__).parent
 STATIC = HERE / "static"
@@ -68,7 +70,8 @@ def template_environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters["percent"] = percent
+    templates.filters |= {"percent": percent, "prose": prose}
+    templates.globals["terms"] = TERMS
     templates.globals["query"] = lambda **values: urlencode({k: v for k, v in values.items() if v not in (None, "")})
     return templates
 
@@ -76,9 +79,9 @@ def template_environment() -> Environment:
 TEMPLATES = template_environment()
 
 
-def page(name: str, *, status: int = 200, **values: Any) -> HTMLResponse:
+def page(name: str, *, status: int = 200, headers: dict[str, str] | None = None, **values: Any) -> HTMLResponse:
     """Returns a rendered page."""
-    return HTMLResponse(TEMPLATES.get_template(name).render(**values), status)
+    return HTMLResponse(TEMPLATES.get_template(name).render(**values), status, headers)
 
 
 def picture(name: str, **values: Any) -> Response:

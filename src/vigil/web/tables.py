@@ -1,5 +1,6 @@
 """Tables and charts of runs as plain values for the templates: rates, the outcome partition, flips of two runs."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -7,10 +8,12 @@ from typing import Any, get_args
 import numpy as np
 
 from vigil.analysis.measures.intervals import PairedTest, paired_test
+from vigil.costs import cost_words
 from vigil.episode import FAMILIES, Family
 from vigil.rates import Rate, columns_of, count
+from vigil.saved_run import RecordTable
 from vigil.scoring import Label, Outcome
-from vigil.summary import Settlement, summarise
+from vigil.summary import Settlement
 from vigil.web.library import ShownRun
 
 RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")
@@ -49,6 +52,34 @@ class Bar:
     segments: tuple[Segment, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """How far a run has come, as numbers of episodes."""
+
+    played: int
+    """Scored, and ended as an error."""
+    planned: int
+    counts: dict[str, int]
+    """By name: W and the labels."""
+    errors: int
+    cost: str
+    """In words; empty when there is nothing to tell."""
+
+
+def tally_of(run: ShownRun, table: RecordTable, settlement: Settlement) -> Tally:
+    """Returns how far a run has come, and what it has cost."""
+    outcomes, tokens = settlement.outcomes, table.tokens
+    labels = Counter(outcome.label for outcome in outcomes)
+    is_told = run.prices is not None or tokens.told
+    return Tally(
+        played=len(outcomes) + len(settlement.errors),
+        planned=max(table.planned, len(outcomes) + len(settlement.errors)),
+        counts={"W": sum(outcome.W for outcome in outcomes), **{label: labels[label] for label in LABELS}},
+        errors=len(settlement.errors),
+        cost=cost_words(run.prices, tokens) if is_told else "",
+    )
+
+
 def run_rows(runs: Iterable[ShownRun], family: str, sort: str, descending: bool) -> list[RunRow]:
     """Returns the table of runs, sorted by a rate or by name; runs without that rate come last."""
     rows = [_run_row(run, family) for run in runs]
@@ -62,7 +93,7 @@ def run_rows(runs: Iterable[ShownRun], family: str, sort: str, descending: bool)
 def _run_row(run: ShownRun, family: str) -> RunRow:
     if run.table is None:
         return RunRow(run, None, "", 0, 0)
-    summary = summarise(run.table.settlement())
+    _, summary = run.judged(run.table)
     rates = summary["families"].get(family) if family else summary["overall"]
     is_cut = run.table.torn is not None and run.header is not None and run.header.ended is not None
     left_out = len(run.table.left_out) + is_cut

@@ -1,28 +1,35 @@
 """`vigil view`: pages of runs and their episodes."""
 
+import hashlib
+from collections.abc import Iterable
 from typing import Any, Literal
 from urllib.parse import urlencode
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
+from vigil.glossary import RESULTS
 from vigil.runner.workers.messages import RenderSettings
 from vigil.saved_run import RecordTable
 from vigil.scoring import Outcome
-from vigil.summary import summarise
 from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page
 from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages
-from vigil.web.library import Library, ShownRun
+from vigil.web.library import Library, RunState, ShownRun
+from vigil.web.packs import add_pack_pages
 from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
 from vigil.web.site import Address, make_site, page
-from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows
+from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows, tally_of
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
+NEWEST = 8
+"""Episodes that the page of a run that goes on names as the newest."""
+STATES: tuple[RunState, ...] = ("going on", "not ended", "interrupted", "ended")
+"""How often there may be something new to show, most often first."""
 EPISODE_COLUMNS = ("episode", "family", "label", "W", "B", "steps")
 
 
@@ -37,17 +44,24 @@ def make_view(
     site = make_site(address or Address())
     _add_run_pages(site, library)
     _add_episode_pages(site, library, render_service)
+    _add_glossary(site)
+    add_pack_pages(site, library, render_service, render_settings or RenderSettings())
     add_house_pages(site, library, render_service, render_settings or RenderSettings())
     return site
 
 
 def _add_run_pages(site: FastAPI, library: Library) -> None:
     @site.get("/", response_class=HTMLResponse)
-    def runs(sort: str = "B", dir: str = "desc", family: str = "") -> Response:
+    def runs(request: Request, sort: str = "B", dir: str = "desc", family: str = "") -> Response:
         _check_family(family)
-        rows = run_rows(library.runs(), family, sort, dir != "asc")
-        values = {"rows": rows, "sort": sort, "dir": dir, "family": family, "families": FAMILIES}
-        return page("runs.html", title="Runs", columns=RATE_COLUMNS, **values)
+        found = library.runs()
+        tag = _tag(found)
+        if _is_known(request, tag):
+            return Response(status_code=304, headers=tag)
+        rows = run_rows(found, family, sort, dir != "asc")
+        state = min((run.state for run in found), key=STATES.index, default="ended")
+        asked = {"sort": sort, "dir": dir, "family": family, "families": FAMILIES, "columns": RATE_COLUMNS}
+        return page("runs.html", headers=tag, title="Runs", rows=rows, state=state, tag=tag["ETag"], **asked)
 
     @site.get("/runs/{slug}", response_class=HTMLResponse)
     def run(slug: str, family: str = "", label: str = "", W: str = "", sort: str = "episode", dir: str = "asc"):
@@ -57,7 +71,19 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
             return page("broken_run.html", title=shown.name, run=shown)
         wanted = {"family": family, "label": label, "W": W}
         others = [other.slug for other in library.found() if other.slug != slug]
-        return page("run.html", title=shown.name, others=others, **_run_values(shown, shown.table, wanted, sort, dir))
+        values = _standing(shown, shown.table)
+        listed = _episode_list(values["settlement"].outcomes, wanted, sort, dir)
+        return page("run.html", title=shown.name, others=others, **values, **listed)
+
+    @site.get("/runs/{slug}/standing", response_class=HTMLResponse)
+    def standing(request: Request, slug: str) -> Response:
+        shown = library.run(slug)
+        if shown.table is None:
+            raise RecordError(f"Run {slug!r} cannot be read: {shown.fault}")
+        tag = _tag([shown])
+        if _is_known(request, tag):
+            return Response(status_code=304, headers=tag)
+        return page("standing.html", headers=tag, **_standing(shown, shown.table))
 
     @site.get("/compare", response_class=HTMLResponse)
     def compare_runs(a: str = "", b: str = "", family: str = "") -> Response:
@@ -68,7 +94,7 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         if first.table is None or second.table is None:
             unread = first if first.table is None else second
             raise RecordError(f"Run {unread.slug!r} cannot be read: {unread.fault}")
-        comparison = compare(first.table.settlement(), second.table.settlement(), family)
+        comparison = compare(first.judged(first.table)[0], second.judged(second.table)[0], family)
         is_same_pack = first.pack is not None and second.pack is not None and first.pack.sha256 == second.pack.sha256
         return page(
             "compare.html",
@@ -80,6 +106,12 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
             families=FAMILIES,
             is_same_pack=is_same_pack,
         )
+
+
+def _add_glossary(site: FastAPI) -> None:
+    @site.get("/glossary", response_class=HTMLResponse)
+    def glossary() -> Response:
+        return page("glossary.html", title="Glossary", glossary=RESULTS)
 
 
 def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderService) -> None:
@@ -125,29 +157,49 @@ def _to_save(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
-def _run_values(run: ShownRun, table: RecordTable, wanted: dict[str, str], sort: str, direction: str) -> dict[str, Any]:
-    """Returns what the page of a run shows: all rates, and the episodes that are wanted."""
-    settlement = table.settlement()
-    outcomes = [outcome for outcome in settlement.outcomes if _is_wanted(outcome, wanted)]
-    key = sort if sort in EPISODE_COLUMNS and sort != "episode" else "episode_id"
-    outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=direction == "desc")
+def _tag(runs: Iterable[ShownRun]) -> dict[str, str]:
+    """Returns the header that names what there is to show of some runs now."""
+    versions = " ".join(f"{run.slug} {run.version}" for run in runs)
+    return {"ETag": f'"{hashlib.sha256(versions.encode()).hexdigest()[:16]}"'}
+
+
+def _is_known(request: Request, tag: dict[str, str]) -> bool:
+    """Whether a page that follows has the latest already."""
+    return request.headers.get("if-none-match") == tag["ETag"]
+
+
+def _standing(run: ShownRun, table: RecordTable) -> dict[str, Any]:
+    """Returns what the page of a run shows of how it stands, and shows anew while the run goes on."""
+    settlement, summary = run.judged(table)
     here = f"/runs/{run.slug}"
     return {
         "run": run,
         "settlement": settlement,
-        "summary": summarise(settlement),
+        "summary": summary,
         "bars": bars_of(settlement),
-        "outcomes": outcomes,
-        "wanted": wanted,
+        "tally": tally_of(run, table, settlement),
+        "newest": [row.verdict for row in table.newest(NEWEST)],
+        "tag": _tag([run])["ETag"],
         "labels": LABELS,
         "label_words": LABEL_WORDS,
         "columns": RATE_COLUMNS,
-        "episode_columns": EPISODE_COLUMNS,
-        "sort": sort,
-        "dir": direction,
         "families": FAMILIES,
         "link": lambda family="", label="": f"{here}?{urlencode({'family': family, 'label': label})}#episodes",
         "episode_link": lambda episode_id, epoch: f"{here}/episodes/{episode_id}/{epoch}",
+    }
+
+
+def _episode_list(scored: Iterable[Outcome], wanted: dict[str, str], sort: str, direction: str) -> dict[str, Any]:
+    """Returns what the page of a run shows of its episodes: those that are wanted, in order."""
+    outcomes = [outcome for outcome in scored if _is_wanted(outcome, wanted)]
+    key = sort if sort in EPISODE_COLUMNS and sort != "episode" else "episode_id"
+    outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=direction == "desc")
+    return {
+        "outcomes": outcomes,
+        "wanted": wanted,
+        "episode_columns": EPISODE_COLUMNS,
+        "sort": sort,
+        "dir": direction,
     }
 
 

@@ -17,8 +17,7 @@ from vigil.actions import ParsedReply, Reply, Report
 from vigil.agents.model import Message
 from vigil.authoring.demonstrations.play import Demonstrator, Example
 from vigil.authoring.demonstrations.write import check_source, write_demonstrations
-from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
-from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
+from vigil.authoring.streaming.stream import Stream, StreamItem
 from vigil.errors import SettingError, SimulatorError
 from vigil.freezing import freeze
 from vigil.profile import ACTION_FEEDBACK, Profile
@@ -33,20 +32,6 @@ PROFILE = Profile(name=ACTION_FEEDBACK, coordinates="normalized_1000")
 
 
 @pytest.fixture(scope="module")
-def house() -> StreamHouse:
-    """A bathroom with an episode of each of three families."""
-    made = StreamHouseMaker(StreamSettings(7, ("PG", "SV", "AI"))).made(15)
-    one_each = {draft.episode.family: draft for draft in made.drafts}
-    assert set(one_each) == {"PG", "SV", "AI"}
-    return made.model_copy(update={"drafts": tuple(draft for draft in made.drafts if draft in one_each.values())})
-
-
-@pytest.fixture(scope="module")
-def items(house: StreamHouse) -> list[StreamItem]:
-    return list(items_in([house]))
-
-
-@pytest.fixture(scope="module")
 def player() -> Iterator[Demonstrator]:
     player = Demonstrator(PROFILE, "fast")
     yield player
@@ -56,13 +41,6 @@ def player() -> Iterator[Demonstrator]:
 @pytest.fixture(scope="module")
 def examples(items: list[StreamItem], player: Demonstrator) -> dict[str, list[Example]]:
     return {item.episode.family: player.examples(item) for item in items}
-
-
-@pytest.fixture
-def stream(house: StreamHouse, monkeypatch: pytest.MonkeyPatch) -> Stream:
-    """A stream of this one house, at no cost."""
-    monkeypatch.setattr(StreamHouseMaker, "made", lambda self, number: house)
-    return Stream(7, families=("PG", "SV", "AI"), first=15, last=16, workers=0)
 
 
 def demonstrated(found: Sequence[Example]) -> list[Example]:
@@ -139,7 +117,7 @@ def test_a_solution_that_fails_when_it_is_played_again_is_an_error(
         player.examples(StreamItem(0, 15, broken, item.house))
 
 
-def test_both_forms_hold_the_same_rows_and_pictures(stream: Stream, tmp_path: Path) -> None:
+def test_both_forms_of_chats_hold_the_same_rows_and_pictures(stream: Stream, tmp_path: Path) -> None:
     told = write_demonstrations(tmp_path / "sft", stream, 2, PROFILE, quality="fast")
     assert write_demonstrations(tmp_path / "pq", stream, 2, PROFILE, form="parquet", quality="fast") == told | {
         "format": "parquet"
@@ -164,8 +142,8 @@ def test_both_forms_hold_the_same_rows_and_pictures(stream: Stream, tmp_path: Pa
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("form", ["sft", "parquet"])
-def test_hf_datasets_reads_both_forms(
+@pytest.mark.parametrize("form", ["sft", "parquet", "lerobot"])
+def test_hf_datasets_reads_every_form(
     form: Any, stream: Stream, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HF_HUB_OFFLINE", "1")
@@ -175,6 +153,10 @@ def test_hf_datasets_reads_both_forms(
     loaded = datasets.load_dataset(str(tmp_path / "d"), split="train", cache_dir=str(tmp_path / "cache"))
     assert loaded.num_rows == sum(told["rows"].values())
     first = loaded[0]
+    if form == "lerobot":
+        assert first["observation.images.ego"].size == (640, 480)
+        assert len(first["action"]) == 8
+        return
     assert first["messages"][0]["role"] == "system"
     assert first["images"][0].size == (640, 480) if form == "parquet" else first["images"][0].startswith("images/")
 
@@ -199,5 +181,5 @@ def test_a_folder_is_written_whole_or_not_at_all(stream: Stream, tmp_path: Path)
     (tmp_path / "full" / "file").write_text("x")
     with pytest.raises(SettingError, match="not empty"):
         write_demonstrations(tmp_path / "full", stream, 1, PROFILE)
-    with pytest.raises(SettingError, match="Format 'csv' does not exist"):
+    with pytest.raises(SettingError, match=r"Format 'csv' does not exist. Choose one of: sft, parquet, lerobot\."):
         write_demonstrations(tmp_path / "d", stream, 1, PROFILE, form="csv")  # type: ignore[arg-type]

@@ -41,7 +41,7 @@ def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Famil
         figure = canvas(11.0, 6.9)
         grid = figure.subplots(2, 4)
         for row, tier in enumerate(_TIER_COLOURS):
-            families: list[Family] = [family for family, spec in FAMILIES.items() if spec.tier == tier]
+            families: list[Family] = [family for family in _TESTS if FAMILIES[family].tier == tier]
             for column, family in enumerate(families):
                 _card(grid[row][column], family, frames.get(family), episodes.get(family))
             heading = grid[row][0].annotate(

@@ -25,11 +25,11 @@ from vigil.analysis.tables.paired import (
 )
 from vigil.analysis.tables.results import (
     ALL,
-    FAMILY_COLUMNS,
     INTERVALS_ELSEWHERE,
     MODEL,
     PUBLISHED,
     cross_section,
+    family_columns,
     pairs,
     published_group,
     published_row,
@@ -89,7 +89,7 @@ def proprio_minimal(study: Study) -> Table:
 
 def prompt_sensitivity(study: Study) -> Table:
     """Returns W/B under the neutral prompt, grouped as in the paper."""
-    columns = (MODEL, ALL, *FAMILY_COLUMNS)
+    columns = (MODEL, ALL, *family_columns())
     entries = by_group(study.entry(pair.other) for pair in study.pairing.prompt)
     rows = [run_row(entry, cross_section(entry), group=entry.group) for entry in entries]
     if study.published:

@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 
 from vigil.analysis.tables.table import WITH_INTERVAL, Column, Table, TableRow
 from vigil.analysis.tables.text import CODE, NO_ROWS, named
+from vigil.glossary import RESULTS, term_of
 
 _INTERVAL = re.compile(r"(.*) (\[.*\])")
 
@@ -79,7 +80,9 @@ def html_table(table: Table) -> str:
 
 def html_page(page: Page) -> str:
     """Returns the whole report as one page that needs nothing beside it."""
-    return _TEMPLATES.get_template("report.html").render(page=page, table_of=lambda table: Markup(html_table(table)))
+    return _TEMPLATES.get_template("report.html").render(
+        page=page, glossary=RESULTS, table_of=lambda table: Markup(html_table(table))
+    )
 
 
 def _line(table: Table, row: TableRow) -> _Line:
@@ -105,7 +108,7 @@ def _content(cell: _Cell) -> Markup:
     return escape(cell.text)
 
 
-def _prose(sentence: str) -> Markup:
+def prose(sentence: str) -> Markup:
     """Returns a sentence in which what stands between back-ticks is set as code."""
     return Markup(CODE.sub(r"<code>\1</code>", str(escape(sentence))))
 
@@ -116,4 +119,4 @@ _TEMPLATES = Environment(
     undefined=StrictUndefined,
     keep_trailing_newline=True,
 )
-_TEMPLATES.filters |= {"content": _content, "prose": _prose}
+_TEMPLATES.filters |= {"content": _content, "prose": prose, "term": term_of}

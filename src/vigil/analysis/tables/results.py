@@ -35,15 +35,19 @@ _PRINTED_PANELS: dict[Panel, str] = {
     "supplementary": "Published: the paper's supplementary variants",
 }
 MODEL = Column("model", "Model", "text")
-FAMILY_COLUMNS = tuple(Column(family, f"{family} W/B", "pair") for family in FAMILIES)
 ALL = Column("All", "All W/B", "pair")
 INTERVALS_ELSEWHERE = "The intervals of W and B stand in `family_rates`, a row a family and one for all."
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 
 
+def family_columns() -> tuple[Column, ...]:
+    """Returns a column of W and B for each family."""
+    return tuple(Column(family, f"{family} W/B", "pair") for family in FAMILIES)
+
+
 def global_cross_section(study: Study) -> Table:
     """Returns W/B overall and per family with the gap, best B first."""
-    columns = (MODEL, ALL, *intervals(Delta="Δ (pp)"), *FAMILY_COLUMNS)
+    columns = (MODEL, ALL, *intervals(Delta="Δ (pp)"), *family_columns())
     rows = [run_row(entry, cross_section(entry)) for entry in study.main_panel()]
     rows += published_rows(
         study, "global_cross_section", lambda row: {**pairs(row), "All": (row["W"], row["B"]), "Delta": row["delta"]}
@@ -62,7 +66,7 @@ def global_cross_section(study: Study) -> Table:
 
 def full_panel(study: Study) -> Table:
     """Returns W/B overall and per family, grouped as in the paper."""
-    columns = (MODEL, *texts(activated="Activated"), ALL, *FAMILY_COLUMNS)
+    columns = (MODEL, *texts(activated="Activated"), ALL, *family_columns())
     rows = [
         run_row(entry, {**cross_section(entry), "activated": entry.run.model.activated}, group=entry.group)
         for entry in by_group(study.main_panel())

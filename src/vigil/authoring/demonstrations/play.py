@@ -13,7 +13,7 @@ from typing import Literal, get_args
 
 from vigil.actions import Action, Coordinates, InteractPixel, Reply, Report, Status
 from vigil.agents.model import Conversation, Message
-from vigil.agents.picture import encode
+from vigil.agents.picture import Picture, encode
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.demonstrations.words import GIVEN_UP, phrases_in, report_of, subject_in, thought_of
 from vigil.authoring.language.referring import Phrase
@@ -21,7 +21,7 @@ from vigil.authoring.streaming.stream import StreamItem
 from vigil.env import Env
 from vigil.errors import SimulatorError
 from vigil.goals import STATE_LABELS, ReportStatus
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Quality
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord
 from vigil.scoring import settle
@@ -39,13 +39,26 @@ class Example:
     episode_id: str
     family: str
     difficulty: str
+    instruction: str
     step: int
     """From 1."""
+    feedback: Feedback | None
+    """On the action before; before the first, neither holds. None in a profile without feedback."""
     messages: tuple[Message, ...]
     """All that a model is sent; the last one carries the picture."""
+    action: Action
+    thought: str
     answer: str
+    """Thought and action, as a model writes them."""
     rejected: str | None = None
     fault: Fault | None = None
+
+    @property
+    def picture(self) -> Picture:
+        """What is seen."""
+        picture = self.messages[-1].picture
+        assert picture is not None
+        return picture
 
 
 class Demonstrator:
@@ -63,7 +76,7 @@ class Demonstrator:
         """Closes the simulator."""
         self._env.close()
 
-    def examples(self, item: StreamItem) -> list[Example]:
+    def examples(self, item: StreamItem, *, with_corrections: bool = True) -> list[Example]:
         """Returns the examples of an episode, step by step, then its corrections. Raises SimulatorError."""
         self._item = item
         actions = item.draft.actions
@@ -71,7 +84,7 @@ class Demonstrator:
         if not settle(item.episode, record).B:
             raise SimulatorError(f"Episode {item.episode.id!r}: its solution, played again, does not solve it.")
         shown = self._shown(actions, record)
-        return [*shown, *self._corrections(shown, record)]
+        return [*shown, *self._corrections(shown, record)] if with_corrections else shown
 
     def _now(self) -> StreamItem:
         assert self._item is not None
@@ -88,34 +101,45 @@ class Demonstrator:
 
     def _shown(self, actions: Sequence[Action], record: EpisodeRecord) -> list[Example]:
         """Returns an example for each action, with what is seen before it."""
-        item, found = self._now(), list[Example]()
-        conversation = Conversation(self._profile, item.episode.instruction)
-        observation = self._env.reset(item.episode)
-        setup = item.episode.setup
-        self._phrases = phrases_in(item.episode.instruction, self._simulator.scene(), setup.held)
+        episode, found = self._now().episode, list[Example]()
+        conversation = Conversation(self._profile, episode.instruction)
+        observation = self._env.reset(episode)
+        at_first = Feedback(too_far=False, path_blocked=False) if self._profile.has_feedback else None
+        self._phrases = phrases_in(episode.instruction, self._simulator.scene(), episode.setup.held)
         for index, action in enumerate(actions):
             if observation is None:
-                raise SimulatorError(f"Episode {item.episode.id!r}: the simulator failed.")
-            messages = conversation.messages(encode(observation.rgb, self._profile.image_format), observation.feedback)
-            answer = self._worded(action, index, record)
-            found.append(
-                Example(item.episode.id, item.episode.family, item.difficulty, index + 1, tuple(messages), answer)
+                raise SimulatorError(f"Episode {episode.id!r}: the simulator failed.")
+            feedback = observation.feedback
+            messages = conversation.messages(encode(observation.rgb, self._profile.image_format), feedback)
+            said, thought = self._worded(action, index, record)
+            example = Example(
+                episode_id=episode.id,
+                family=episode.family,
+                difficulty=self._now().difficulty,
+                instruction=episode.instruction,
+                step=index + 1,
+                feedback=feedback or at_first,
+                messages=tuple(messages),
+                action=said,
+                thought=thought,
+                answer=self._answer(said, thought),
             )
-            conversation.add(observation.feedback, answer)
-            observation = self._env.step(Reply(text=answer))
+            found.append(example)
+            conversation.add(feedback, example.answer)
+            observation = self._env.step(Reply(text=example.answer))
         return found
 
-    def _worded(self, action: Action, index: int, record: EpisodeRecord) -> str:
-        """Returns an action with a thought, from what the frame before it shows."""
+    def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
+        """Returns an action, a report with what it says, and a thought, from what the frame before it shows."""
         world, goal = record.worlds[index], self._now().episode.goal
         about = _subject_id(record, index, self._phrases, goal.object_id)
         pixels = self._simulator.pixels_of(about)
         x = float(pixels[:, 0].mean()) if len(pixels) else None
         subject = subject_in(world.objects[about], self._phrases[about], x)
         if not isinstance(action, Report):
-            return self._answer(action, thought_of(action, subject, ""))
+            return action, thought_of(action, subject, "")
         said = report_of(goal, self._phrases, action.status)
-        return self._answer(action.model_copy(update={"summary": said}), thought_of(action, subject, said))
+        return action.model_copy(update={"summary": said}), thought_of(action, subject, said)
 
     def _corrections(self, shown: Sequence[Example], record: EpisodeRecord) -> list[Example]:
         """Returns requests at which a false report may be given, each with that report and the right answer."""

@@ -1,4 +1,4 @@
-"""Rows of demonstrations, and the two forms of files that they are written as.
+"""Rows of demonstrations as chat messages, and the two forms of files that they are written as.
 
 `sft`: `train.jsonl` with the chat messages, and pictures as files, named by path. `parquet`: one file with the same
 columns and the pictures inside, which HF `datasets` reads as images. A picture stands in a message as a part
@@ -9,7 +9,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -47,22 +47,8 @@ class Row:
     picture: Picture
 
 
-class Rows(Protocol):
-    """A form of files."""
-
-    def add(self, rows: Sequence[Row]) -> None:
-        """Writes the rows of one episode."""
-        ...
-
-    def close(self) -> None:
-        """Finishes the files."""
-        ...
-
-
 def row_of(example: Example) -> Row:
     """Returns an example as columns; a correction has the right answer in `messages`, and the false one apart."""
-    picture = example.messages[-1].picture
-    assert picture is not None
     frame = f"{example.episode_id}_{example.step:02d}"
     columns = {
         "id": frame if example.fault is None else f"{frame}_{example.fault}",
@@ -75,7 +61,7 @@ def row_of(example: Example) -> Row:
         "step": example.step,
         "messages": [*map(_message, example.messages), _message(Message("assistant", example.answer))],
     }
-    return Row(columns, f"{IMAGES}/{frame}.{picture.format}", picture)
+    return Row(columns, f"{IMAGES}/{frame}.{example.picture.format}", example.picture)
 
 
 def _message(message: Message) -> dict[str, Any]:
@@ -93,9 +79,9 @@ class SftRows:
         (folder / IMAGES).mkdir()
         self._lines = (folder / TRAIN_JSONL).open("wb")
 
-    def add(self, rows: Sequence[Row]) -> None:
+    def add(self, examples: Sequence[Example]) -> None:
         """Writes the rows of one episode; a picture that two of them share is one file."""
-        for row in rows:
+        for row in map(row_of, examples):
             (self._folder / row.picture_path).write_bytes(row.picture.data)
             line = json.dumps({**row.columns, "images": [row.picture_path]}, ensure_ascii=False)
             self._lines.write(line.encode() + b"\n")
@@ -111,18 +97,14 @@ class ParquetRows:
     def __init__(self, folder: Path) -> None:
         self._writer = pq.ParquetWriter(folder / TRAIN_PARQUET, SCHEMA)
 
-    def add(self, rows: Sequence[Row]) -> None:
+    def add(self, examples: Sequence[Example]) -> None:
         """Writes the rows of one episode."""
         table = [
             {**row.columns, "images": [{"bytes": row.picture.data, "path": Path(row.picture_path).name}]}
-            for row in rows
+            for row in map(row_of, examples)
         ]
         self._writer.write_table(pa.Table.from_pylist(table, SCHEMA))
 
     def close(self) -> None:
         """Finishes the file."""
         self._writer.close()
-
-
-FORMATS = {"sft": (SftRows, TRAIN_JSONL), "parquet": (ParquetRows, TRAIN_PARQUET)}
-"""Name -> what writes it, and the file that `datasets` is to read."""

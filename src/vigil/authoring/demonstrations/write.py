@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 from vigil.authoring.demonstrations.card import card_of
+from vigil.authoring.demonstrations.forms import FORMS, Format
 from vigil.authoring.demonstrations.play import Demonstrator
-from vigil.authoring.demonstrations.rows import FORMATS, row_of
 from vigil.authoring.streaming.address import is_stream
 from vigil.authoring.streaming.folder import header_of
 from vigil.authoring.streaming.stream import Stream
@@ -20,7 +20,6 @@ from vigil.observation import Quality
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
 
-Format = Literal["sft", "parquet"]
 FACTS = "demonstrations.json"
 CARD = "README.md"
 OnEpisode = Callable[[int], None]
@@ -50,18 +49,18 @@ def write_demonstrations(
 
     Raises SettingError when the folder is not empty or the stream ends before, SimulatorError.
     """
-    if form not in get_args(Format):
-        raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(get_args(Format))}.")
+    if form not in FORMS:
+        raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(FORMS)}.")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise SettingError(f"{str(out)!r} is not empty, or no folder. Write into a new one.")
-    make, table = FORMATS[form]
+    chosen = FORMS[form]
     rows, episodes = Counter[str](), Counter[str]()
     with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
-        with closing(make(folder)) as writer:
+        with closing(chosen.rows(folder)) as writer:
             for item in islice(items, count):
-                found = [row_of(example) for example in player.examples(item)]
+                found = player.examples(item, with_corrections=chosen.has_corrections)
                 writer.add(found)
-                rows.update(row.columns["fault"] or "demonstration" for row in found)
+                rows.update(example.fault or "demonstration" for example in found)
                 episodes[item.episode.family] += 1
                 on_episode(episodes.total())
         if episodes.total() < count:
@@ -77,7 +76,7 @@ def write_demonstrations(
             "rows": dict(sorted(rows.items())),
         }
         (folder / FACTS).write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
-        (folder / CARD).write_text(card_of(facts, table), encoding="utf-8")
+        (folder / CARD).write_text(card_of(facts, chosen.table), encoding="utf-8")
     return facts
 
 

@@ -28,6 +28,7 @@ from vigil.house import House, canonical_json
 from vigil.housegen.document import maker_of
 from vigil.jsonl import AppendFile, parse, read_lines
 from vigil.jsonl import Line as JsonLine
+from vigil.versions import reads_schema
 
 DRAFTS_SCHEMA = 1
 DIGITS = 6
@@ -42,7 +43,7 @@ class Header(_Line):
     """Who proposes, and with which settings; two parts of one file agree on it."""
 
     line: Literal["header"] = "header"
-    schema_version: int = DRAFTS_SCHEMA
+    schema_version: Annotated[int, reads_schema(DRAFTS_SCHEMA)] = DRAFTS_SCHEMA
     author: str
     seed: int
     simulator: str

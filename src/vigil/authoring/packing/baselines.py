@@ -4,7 +4,7 @@ Kept beside the pack in `baselines.json`, which is no part of its hash: it is me
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -12,8 +12,10 @@ from vigil.authoring.packing.question_only import GuessScore, majority_guess, wo
 from vigil.episode import FAMILIES
 from vigil.errors import PackMismatch, first_fault
 from vigil.pack import Pack
+from vigil.versions import reads_schema
 
 BASELINES = "baselines.json"
+BASELINES_SCHEMA = 1
 BLIND = ("noop", "random", "sweep", "forward", "centre", "always_success")
 AGENTS = (*BLIND, "never_report", "premature", "solver")
 """In the order of the table; those after the blind ones see hidden state."""
@@ -37,7 +39,7 @@ class Baselines(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    schema_version: Literal[1] = 1
+    schema_version: Annotated[int, reads_schema(BASELINES_SCHEMA)] = BASELINES_SCHEMA
     pack: str
     pack_sha256: str
     vigil: str

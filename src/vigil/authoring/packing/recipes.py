@@ -11,6 +11,7 @@ from importlib.metadata import version
 from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -22,8 +23,9 @@ from vigil.episode import Family
 from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
 from vigil.pack import NAME_PATTERN
 from vigil.strict_json import read_json
-from vigil.versions import PackVersions
+from vigil.versions import PackVersions, reads_schema
 
+RECIPE_SCHEMA = 1
 PACKAGED = Path(str(files("vigil") / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
 """Whose versions may move a float, and with it a pack's bytes."""
@@ -34,7 +36,7 @@ class Recipe(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    schema_version: int = 1
+    schema_version: Annotated[int, reads_schema(RECIPE_SCHEMA)] = RECIPE_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)
     """Of the pack."""
     houses_from: str = ""

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Size
 from vigil.house import canonical_json
 from vigil.jsonl import append_line, dump_line, parse, read_lines
+from vigil.versions import reads_schema
 
 REVIEW_SCHEMA = 1
 Verdict = Literal["approve", "reject", "edit", "difficulty", "note"]
@@ -28,7 +29,7 @@ class Review(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    schema_version: Literal[1] = REVIEW_SCHEMA
+    schema_version: Annotated[int, reads_schema(REVIEW_SCHEMA)] = REVIEW_SCHEMA
     at: datetime
     reviewer: str = Field(pattern=r"^(model: )?[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
     """A name; a model's begins with `model: `, so that it tells what it is wherever it is shown."""

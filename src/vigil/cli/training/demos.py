@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from vigil.authoring.demonstrations.write import Format, check_source, write_demonstrations
+from vigil.authoring.demonstrations.forms import Format
+from vigil.authoring.demonstrations.write import check_source, write_demonstrations
 from vigil.authoring.streaming.address import seed_in
 from vigil.authoring.streaming.stream import Stream
 from vigil.cli.progress import progress
@@ -27,7 +28,9 @@ def demos(
     pack: Annotated[str, typer.Option(metavar="stream:SEED", help="A stream; no pack.")],
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
     count: Annotated[int, typer.Option(min=1, help="Episodes.")] = 100,
-    form: Annotated[Format, typer.Option("--format", help="JSON lines with picture files, or Parquet.")] = "sft",
+    form: Annotated[
+        Format, typer.Option("--format", help="Chats as JSON lines or Parquet, or actions as a LeRobot dataset.")
+    ] = "sft",
     families: Families = (),
     difficulties: Difficulties = (),
     houses: Houses = "0:",
@@ -41,7 +44,8 @@ def demos(
 ) -> None:  # fmt: skip
     """Example: vigil demos --pack stream:7 --count 100 --out demos
 
-    Each row is a request of a model with the right answer; a correction holds a false report besides.
+    Each row is a request of a model with the right answer; a correction holds a false report besides. In a LeRobot
+    dataset each row is a frame with its action, without corrections.
     """
     check_source(pack)
     asked = RunSettings(

@@ -5,6 +5,7 @@ It ends when the other end is closed, also in the middle of a request.
 """
 
 import faulthandler
+import gc
 import hashlib
 import os
 import select
@@ -245,6 +246,7 @@ def _seed_of(seed: int, epoch: int) -> int:
 
 def serve(connection: Connection) -> None:
     """Answers requests until the other end closes the connection."""
+    gc.freeze()  # what is imported stays; playing need not look through it for garbage
     leaving = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: None if leaving.is_set() else sys.exit())
     threading.Thread(target=_end_with_main_process, args=(connection.fileno(), leaving), daemon=True).start()

@@ -11,8 +11,6 @@ import math
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order
 from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import STEP_M
@@ -96,6 +94,9 @@ class CollisionMap:
 
     def reachable(self, start: Vec3, step_m: float = GRID_M) -> np.ndarray:
         """Returns the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
+        from scipy.sparse import coo_array  # noqa: PLC0415 - loads over 200 modules
+        from scipy.sparse.csgraph import breadth_first_order  # noqa: PLC0415
+
         cells, free = self._free_grid(start, step_m)
         index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
         if (0, 0) not in index:

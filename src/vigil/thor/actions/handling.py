@@ -13,7 +13,7 @@ from vigil.thor.actions.action import Action, Kind
 from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.targets import target
 from vigil.thor.base.world import World
-from vigil.world import ObjectSetup, RefusalCode, Setup
+from vigil.world import ObjectSetup, Placement, RefusalCode, Setup
 
 REFUSALS: dict[RefusalCode, str] = {
     "not_openable": "{thing} is not an Openable object",
@@ -142,12 +142,17 @@ def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
     ]
 
 
-def _drop(world: World, **_: object) -> None:
+def _drop(world: World, forceAction: bool = False, **_: object) -> None:
     if world.held is None:
         raise ActionFailed("Nothing is in the agent's hand to drop!")
     held = world.thing(world.held)
-    if world.stage.handle("drop", held.id, held.position).refusal is not None:
+    if world.stage.handle("drop", held.id, held.position).refusal is None:
+        return
+    if not forceAction:
         raise ActionFailed(f"{held.id} can't be dropped. It must be clear of all other collision first")
+    x, floor, z = world.agent.position
+    at_the_feet = Placement(position=Vec3(x, floor + held.asset.size.y / 2, z))
+    _alter(world, Setup(objects={held.id: ObjectSetup(placement=at_the_feet)}))
 
 
 def _do(world: World, intent: Intent, thing: Thing, point: Vec3) -> None:
@@ -179,6 +184,7 @@ _PUT: dict[str, Kind] = {
     "maxDistance": "float",
 }
 _AT_ONCE = "it is open or shut at once, and moves nothing that is loose"
+_LIES_AT_ONCE = "the thing lies at once; what is forced and finds no place lies at the agent's feet"
 
 ACTIONS = (
     Action("OpenObject", _open, _OPEN, _WHICH, lacks=_AT_ONCE),
@@ -200,6 +206,6 @@ ACTIONS = (
         lacks="the place is the nearest free one; randomSeed does nothing, and no force puts a thing where it does not "
         "belong",
     ),
-    Action("DropHandObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks="the thing lies at once"),
-    Action("DropHeldObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks="the thing lies at once"),
+    Action("DropHandObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks=_LIES_AT_ONCE),
+    Action("DropHeldObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks=_LIES_AT_ONCE),
 )

@@ -1,12 +1,15 @@
 """Shortest walks over the grid of places that the body reaches, drawn straight where nothing is in the way."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from vigil.pose import Vec3
 from vigil.thor.base.failures import ActionFailed, bad_argument
 from vigil.thor.base.world import World
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_array
 
 GRID_M = 0.125
 """Finer than the agent's steps: the walk is not of steps."""
@@ -17,6 +20,8 @@ _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
     """Returns the corners of the shortest walk from one place on the floor to another. Raises ActionFailed."""
+    from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
+
     if not world.stage.can_stand(start):
         raise bad_argument(f"The agent cannot stand at ({start.x:.4f}, {start.z:.4f}), where the path is to start")
     places = world.stage.reachable(start, GRID_M)
@@ -35,7 +40,9 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
     return _straightened(world, [start, *corners[1:]])
 
 
-def _graph(cells: np.ndarray) -> coo_array:
+def _graph(cells: np.ndarray) -> "coo_array":
+    from scipy.sparse import coo_array  # noqa: PLC0415
+
     index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
     pairs = [
         (number, index[i + di, k + dk], float(np.hypot(di, dk)))

@@ -12,7 +12,9 @@ from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco import frames
+from vigil.sim.engines.mujoco.binding import mujoco
 from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.engines.mujoco.materials import MaterialTable
 from vigil.sim.engines.mujoco.model import FOVY_DEG
 
 CABINET, CUBE = 0, 1
@@ -182,18 +184,29 @@ spec.loader.exec_module(scenes)
 engine = scenes.MujocoEngine("fast")
 engine.load(scenes.make_scene())
 frame = engine.draw(scenes.Pose(position=scenes.Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0), None)
-print(hashlib.sha256(frame.tobytes()).hexdigest())
+print(hashlib.sha256(frame.tobytes()).hexdigest(), *sorted({"scipy", "OpenGL.GL"} & set(sys.modules)))
 """
 
 
 @pytest.mark.usefixtures("drawing")
 def test_another_process_draws_the_same_bytes_and_leaves_quietly(engine: MujocoEngine, agent: Pose) -> None:
+    """It needs none of the large libraries for it that take longest to load."""
     ours = hashlib.sha256(engine.draw(agent, None).tobytes()).hexdigest()
     command = [sys.executable, "-W", "error", "-c", SCRIPT, str(HERE / "conftest.py")]
     other = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert other.stderr == ""
     assert other.returncode == 0
     assert other.stdout.strip() == ours
+
+
+def test_textures_of_pictures_get_sides_that_are_powers_of_two() -> None:
+    spec = mujoco.MjSpec()
+    looks = MaterialTable(spec)
+    for key in ("picture/0", "picture/1", "cover/0", "wood/oak"):
+        looks.name_of(key)
+    native = spec.compile()
+    sides = {*native.tex_width.tolist(), *native.tex_height.tolist()}
+    assert sides <= {128, 256, 512}
 
 
 @pytest.mark.usefixtures("drawing")

@@ -1,6 +1,7 @@
 """Frames: one OpenGL context per process, one MuJoCo render context per live scene."""
 
 import atexit
+import ctypes
 import os
 import threading
 import weakref
@@ -232,7 +233,8 @@ def gl_strings() -> dict[str, str]:
     """Returns what the OpenGL driver says of itself: vendor, renderer and version."""
     _enter()
     names = {"vendor": GL.GL_VENDOR, "renderer": GL.GL_RENDERER, "version": GL.GL_VERSION}
-    return {name: (GL.glGetString(key) or b"").decode(errors="replace") for name, key in names.items()}
+    found = {name: GL.glGetString(key) for name, key in names.items()}
+    return {name: ctypes.string_at(text).decode(errors="replace") if text else "" for name, text in found.items()}
 
 
 def _colours(scene: Any, context: RenderContext, rect: Any) -> np.ndarray:

@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
+from PIL import Image
 
 from vigil.assets.kernel.materials import Material, material
 from vigil.sim.engines.mujoco.binding import NativeSpec, mujoco
@@ -79,10 +80,16 @@ class _Picture:
 
 @lru_cache(maxsize=512)
 def _upload_form(picture: _Picture) -> tuple[int, int, bytes]:
-    """Returns (height, width, bytes) with the first row at the bottom, as v = 0 asks for."""
+    """Returns (height, width, bytes) with the first row at the bottom, as v = 0 asks for.
+
+    Sides are powers of two: Mesa compiles its mipmaps and shaders anew for each other kind of size, 0.1 s each.
+    """
     pixels = picture.pixels
     while max(pixels.shape[:2]) > TEXTURE_PIXELS:
         height, width = pixels.shape[0] // 2, pixels.shape[1] // 2
         quads = pixels[: height * 2, : width * 2].reshape(height, 2, width, 2, 3)
         pixels = quads.mean(axis=(1, 3)).round().astype(np.uint8)
+    height, width = (1 << (side - 1).bit_length() for side in pixels.shape[:2])
+    if (height, width) != pixels.shape[:2]:
+        pixels = np.asarray(Image.fromarray(pixels).resize((width, height), Image.Resampling.BILINEAR))
     return pixels.shape[0], pixels.shape[1], np.ascontiguousarray(pixels[::-1]).tobytes()

@@ -9,7 +9,7 @@ from vigil.sim.engines.mujoco.binding import NativeSpec, mujoco
 
 GROUND_M = -0.02
 LAWN_HALF_M = 60.0
-SKY_PIXELS = 192
+SKY_PIXELS = 256
 _ZENITH, _HORIZON = np.array([0.42, 0.62, 0.86], np.float32), np.array([0.84, 0.90, 0.95], np.float32)
 _TREES, _NEAR_TREES = np.array([0.40, 0.50, 0.42], np.float32), np.array([0.30, 0.40, 0.26], np.float32)
 _GRASS = np.array([0.42, 0.53, 0.32], np.float32)

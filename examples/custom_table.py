@@ -1,0 +1,50 @@
+"""From records to a table of one's own: how long an agent goes on after the goal holds, by family.
+
+    python examples/custom_table.py runs/gpt-4o runs/qwen --out report    # folders of runs, as for `vigil report`
+
+The same rows twice: as a pandas table, printed; and as a table of the report, in all its formats, after the others.
+"""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from vigil.analysis.measures.rows import frame_of, read_runs
+from vigil.analysis.measures.study import Study, study
+from vigil.analysis.report import write_report
+from vigil.analysis.tables.table import Column, Table, TableRow, counts, numbers
+
+
+def overtime(rows: pd.DataFrame) -> pd.DataFrame:
+    """Returns, of the episodes whose goal held at some moment, the steps that followed the first such step."""
+    held = rows[rows["first_goal_step"].notna()]
+    steps = held["steps"] - held["first_goal_step"]
+    return held.assign(overtime=steps).pivot_table("overtime", "run", "family", aggfunc="mean")
+
+
+def overtime_table(found: Study) -> Table:
+    """Returns the mean over all families as a table of the report: a row a run."""
+    rows = []
+    for entry in found.entries:
+        steps = entry.run.rows["steps"] - entry.run.rows["first_goal_step"]
+        cells = {"model": entry.name, "n": int(steps.count()), "overtime": None if steps.isna().all() else steps.mean()}
+        rows.append(TableRow(cells, is_privileged=entry.run.model.is_privileged))
+    columns = (Column("model", "Run", "text"), *counts(n="Goal held"), *numbers(overtime="Steps after that"))
+    return Table("overtime", "Steps after the goal first held", columns, tuple(rows), ("The closing report counts.",))
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("runs", nargs="+", type=Path, help="folders of runs")
+    options.add_argument("--out", type=Path, help="also write a report with the table into this folder")
+    given = options.parse_args()
+    runs = read_runs(given.runs)
+    print(overtime(frame_of(runs)).round(1).to_string(na_rep="-"))
+    if given.out is not None:
+        files = write_report(study(runs, with_paper=False), given.out, ("md",), own={"overtime": overtime_table})
+        print(files[0])
+
+
+if __name__ == "__main__":
+    main()

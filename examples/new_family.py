@@ -1,0 +1,56 @@
+"""A family of one's own, made of what is there: search and approach, View Search and Distance Approach in one.
+
+    python examples/new_family.py
+
+Registers the family, drafts an episode of it in a generated house, has the rules of all packs hold it, and plays it:
+by the solver, and by an agent that claims success at once.
+"""
+
+import numpy as np
+
+import vigil
+from vigil.agents.scripted import scripted_agent
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.review.validate import Validator
+from vigil.authoring.ways.solvers import privileged_agent
+from vigil.env import Env
+from vigil.episode import Episode, FamilySpec, register_family
+from vigil.goals import AgentNearTarget
+from vigil.sim import make_simulator
+
+SKILLS = ("navigate", "look", "report")
+register_family("SA", FamilySpec("Search and Approach", "compositional", False, 30, 8, SKILLS, ("agent_near_target",)))
+
+
+def drafts(context: HouseContext):
+    """Yields episodes that start where the thing to be approached is out of view, whichever way one turns."""
+    for thing in context.things(lambda thing: not thing.is_structure and 0.4 < max(thing.asset.size) < 1.9):
+        for place in context.starts(context.away_from(thing, 2.5, 12.0), tried=20):
+            if context.sights(place, thing) == 0:
+                text = f"Find {context.phrase(thing.id)} and go up to it, to within about one and a half metres."
+                start, goal = context.facing(place, thing, 0.0, 180.0), AgentNearTarget(object_id=thing.id)
+                yield context.draft("SA", TaskSpec(start, text, goal, {"target": thing.id}))
+                break
+
+
+def first_valid(simulator, house: vigil.House) -> Episode:
+    """Returns the first draft that no rule rejects."""
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    found = [draft for draft, _ in zip(drafts(context), range(6), strict=False)]
+    return next(draft for draft in found if Validator(simulator).validate(draft, house).is_valid)
+
+
+def main() -> None:
+    house = vigil.generate_house(12, "3")
+    simulator = make_simulator("fake", assets=AssetDatabase.default())  # rays alone: no picture is needed here
+    with Env(simulator, lambda episode: house, vigil.Profile()) as env:
+        episode = first_valid(simulator, house)
+        print(episode.instruction)
+        for agent in (privileged_agent("solver", episode, simulator), scripted_agent("always_success")):
+            outcome = vigil.settle(episode, vigil.play(episode, env, agent))
+            print(f"{agent.name}: {outcome.label} after {outcome.steps} steps, W {outcome.W}, family {outcome.family}")
+
+
+if __name__ == "__main__":
+    main()

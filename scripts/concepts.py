@@ -1,0 +1,128 @@
+"""Plays the examples of docs/concepts.md and draws their strips into docs/concepts: `python scripts/concepts.py`, or
+some of them by name: `python scripts/concepts.py B SV`.
+
+Every example is an episode of the packaged smoke pack; what it must end as is said here, and checked.
+"""
+
+import io
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from vigil.actions import Action, Reply, Report
+from vigil.agents.agent import Agent
+from vigil.agents.scripted import scripted_agent
+from vigil.analysis.plots.style import saved
+from vigil.analysis.plots.trajectory import AgentTrajectory, track, trajectory_figure
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.solving.moves import reply_of
+from vigil.authoring.ways.solvers import privileged_agent
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.observation import Observation
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.runner.workers.play import play
+from vigil.sim import make_simulator
+from vigil.sim.privileged import PrivilegedSimulator
+
+FOLDER = Path(__file__).parents[1] / "docs" / "concepts"
+WIDTH_PX = 1100
+QUALITY = 82
+MOST_FRAMES = 5
+MICROWAVE, LAPTOP = "procthor_microwave_seed5020_ai_6f283a", "procthor_laptop_seed5034_sv_7b49f8"
+
+
+class Replies:
+    """Gives fixed replies, one after the other."""
+
+    def __init__(self, name: str, actions: Iterable[Action]) -> None:
+        self.name = name
+        self._replies = [reply_of(action) for action in actions]
+
+    def start(self, instruction: str) -> None:
+        """Begins with the first reply."""
+        self._left = iter(self._replies)
+
+    def act(self, observation: Observation) -> Reply:
+        """Returns the next reply."""
+        return next(self._left)
+
+
+class Watched:
+    """An agent whose frames are kept."""
+
+    def __init__(self, agent: Agent) -> None:
+        self.name = agent.name
+        self.frames: list[np.ndarray] = []
+        self._agent = agent
+        self.start = agent.start
+
+    def act(self, observation: Observation) -> Reply:
+        """Returns the agent's reply, and keeps what it answers."""
+        self.frames.append(observation.rgb.copy())
+        return self._agent.act(observation)
+
+
+Maker = Callable[[Pack, Episode, PrivilegedSimulator], Agent]
+
+
+def _privileged(name: str) -> Maker:
+    return lambda pack, episode, simulator: privileged_agent(name, episode, simulator)
+
+
+def _scripted(name: str) -> Maker:
+    return lambda pack, episode, simulator: scripted_agent(name)
+
+
+def _solution(name: str, status: str, steps: slice = slice(-1)) -> Maker:
+    """Returns a maker of an agent that gives steps of the recorded solution, then a report of its own."""
+    report = Report.model_validate({"skill_name": "report", "status": status, "summary": ""})
+    return lambda pack, episode, _: Replies(name, [*pack.solutions[episode.id].actions[steps], report])
+
+
+EXAMPLES: dict[str, tuple[str, str, Maker]] = {
+    "B": (MICROWAVE, "W=1 B None", _privileged("solver")),
+    "FR": (MICROWAVE, "W=0 FR false_success", _privileged("premature")),
+    "FR_with_W": (MICROWAVE, "W=1 FR false_negative", _solution("says fail", "fail")),
+    "NR": (MICROWAVE, "W=1 NR None", _privileged("never_report")),
+    "IL": (MICROWAVE, "W=0 IL None", _scripted("malformed")),
+    "Other": (MICROWAVE, "W=0 Other honest_fail", _solution("gives up", "fail", slice(2))),
+    "SV": (LAPTOP, "W=1 FR sv_wrong_label", _solution("other label", "open")),
+}
+"""Name of the picture -> its episode, how it ends, and who plays."""
+
+
+def main() -> None:
+    """Plays and draws the examples that are named, or all."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    pack, simulator = Pack.load("vigil_smoke"), make_simulator("mujoco", assets=AssetDatabase.default())
+    with Env(simulator, pack.house_of, Profile()) as env:
+        for name in sys.argv[1:] or EXAMPLES:
+            episode_id, ending, make = EXAMPLES[name]
+            episode = pack.episode(episode_id)
+            one = _played(env, episode, Watched(make(pack, episode, simulator)))
+            outcome = one.outcome
+            found = f"W={outcome.W:d} {outcome.label} {outcome.subtype}"
+            if found != ending:
+                raise SystemExit(f"Example {name} ends as {found}, not as {ending}.")
+            _write(FOLDER / f"{name}.webp", saved(trajectory_figure(episode, [one], MOST_FRAMES), "png"))
+            print(f"{name}: {one.name}, {found}, {outcome.steps} steps")
+
+
+def _played(env: Env, episode: Episode, agent: Watched) -> AgentTrajectory:
+    play(episode, env, agent)
+    return track(agent.name, episode, env.record(), agent.frames)
+
+
+def _write(path: Path, png: bytes) -> None:
+    picture = Image.open(io.BytesIO(png)).convert("RGB")
+    size = (WIDTH_PX, round(picture.height * WIDTH_PX / picture.width)) if picture.width > WIDTH_PX else picture.size
+    picture.resize(size, Image.Resampling.LANCZOS).save(path, "WEBP", quality=QUALITY, method=6)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""The columns of a LeRobot dataset: what a policy reads, the action as numbers, and where a row stands.
+
+LeRobot's policies read what begins with `observation.` and learn what begins with `action`; so nothing hidden may stand
+in a column of either name, and text that is neither has another.
+"""
+
+import json
+from typing import Any, Literal
+
+import pyarrow as pa
+
+from vigil.actions import SKILLS, Action
+from vigil.authoring.demonstrations.play import Example
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
+
+CAMERA = "observation.images.ego"
+STATE = "observation.state"
+FPS = 1
+"""An episode has steps and no clock; the format asks for a rate, and counts a step as a second."""
+
+Dtype = Literal["image", "string", "bool", "int64", "float32"]
+Feature = dict[str, Any]
+"""Of one column, as `meta/info.json` describes it: dtype, shape, and names of what it holds."""
+
+_ARGUMENTS = {argument.name: argument for skill in SKILLS.values() for argument in skill if argument.type != "string"}
+ACTION_NAMES = ("skill_name", *_ARGUMENTS)
+"""Of the numbers of an action, in their order."""
+WORDS: dict[str, tuple[str, ...]] = {
+    "skill_name": tuple(SKILLS),
+    **{name: argument.values for name, argument in _ARGUMENTS.items() if argument.values},
+}
+"""Numbers that stand for words -> these words, in the order of the protocol: 0 is the first."""
+_SIZES = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}
+
+
+def features_of(*, has_feedback: bool) -> dict[str, Feature]:
+    """Returns the columns in their order; what an agent is told besides the frame is the state, and there only then."""
+    state = {STATE: _feature("float32", tuple(Feedback.model_fields))} if has_feedback else {}
+    picture: Feature = {
+        "dtype": "image",
+        "shape": [FRAME_HEIGHT, FRAME_WIDTH, 3],
+        "names": ["height", "width", "channels"],
+    }
+    return {
+        CAMERA: picture,
+        **state,
+        "action": _feature("float32", ACTION_NAMES),
+        "thought": _feature("string"),
+        "next.reward": _feature("float32"),
+        "next.done": _feature("bool"),
+        "timestamp": _feature("float32"),
+        **dict.fromkeys(("frame_index", "episode_index", "index", "task_index"), _feature("int64")),
+    }
+
+
+def _feature(dtype: Dtype, names: tuple[str, ...] = ()) -> Feature:
+    return {"dtype": dtype, "shape": [len(names) or 1], "names": list(names) or None}
+
+
+def schema_of(features: dict[str, Feature]) -> pa.Schema:
+    """Returns the columns as Arrow has them; HF `datasets` finds there which of them is a picture."""
+    fields = [(name, _arrow_type(feature)) for name, feature in features.items()]
+    pictures = {"info": {"features": {CAMERA: {"_type": "Image"}}}}
+    return pa.schema(fields, metadata={"huggingface": json.dumps(pictures)})
+
+
+def _arrow_type(feature: Feature) -> pa.DataType:
+    if feature["dtype"] == "image":
+        return pa.struct({"bytes": pa.binary(), "path": pa.string()}.items())
+    scalar = pa.type_for_alias(feature["dtype"])
+    return scalar if feature["names"] is None else pa.list_(scalar, *feature["shape"])
+
+
+def columns_of(example: Example) -> dict[str, Any]:
+    """Returns what an example says itself; where it stands in the dataset is not of it."""
+    name = f"frame-{example.step - 1:06d}.{example.picture.format}"
+    told = example.feedback
+    state = {} if told is None else {STATE: [float(said) for said in told.model_dump().values()]}
+    return {
+        CAMERA: {"bytes": example.picture.data, "path": name},
+        **state,
+        "action": numbers_of(example.action),
+        "thought": example.thought,
+    }
+
+
+def numbers_of(action: Action) -> list[float]:
+    """Returns an action as numbers, in the order of `ACTION_NAMES`; what its skill does not take is 0."""
+    said = action.model_dump(exclude_none=True)
+    return [_number(name, said[name]) if name in said else 0.0 for name in ACTION_NAMES]
+
+
+def _number(name: str, value: Any) -> float:
+    """Returns a word's index, a pixel's middle as a share of the frame, or a magnitude as it is."""
+    if name in WORDS:
+        return float(WORDS[name].index(value))
+    return (value + 0.5) / _SIZES[name] if name in _SIZES else float(value)

@@ -1,0 +1,146 @@
+"""Demonstrations as a LeRobot dataset v3.0: frames in `data/`, and in `meta/` their tasks, episodes and statistics.
+
+Source: https://huggingface.co/docs/lerobot/lerobot-dataset-v3, and what `lerobot` 0.4.4 reads and writes.
+"""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from vigil.agents.picture import decode
+from vigil.authoring.demonstrations.columns import CAMERA, FPS, Feature, columns_of, features_of, schema_of
+from vigil.authoring.demonstrations.play import Example
+from vigil.authoring.demonstrations.statistics import LEVELS, Statistics, of_columns, pixel_counts
+
+VERSION = "v3.0"
+FILE_MB = 100
+FILES_A_CHUNK = 1000
+_PLACE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+DATA, EPISODES = f"data/{_PLACE}", f"meta/episodes/{_PLACE}"
+DATA_FILES = "data/*/*.parquet"
+INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
+
+
+class LeRobotRows:
+    """Parquet files with the pictures inside, a row group an episode; a new file begins where one would be too large.
+
+    Takes no corrections: a dataset of actions has no place for an action that is not to be done.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._features: dict[str, Feature] = {}
+        self._writer: pq.ParquetWriter | None = None
+        self._file, self._file_bytes = -1, 0
+        self._tasks: dict[str, int] = {}
+        self._episodes: list[dict[str, Any]] = []
+        self._numbers: list[dict[str, np.ndarray]] = []
+        self._pixels = np.zeros((3, LEVELS), np.int64)
+        self._frames = 0
+
+    def add(self, examples: Sequence[Example]) -> None:
+        """Writes the frames of one episode."""
+        first = examples[0]
+        self._features = self._features or features_of(has_feedback=first.feedback is not None)
+        task = self._tasks.setdefault(first.instruction, len(self._tasks))
+        rows = [
+            {
+                **columns_of(example),
+                "next.reward": float(example is examples[-1]),
+                "next.done": example is examples[-1],
+                "timestamp": index / FPS,
+                "frame_index": index,
+                "episode_index": len(self._episodes),
+                "index": self._frames + index,
+                "task_index": task,
+            }
+            for index, example in enumerate(examples)
+        ]
+        self._write(rows, sum(len(example.picture.data) for example in examples))
+        numbers = {
+            name: np.array([row[name] for row in rows], feature["dtype"]).reshape(len(rows), -1)
+            for name, feature in self._features.items()
+            if feature["dtype"] not in ("image", "string")
+        }
+        pixels = np.sum([pixel_counts(decode(example.picture.data)) for example in examples], axis=0)
+        self._episodes.append(self._episode(examples, of_columns(numbers, CAMERA, pixels)))
+        self._numbers.append(numbers)
+        self._pixels += pixels
+        self._frames += len(rows)
+
+    def _write(self, rows: list[dict[str, Any]], size: int) -> None:
+        """Writes rows as a row group, in a new file where the last one has no room for so many bytes of pictures."""
+        if self._writer is None or self._file_bytes + size > FILE_MB * 2**20:
+            self._close_file()
+            self._file, self._file_bytes = self._file + 1, 0
+            path = self._folder / DATA.format(**_place(self._file))
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._writer = pq.ParquetWriter(path, schema_of(self._features))
+        self._writer.write_table(pa.Table.from_pylist(rows, self._writer.schema))
+        self._file_bytes += size
+
+    def _close_file(self) -> None:
+        if self._writer is not None:
+            self._writer.close()
+
+    def _episode(self, examples: Sequence[Example], statistics: dict[str, Statistics]) -> dict[str, Any]:
+        """Returns an episode's row in `meta/episodes`; its family and difficulty are ours, to choose episodes by."""
+        place = _place(self._file)
+        return {
+            "episode_index": len(self._episodes),
+            "tasks": [examples[0].instruction],
+            "length": len(examples),
+            "family": examples[0].family,
+            "difficulty": examples[0].difficulty,
+            "dataset_from_index": self._frames,
+            "dataset_to_index": self._frames + len(examples),
+            **{f"data/{name}": index for name, index in place.items()},
+            **{f"meta/episodes/{name}": index for name, index in _place(0).items()},
+            **{f"stats/{column}/{name}": value for column, of in statistics.items() for name, value in of.items()},
+        }
+
+    def close(self) -> None:
+        """Finishes the frames' file and writes `meta/`; of no episodes, nothing."""
+        self._close_file()
+        if not self._episodes:
+            return
+        path = self._folder / EPISODES.format(**_place(0))
+        path.parent.mkdir(parents=True)
+        pq.write_table(pa.Table.from_pylist(self._episodes), path)
+        tasks = pd.Index(list(self._tasks), dtype=object, name="task")
+        pd.DataFrame({"task_index": range(len(tasks))}, index=tasks).to_parquet(self._folder / TASKS)
+        numbers = {name: np.concatenate([each[name] for each in self._numbers]) for name in self._numbers[0]}
+        self._write_json(STATS, of_columns(numbers, CAMERA, self._pixels))
+        self._write_json(INFO, self._info())
+
+    def _info(self) -> dict[str, Any]:
+        return {
+            "codebase_version": VERSION,
+            "robot_type": "vigil",
+            "total_episodes": len(self._episodes),
+            "total_frames": self._frames,
+            "total_tasks": len(self._tasks),
+            "chunks_size": FILES_A_CHUNK,
+            "data_files_size_in_mb": FILE_MB,
+            "video_files_size_in_mb": FILE_MB,
+            "fps": FPS,
+            "splits": {"train": f"0:{len(self._episodes)}"},
+            "data_path": DATA,
+            "video_path": None,
+            "features": self._features,
+        }
+
+    def _write_json(self, name: str, content: dict[str, Any]) -> None:
+        (self._folder / name).write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")
+
+
+def _place(file: int) -> dict[str, int]:
+    """Returns in which chunk a file is, and its number there."""
+    chunk, index = divmod(file, FILES_A_CHUNK)
+    return {"chunk_index": chunk, "file_index": index}

@@ -1,0 +1,51 @@
+"""Statistics of columns, by which LeRobot's policies normalize what they read: exact, of all rows and all pixels."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
+LEVELS = 256
+Statistics = dict[str, Any]
+"""Name of a statistic -> its value for each number of a column, or for each channel in the shape (3, 1, 1)."""
+
+
+def of_numbers(rows: np.ndarray) -> Statistics:
+    """Returns the statistics of rows (n, numbers)."""
+    values = rows.astype(np.float64)
+    found = {
+        "min": values.min(axis=0),
+        "max": values.max(axis=0),
+        "mean": values.mean(axis=0),
+        "std": values.std(axis=0),
+        **{name: np.quantile(values, share, axis=0, method="inverted_cdf") for name, share in QUANTILES.items()},
+    }
+    return {name: value.tolist() for name, value in found.items()} | {"count": [len(rows)]}
+
+
+def pixel_counts(rgb: np.ndarray) -> np.ndarray:
+    """Returns how often each level occurs in each channel of a frame (h, w, 3): (3, 256)."""
+    return np.stack([np.bincount(channel.ravel(), minlength=LEVELS) for channel in np.moveaxis(rgb, -1, 0)])
+
+
+def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
+    """Returns the statistics of pixels, as shares of the highest level, from the counts of all `frames`."""
+    levels = np.arange(LEVELS) / (LEVELS - 1)
+    until, total = counts.cumsum(axis=1), counts.sum(axis=1)
+    mean = counts @ levels / total
+    deviations = (levels - mean[:, None]) ** 2
+    found = {
+        "min": levels[(until > 0).argmax(axis=1)],
+        "max": levels[(until == total[:, None]).argmax(axis=1)],
+        "mean": mean,
+        "std": np.sqrt((counts * deviations).sum(axis=1) / total),
+        **{name: levels[(until >= share * total[:, None]).argmax(axis=1)] for name, share in QUANTILES.items()},
+    }
+    return {name: value.reshape(3, 1, 1).tolist() for name, value in found.items()} | {"count": [frames]}
+
+
+def of_columns(numbers: Mapping[str, np.ndarray], camera: str, counts: np.ndarray) -> dict[str, Statistics]:
+    """Returns the statistics of columns of numbers, and of the camera's pixels."""
+    frames = len(next(iter(numbers.values())))
+    return {camera: of_pixels(counts, frames), **{name: of_numbers(rows) for name, rows in numbers.items()}}

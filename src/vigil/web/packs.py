@@ -1,0 +1,149 @@
+"""Pages of packs: what is in them, how it is spread, the first frames of some episodes, the card.
+
+For evaluators: names of episodes and goals say what is hidden from an agent.
+"""
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.responses import HTMLResponse, Response
+from markdown_it import MarkdownIt
+from markupsafe import Markup
+
+from vigil.authoring.packing.dataset_card import CARD
+from vigil.episode import FAMILIES, Episode, Family
+from vigil.errors import PackMismatch
+from vigil.goals import goal_words
+from vigil.pack import evenly, manifest_of, manifest_sha256
+from vigil.pack_names import stem_of
+from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.web.drawing import RenderService
+from vigil.web.library import Library, ShownPack, is_inside
+from vigil.web.site import page
+
+SAMPLES = 3
+"""Episodes of a family whose first frame is shown."""
+MAX_CARD_BYTES = 200_000
+_STRATA = {
+    "rooms": "rooms of the house",
+    "house_sizes": "size of the house",
+    "not_found_by_turning": "searches that turning does not end",
+    "categories": "category of the target",
+}
+"""What a manifest counts beside the families, in words."""
+
+
+def add_pack_pages(
+    site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
+) -> None:
+    """Adds the pages of all packs: the packaged ones, those that were given, and those of the runs."""
+
+    @site.get("/packs", response_class=HTMLResponse)
+    def packs() -> Response:
+        library.runs()
+        rows = [_pack_row(slug, folder) for slug, folder in sorted(library.pack_folders().items())]
+        return page("packs.html", title="Packs", rows=rows)
+
+    @site.get("/packs/{slug}", response_class=HTMLResponse)
+    def pack(slug: str) -> Response:
+        shown = _pack(library, slug)
+        manifest = manifest_of(shown.folder)
+        return page(
+            "pack.html",
+            title=manifest.name,
+            pack=shown,
+            manifest=manifest,
+            families=family_rows(shown.episodes.values(), manifest.meta),
+            strata=other_strata(manifest.meta),
+            samples=samples_of(shown.episodes.values()),
+            specs=FAMILIES,
+            goal_words=goal_words,
+            card=card_of(shown.folder),
+        )
+
+    @site.get("/packs/{slug}/starts/{episode_id}.png")
+    def start(slug: str, episode_id: str) -> Response:
+        shown = _pack(library, slug)
+        data = render_service.picture(_start_of(shown, shown.episodes[episode_id], render_settings))
+        return Response(data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
+
+
+def _pack(library: Library, slug: str) -> ShownPack:
+    if slug not in library.pack_folders():
+        library.runs()
+    return library.pack(slug)
+
+
+def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
+    """Returns a pack's line in the list; a pack that cannot be read says why."""
+    try:
+        manifest = manifest_of(folder)
+        also = [name for name in (stem_of(manifest.name), *manifest.meta.get("aliases", ())) if name]
+        return {"slug": slug, "manifest": manifest, "also": also, "sha256": manifest_sha256(folder), "fault": ""}
+    except PackMismatch as error:
+        return {"slug": slug, "manifest": None, "also": [], "sha256": "", "fault": str(error)}
+
+
+def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[str, Any]]:
+    """Returns a line for each family that a pack has: its budgets, and over which kinds its episodes are spread.
+
+    The kinds are those that the pack was balanced over, where its manifest says them; else templates and sizes.
+    """
+    given = meta.get("strata", {}).get("families", {})
+    by_family: dict[Family, list[Episode]] = {}
+    for episode in episodes:
+        by_family.setdefault(episode.family, []).append(episode)
+    return [
+        {
+            "family": family,
+            "spec": spec,
+            "episodes": len(mine),
+            "houses": len({episode.house.name for episode in mine}),
+            "kinds": given.get(family) or _counted(episode.provenance.template for episode in mine),
+            "sizes": _counted(episode.difficulty for episode in mine),
+        }
+        for family, spec in FAMILIES.items()
+        if (mine := by_family.get(family))
+    ]
+
+
+def _counted(names: Iterable[str | None]) -> dict[str, int]:
+    return dict(sorted(Counter(name for name in names if name).items()))
+
+
+def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
+    """Returns what else a manifest counts, by its name in words."""
+    strata = meta.get("strata", {})
+    return {words: strata[name] for name, words in _STRATA.items() if strata.get(name)}
+
+
+def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:
+    """Returns a few episodes of each family, the same ones each time."""
+    drawn = evenly(episodes)
+    found = {family: [episode for episode in drawn if episode.family == family][:SAMPLES] for family in FAMILIES}
+    return {family: some for family, some in found.items() if some}
+
+
+def card_of(folder: Path) -> Markup | None:
+    """Returns the text of a pack's card as HTML, any HTML in it as text; None when the pack has no card."""
+    path = folder / CARD
+    if not path.is_file() or not is_inside(path, folder):
+        return None
+    text = path.read_bytes()[:MAX_CARD_BYTES].decode("utf-8", "replace")
+    if text.startswith("---\n"):
+        text = text.partition("\n---\n")[2]
+    markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
+    tokens = markdown.parse(text)
+    for token in tokens:
+        if token.type in ("heading_open", "heading_close"):
+            token.tag = f"h{min(6, int(token.tag[1:]) + 2)}"  # below the headings of the page
+    return Markup(markdown.renderer.render(tokens, markdown.options, {}))
+
+
+def _start_of(pack: ShownPack, episode: Episode, render_settings: RenderSettings) -> EpisodeMoment:
+    """Returns the first moment of an episode, in a house that is made sure of."""
+    pack.house(episode.house.name)
+    return EpisodeMoment(render_settings, pack.house_path(episode.house.name), episode.start, episode.setup)

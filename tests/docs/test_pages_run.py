@@ -1,0 +1,100 @@
+"""The commands and programs of a page are run, in their order, in a folder with runs, houses and a pack.
+
+Runs are played without an engine, and end after a few episodes; what would be served is set up, and not served.
+"""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+from glob import glob
+from pathlib import Path
+
+import pytest
+from commands import Vigil, runner
+from documented import PAGES, ROOT, SHELL, Command, Mark, blocks_of, commands_of, is_script, marks_of, name_of
+from documented_workspace import write_workspace
+
+from scripts.markdown_pages import Block
+from vigil.cli import web
+
+SECONDS = 100
+"""How long a program of a page may take."""
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_workspace(tmp_path_factory.mktemp("workspace"))
+
+
+@pytest.fixture
+def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
+    return runner(monkeypatch, capsys)
+
+
+@pytest.fixture
+def folder(prepared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of what is prepared, as the folder of the commands; no key of a model, and no server that stays."""
+    found = tmp_path / "there"
+    shutil.copytree(prepared, found, symlinks=True)
+    monkeypatch.chdir(found)
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), *filter(None, sys.path)]))
+    for name in [name for name in os.environ if name.endswith(("_API_KEY", "_BASE_URL", "_TOKEN"))]:
+        monkeypatch.delenv(name)
+    monkeypatch.setattr(web, "listen", lambda address: socket.socket())
+    monkeypatch.setattr(web, "serve", lambda *site: None)
+    return found
+
+
+def is_run(block: Block) -> bool:
+    """Whether a block holds something that is run or written here."""
+    kinds = {mark.kind for mark in marks_of(block) if not mark.start}
+    return (
+        block.language in (*SHELL, "python", "json") and not is_script(block) and not kinds & {"parsed only", "run by"}
+    )
+
+
+RUN = {
+    name_of(page): page
+    for page in PAGES
+    if any(is_run(block) and (block.language != "json" or marks_of(block)) for block in blocks_of(page))
+}
+
+
+@pytest.mark.parametrize("name", RUN)
+def test_what_a_page_shows_runs(name: str, folder: Path, vigil: Vigil) -> None:
+    names = {"__name__": "__main__"}
+    for block in filter(is_run, blocks_of(RUN[name])):
+        saved = [mark for mark in marks_of(block) if mark.kind == "saved as"]
+        for mark in saved:
+            (folder / mark.text).write_text(block.text, encoding="utf-8")
+        if block.language == "python" and not saved:
+            before = "\n" * (block.line - 1)  # so that a traceback names the page's own line
+            exec(compile(before + block.text, RUN[name], "exec"), names)
+        elif block.language in SHELL:
+            for command in commands_of(RUN[name], block):
+                if command.is_run:
+                    _run(command, vigil)
+
+
+def _run(command: Command, vigil: Vigil) -> None:
+    words = [found for word in command.words for found in (sorted(glob(word)) or [word])]
+    expected = int((command.mark("exits with") or Mark("exits with 0", "", "")).kind.split()[-1])
+    if words and words[0] == "vigil":
+        said = vigil(*_made_quick(words[1:]))
+        assert said.code == expected, f"{command.place}: {command.text}\n{said.out}{said.err}"
+    elif words:
+        done = subprocess.run(
+            [sys.executable, *words[1:]], capture_output=True, text=True, timeout=SECONDS, check=False
+        )
+        assert done.returncode == expected, f"{command.place}: {command.text}\n{done.stdout}{done.stderr}"
+
+
+def _made_quick(words: list[str]) -> list[str]:
+    """Returns the words of a command, those of a run with options that make it short."""
+    if words[0] != "run" or "--dry-run" in words:
+        return words
+    short = {"--backend": "fake", "--limit": "8", "--workers": "1"}
+    return [*words, *(word for option, value in short.items() if option not in words for word in (option, value))]

@@ -1,0 +1,174 @@
+"""What README.md and the docs show as code: commands, programs and files, and the marks that say how they are tested.
+
+A mark is an HTML comment directly above a block of code; docs/writing.md describes them.
+"""
+
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from typer.main import get_command
+
+from scripts.markdown_pages import Block, blocks, read
+from vigil.cli import app
+
+ROOT = Path(__file__).parents[2]
+PAGES = [
+    ROOT / "README.md",
+    *(path for path in sorted((ROOT / "docs").rglob("*.md")) if path.parent.name != "decisions"),
+]
+SHELL = ("sh", "bash", "console")
+_MARK = re.compile(
+    r"(?P<kind>parsed only|run by|saved as|exits with \d)(?:, (?P<start>[^:]+))?: (?P<text>.+)", re.DOTALL
+)
+_VARIABLE = re.compile(r"\$\{?\w+\}?")
+_SETTING = re.compile(r"[A-Z_]+=")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How a block, or its commands that begin with `start`, is tested."""
+
+    kind: str
+    start: str
+    text: str
+    """The reason; of "run by" the test's file; of "saved as" the file's name."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A line of shell that a page shows."""
+
+    place: str
+    text: str
+    marks: tuple[Mark, ...]
+
+    @property
+    def words(self) -> list[str]:
+        """What it is made of, comments left out; every variable is 1."""
+        return shlex.split(_without_variables(self.text), comments=True)
+
+    def mark(self, kind: str) -> Mark | None:
+        """Returns its mark of a kind."""
+        return next((mark for mark in self.marks if mark.kind.startswith(kind)), None)
+
+    @property
+    def is_run(self) -> bool:
+        """Whether the tests of the pages run it."""
+        return self.mark("parsed only") is None and self.mark("run by") is None
+
+
+def name_of(page: Path) -> str:
+    """Returns a page's path in the repository."""
+    return page.relative_to(ROOT).as_posix()
+
+
+@cache
+def blocks_of(page: Path) -> tuple[Block, ...]:
+    """Returns the code blocks of a page."""
+    return tuple(blocks(read(page)))
+
+
+def marks_of(block: Block) -> list[Mark]:
+    """Returns the marks above a block; other comments are none."""
+    found = [_MARK.fullmatch(" ".join(text.split())) for text in block.comments]
+    return [Mark(one["kind"], one["start"] or "", one["text"]) for one in found if one]
+
+
+def is_script(block: Block) -> bool:
+    """Whether a block is a whole program of the shell, not commands to type."""
+    return block.language in SHELL and block.text.startswith("#!")
+
+
+def commands_of(page: Path, block: Block) -> Iterator[Command]:
+    """Yields the commands of a block of shell; of a console what follows the prompt, not what is answered."""
+    marks = marks_of(block)
+    start, lines = block.line, []
+    for number, line in enumerate(block.text.splitlines(), block.line):
+        start = start if lines else number
+        lines.append(line.removesuffix("\\"))
+        if line.endswith("\\"):
+            continue
+        text, lines = " ".join(map(str.strip, lines)), []
+        if block.language == "console":
+            if not text.startswith("$ "):
+                continue
+            text = text[2:]
+        if text and not text.startswith("#"):
+            mine = tuple(mark for mark in marks if text.startswith(mark.start))
+            yield Command(f"{name_of(page)}:{start}", text, mine)
+
+
+def all_commands() -> Iterator[Command]:
+    """Yields every command of every page, scripts' lines too."""
+    for page in PAGES:
+        for block in blocks_of(page):
+            if block.language in SHELL:
+                yield from commands_of(page, block)
+
+
+def vigil_calls(text: str) -> list[list[str]]:
+    """Returns the words after `vigil` of every call of it in a line of shell."""
+    found = []
+    for part in re.split(r"\s(?:&&|\|\|?|;)\s", _without_variables(text)):
+        words = shlex.split(part, comments=True)
+        while words and _SETTING.match(words[0]):
+            words.pop(0)
+        if words and words[0].rpartition("/")[2] == "vigil":
+            found.append(words[1:])
+    return found
+
+
+def _without_variables(text: str) -> str:
+    return _VARIABLE.sub("1", text.replace('"$@"', ""))
+
+
+def parsed(words: list[str]) -> tuple[list[str], dict[str, Any]]:
+    """Returns the verb of a call, and what its options and arguments are read as; nothing is run."""
+    command: Any = get_command(app)
+    context = command.make_context("vigil", list(words))
+    verb = []
+    while hasattr(command, "resolve_command"):
+        name, command, rest = command.resolve_command(context, [*context._protected_args, *context.args])
+        verb.append(name)
+        context = command.make_context(name, list(rest), parent=context)
+    return verb, context.params
+
+
+def texts_of(value: Any) -> set[str]:
+    """Returns the texts from which a value may have been read."""
+    if isinstance(value, list | tuple):
+        return set().union(*map(texts_of, value))
+    return {str(value), f"{value:g}"} if isinstance(value, int | float) else {str(value)}
+
+
+def wrong_with(words: list[str]) -> str:
+    """Returns what is wrong with a command of another program of the project; empty when nothing is."""
+    program, *rest = words
+    if program == "make":
+        makefile = read(ROOT / "Makefile")
+        names = [word.partition("=")[0] for word in rest]
+        known = {name: re.search(rf"^{re.escape(name)}(:| \?=)", makefile, re.MULTILINE) for name in names}
+        return f"the Makefile has no {[name for name in names if not known[name]]}" if not all(known.values()) else ""
+    if program == "pip":
+        extras = tomllib.loads(read(ROOT / "pyproject.toml"))["project"]["optional-dependencies"]
+        asked = [extra for word in rest for extra in re.findall(r"\w+", word.partition("[")[2])]
+        return f"no extra {set(asked) - set(extras)}" if set(asked) - set(extras) else ""
+    if program.rpartition("/")[2] == "python" and rest:
+        return _wrong_with_python(rest)
+    return ""
+
+
+def _wrong_with_python(words: list[str]) -> str:
+    """Returns what is wrong with a call of one of the project's programs."""
+    path = ROOT / (f"{words[1].replace('.', '/')}.py" if words[0] == "-m" else words[0])
+    if not path.is_file():
+        return f"there is no {path.relative_to(ROOT)}"
+    package = path.parent.glob("*.py") if words[0] == "-m" else [path]
+    source = "".join(map(read, package))
+    return " ".join(f"{word} is no option" for word in words if word.startswith("--") and f'"{word}"' not in source)

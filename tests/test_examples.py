@@ -1,0 +1,103 @@
+"""The examples that extend VIGIL do what they say, each in a process of its own, as a reader starts them."""
+
+import ast
+import base64
+import io
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from published import SMALL, small_records, thousand, write_pack, write_run
+
+import vigil
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
+EXTENDING = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+
+
+def started(script: str, *arguments: object, given: str = "") -> str:
+    words = [sys.executable, str(EXAMPLES / script), *map(str, arguments)]
+    done = subprocess.run(words, input=given, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_table_of_ones_own_is_printed_and_reported(tmp_path: Path) -> None:
+    write_pack(tmp_path / "pack", thousand(SMALL))
+    run = write_run(tmp_path / "run", tmp_path / "pack", "vllm/model", small_records(), planned=sorted(small_records()))
+    printed = started("custom_table.py", run, "--out", tmp_path / "report").splitlines()
+    assert printed[0].split() == ["family", *sorted(vigil.load_pack("vigil_smoke").manifest.families)]
+    assert printed[2].split()[0] == "model"
+    report = (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
+    assert report.index("## Protocol and pack") < report.index("## Own tables") < report.index("`overtime`")
+
+
+def test_a_family_of_ones_own_is_drafted_solved_and_told_from_a_claim() -> None:
+    said = started("new_family.py").splitlines()
+    assert re.match(r"solver: B after \d+ steps, W True, family SA", said[1])
+    assert re.match(r"always_success: FR after 1 steps, W False, family SA", said[2])
+
+
+def test_a_thing_of_ones_own_stands_in_a_house_and_is_taken() -> None:
+    said = started("new_asset.py").splitlines()
+    assert said[0].endswith(": 0 things are not as the house asks")
+    assert "globe" in said[1]
+    assert re.search(r" B after \d+ steps$", said[1])
+
+
+def test_an_agent_of_ones_own_plays() -> None:
+    said = started("new_agent.py").splitlines()
+    assert len(said) == 3
+    assert all(re.match(r"(B|FR) +\d steps  .*metres", line) for line in said)
+
+
+def test_an_agent_of_ones_own_is_a_program_too() -> None:
+    def seen(grey: int) -> dict:
+        picture = io.BytesIO()
+        Image.new("RGB", (640, 480), (grey, grey, grey)).save(picture, "PNG")
+        return {"type": "observation", "frame": {"data": base64.b64encode(picture.getvalue()).decode()}}
+
+    lines = [{"type": "start", "instruction": "Go to within two metres of it."}, seen(90), seen(120), seen(120)]
+    lines += [{"type": "start", "instruction": "Open it."}, seen(120)]
+    said = started("new_agent.py", "--program", given="".join(json.dumps(line) + "\n" for line in lines))
+    replies = [json.loads(line) for line in said.splitlines()]
+    assert [reply["skill_name"] for reply in replies] == ["navigate", "navigate", "report", "report"]
+    assert [reply["arguments"]["status"] for reply in replies[2:]] == ["success", "fail"]
+
+
+def test_a_back_end_of_ones_own_passes_the_checks() -> None:
+    said = started("new_backend.py", "--engine", "fake")
+    held, known = re.search(r"noise 12: (\d+) of (\d+) checks hold", said).groups()  # type: ignore[union-attr]
+    assert int(held) == int(known) > 40
+
+
+def test_the_page_names_every_example() -> None:
+    scripts = {path.name for path in EXAMPLES.glob("*.py")} - {"learn_to_point.py"}
+    assert set(re.findall(r"examples/(\w+\.py)", EXTENDING)) == scripts
+
+
+PLACES = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", EXTENDING, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("file", "name"), PLACES)
+def test_the_page_names_where_a_kind_of_goal_stands(file: str, name: str) -> None:
+    text = (ROOT / "src" / "vigil" / file).read_text(encoding="utf-8")
+    defined = [node for node in ast.parse(text).body if getattr(node, "name", None) == name]
+    assert len(defined) == 1
+    assert "ObjectHeld" in ast.unparse(defined[0])
+
+
+def test_the_page_names_all_places_of_a_kind_of_goal() -> None:
+    named = {
+        (file, node.name)
+        for file in ("goals.py", "goal_check.py", "authoring/ways/goal_kinds.py")
+        for node in ast.parse((ROOT / "src" / "vigil" / file).read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and "ObjectHeld" in ast.unparse(node)
+    }
+    helpers = {("authoring/ways/goal_kinds.py", name) for name in ("_done_to", "_allows", "_neighbour")}
+    assert named - helpers == set(PLACES)
