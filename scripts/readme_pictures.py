@@ -1,7 +1,8 @@
 """Makes the pictures of README.md, docs/readme/*: `python scripts/readme_pictures.py`.
 
-It plays the smoke pack with four agents, and an episode of the starter pack with a fifth, into runs/readme, and takes the rest from the commands
-`vigil export`, `vigil figure` and `vigil view`. A second call plays nothing that is there. Needs Chromium.
+It plays the smoke pack with four agents, and an episode of the starter pack with a fifth, into runs/readme, and takes
+the rest from the commands `vigil export`, `vigil figure` and `vigil view`. A second call plays nothing that is there.
+Needs Chromium.
 
 The fifth agent says and does what the solver does in a demonstration, but ends with the demonstration's false report:
 its words are true up to the last line, in which it gives up on what it has done.
