@@ -121,7 +121,7 @@ class _Page(HTMLParser):
 def faults(site: Path = SITE) -> list[str]:
     """Returns what is wrong with a built site: what it loads from elsewhere, and links that lead nowhere."""
     pages = {path: _Page(read(path)) for path in sorted(site.rglob("*.html"))}
-    found = []
+    found = [] if pages else ["there is no page"]
     for path, page in pages.items():
         name = path.relative_to(site).as_posix()
         found += [f"{name} loads {url}" for url in sorted(page.loaded) if re.match(r"(https?:)?//", url)]

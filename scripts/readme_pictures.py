@@ -1,8 +1,7 @@
-"""Makes the pictures of README.md, docs/readme/*: `python scripts/readme_pictures.py`.
+"""Makes the pictures of README.md, docs/readme/*, from the starter pack: `python scripts/readme_pictures.py`.
 
-It plays the smoke pack with four agents, and an episode of the starter pack with a fifth, into runs/readme, and takes
-the rest from the commands `vigil export`, `vigil figure` and `vigil view`. A second call plays nothing that is there.
-Needs Chromium.
+It plays the pack with four agents and one episode with a fifth, into runs/readme, and takes the rest from the commands
+`vigil export`, `vigil figure` and `vigil view`. A second call plays nothing that is there. Needs Chromium.
 
 The fifth agent says and does what the solver does in a demonstration, but ends with the demonstration's false report:
 its words are true up to the last line, in which it gives up on what it has done.
@@ -33,8 +32,6 @@ from vigil.runner.workers.play import EpisodeObserver, play
 ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "readme", ROOT / "runs" / "readme"
 PACK, EPISODE = "starter", "procthor_vase_seed106"
-COUNTED = "vigil_smoke"
-"""The pack whose outcomes are counted."""
 AGENTS = ("solver", "premature", "never_report", "random")
 DOUBTER = "doubter"
 VIEWED_STEP = 12
@@ -116,7 +113,7 @@ def main() -> None:
     """Makes them all."""
     OUT.mkdir(parents=True, exist_ok=True)
     for agent in AGENTS:
-        command("run", "--pack", COUNTED, "--agent", agent, "--log-dir", RUNS / agent)
+        command("run", "--pack", PACK, "--agent", agent, "--log-dir", RUNS / agent)
     play_doubter(vigil.load_pack(PACK))
     command("export", RUNS / DOUBTER, "--episode", EPISODE, "--out", OUT / "episode.webp")
     command("figure", "outcome_partition", *(RUNS / agent for agent in AGENTS), "--out", OUT / "outcomes.png")

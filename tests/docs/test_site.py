@@ -89,6 +89,7 @@ def test_links_out_of_the_docs_lead_to_copies(tree: Path) -> None:
 
 
 def test_what_is_wrong_with_a_built_site_is_named(tmp_path: Path) -> None:
+    assert build_docs.faults(tmp_path) == ["there is no page"]
     (tmp_path / "a.html").write_text(
         '<link rel="canonical" href="https://x.y/a"><link rel="stylesheet" href="https://x.y/a.css">'
         '<script src="//x.y/a.js"></script><img src="b.png"><p id="p"></p>'

@@ -16,6 +16,7 @@ import troublesome
 from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 
+from vigil.costs import Prices
 from vigil.errors import InputError, RecordError, SettingError
 from vigil.jsonl import AppendFile
 from vigil.pack import Pack
@@ -452,7 +453,7 @@ def test_a_dry_run_bounds_calls_and_tokens(pack: Path) -> None:
     assert bounds.episodes == 16
     assert bounds.calls == (16, 2 * 2 * (5 + 12 + 5 + 25))
     assert bounds.input_tokens[0] < bounds.input_tokens[1]
-    low, high = bounds.cost(1.0, 10.0)
+    low, high = bounds.cost(Prices(input=1.0, output=10.0))
     assert 0 < low < high
 
 

@@ -9,6 +9,7 @@ import pytest
 from tiny_pack import tiny_pack
 
 from vigil.api import make_env
+from vigil.costs import Prices
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import RunSpec, Shard
@@ -67,6 +68,7 @@ SAME_RUN: dict[str, dict[str, Any]] = {
     "first_wait_s": {"first_wait_s": 7.0},
     "longest_wait_s": {"longest_wait_s": 7.0},
     "patience_s": {"patience_s": 7.0},
+    "prices": {"prices": Prices(input=1.0, output=10.0)},
 }
 """Another value of each setting under which the same run goes on."""
 OF_THE_MOMENT = {"versions", "pack_versions"}

@@ -171,4 +171,6 @@ def _wrong_with_python(words: list[str]) -> str:
         return f"there is no {path.relative_to(ROOT)}"
     package = path.parent.glob("*.py") if words[0] == "-m" else [path]
     source = "".join(map(read, package))
-    return " ".join(f"{word} is no option" for word in words if word.startswith("--") and f'"{word}"' not in source)
+    asked = [word for word in words if word.startswith("--")]
+    known = {word for word in asked if re.search(rf"\b{word[2:].replace('-', '[-_]')}\b", source)}
+    return " ".join(f"{word} is no option" for word in asked if word not in known)

@@ -23,7 +23,7 @@ from vigil.record_file import read_records
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
-from vigil.web.film import LAST_S, STEP_S
+from vigil.web.films.film import LAST_S, STEP_S
 from vigil.web.library import Library
 from vigil.web.play import make_play
 from vigil.web.play_session import PlaySettings, open_play_session

@@ -99,7 +99,7 @@ def test_one_episode_is_exported_to_a_file(runs: Path, pack: Pack, tmp_path: Pat
     assert write("one.mp4", episode)[4:8] == b"ftyp"
     with pytest.raises(SettingError, match="Did you mean"):
         write("two.gif", episode[:-1])
-    with pytest.raises(SettingError, match=r"\.html, \.gif or \.mp4"):
+    with pytest.raises(SettingError, match=r"\.gif, \.webp, \.mp4 or \.html"):
         write("two.mp3", episode)
 
 

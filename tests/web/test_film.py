@@ -18,8 +18,8 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.housegen.checking.plan_image import MARGIN_M
 from vigil.pack import Pack
-from vigil.web.film import LAST_S, STEP_S, VIDEO_FPS, FilmFrame, film_frames_of, gif, mp4, webp
-from vigil.web.film_plan import (
+from vigil.web.films.film import LAST_S, STEP_S, VIDEO_FPS, FilmFrame, film_frames_of, gif, mp4, webp
+from vigil.web.films.plan import (
     AGENT,
     CAPTION_PX,
     LEGEND_PX,

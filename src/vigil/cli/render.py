@@ -50,7 +50,7 @@ def render(
     render_quality: RenderQuality = "default",
 ) -> None:
     """Examples:
-    vigil render --house house.json --pose 2.0,3.5,90,30 --out view.png
+    vigil render --house house.json --pose 0.75,4.0,90,30 --out view.png
     vigil render --blind 60 --seed 1 --out round_1
     """
     if [house, episode, asset, catalog or None, blind].count(None) != 4:
@@ -109,5 +109,5 @@ def _pose(text: str | None, house: House) -> Pose:
         x, z, yaw, *rest = (float(part) for part in text.split(","))
         (horizon,) = rest or [0.0]
     except ValueError:
-        raise SettingError(f"--pose {text!r} is not x,z,yaw[,horizon], e.g. 2.0,3.5,90,30.") from None
+        raise SettingError(f"--pose {text!r} is not x,z,yaw[,horizon], e.g. 0.75,4.0,90,30.") from None
     return Pose(position=Vec3(x, 0.0, z), rotation=yaw, horizon=horizon)

@@ -17,7 +17,7 @@ from vigil.glossary import RESULTS
 from vigil.record import Key
 from vigil.summary import summarise
 from vigil.web.drawing import RenderService
-from vigil.web.film import FilmFrame, film_frames_of, gif, mp4, webp
+from vigil.web.films.film import FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.frames import episode_of, episode_timeline, frames_of
 from vigil.web.library import ShownRun
 from vigil.web.phrases import LABELS as LABEL_WORDS

@@ -15,7 +15,7 @@ from vigil.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.plan import FloorPlan, PlanRoom, floor_plan
 from vigil.scene.things import Thing
-from vigil.web.film_plan import FilmPlan
+from vigil.web.films.plan import FilmPlan
 from vigil.web.library import ShownPack
 
 MARGIN_M = 0.4

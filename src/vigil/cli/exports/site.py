@@ -47,4 +47,4 @@ def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderSer
     if suffix == ".html":
         return episode_page(run, key, render_service).encode()
     found = suffix or "without an ending"
-    raise SettingError(f"--out: an episode is written as .html, {', '.join(FILM_FORMS)}, not {found!r}.")
+    raise SettingError(f"--out: an episode is written as {', '.join(FILM_FORMS)} or .html, not {found!r}.")

@@ -18,7 +18,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vigil.errors import SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.web.film_plan import PANEL_PX, Colour, FilmPlan, font_of
+from vigil.web.films.plan import PANEL_PX, Colour, FilmPlan, font_of
 
 STEP_S = 1.8
 LAST_S = 4.0

@@ -1,0 +1,1 @@
+"""Films of episodes, and the floor plan beside the frame."""
