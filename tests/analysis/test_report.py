@@ -16,7 +16,7 @@ from published import EpisodeCourse, Write, small_records, thousand, write_ancho
 from typer.testing import CliRunner
 
 from vigil.analysis.measures.rows import read_runs
-from vigil.analysis.measures.study import Study, by_b, study
+from vigil.analysis.measures.study import Study, study
 from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.plots.style import saved
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
@@ -270,13 +270,16 @@ def draw(found: Study, name: str):
     return figure
 
 
-def test_the_partition_marks_w_and_says_how_far_it_is_from_b(mixed: Study):
-    (axes,) = draw(mixed, "outcome_partition").axes
-    entries = [entry for entry in by_b(mixed.entries) if entry.overall.n]
-    shares = [[100 * (entry.overall.share(name) or 0.0) for name in ("W", "B")] for entry in entries]
-    assert [mark.get_xdata()[0] for mark in axes.lines] == [w for w, _ in shares]
+def drifting(family: str) -> EpisodeCourse:
+    return EpisodeCourse(family, True, "NR")  # type: ignore[arg-type]
+
+
+def test_the_partition_marks_w_and_says_how_far_it_is_from_b(write: Write):
+    folders = [write("base"), write("drift", small_records(drifting), agent="vllm/drift")]
+    (axes,) = draw(study(read_runs(folders)), "outcome_partition").axes
+    assert [mark.get_xdata()[0] for mark in axes.lines] == [100.0, 100.0]
     gaps = [text.get_text().split()[1] for text in axes.texts if text.get_text().startswith("W−B")]
-    assert gaps == [f"{w - b:.1f}" for w, b in shares]
+    assert gaps == ["0.0", "100.0"]
 
 
 @pytest.mark.parametrize("name", FIGURES)
