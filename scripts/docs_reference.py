@@ -117,8 +117,8 @@ def _verb(verb: Verb, called: str) -> str:
     context = Context(command, info_name=called)
     usage = " ".join([called, *command.collect_usage_pieces(context)])
     rows = [each.get_help_record(context) for each in command.get_params(context)]
-    lines = [f"| `{_cell(name)}` | {_cell(says).replace('<', '&lt;')} |" for name, says in filter(None, rows)]
-    table = "\n".join(["| | |", "|---|---|", *lines])
+    lines = [f"| `{name}` | {_cell(says)} |" for name, says in filter(None, rows)]
+    table = "\n".join(["| option | says |", "|---|---|", *lines])
     return f"## {called}\n\n{_help(command.help)}\n\n```text\n{usage}\n```\n\n{table}"
 
 
@@ -131,4 +131,4 @@ def _help(text: str) -> str:
 
 
 def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ")
+    return text.replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")
