@@ -59,7 +59,7 @@ class Surfaces:
         places[geometry.is_charted[geometry.geoms]] = self._lighting.places
         corners = np.concatenate([geometry.vertices, geometry.normals, geometry.uvs, places], axis=1)
         self._vertices, self._owners = context.buffer(corners.tobytes()), context.buffer(geometry.geoms.tobytes())
-        self._light = context.buffer(reserve=self._lighting.vertices.nbytes)
+        self._light = context.buffer(self._lighting.vertices.tobytes())
         self._corners = context.buffer(reserve=geometry.faces.nbytes)
         self._planes = context.texture(self._lighting.planes.shape[1::-1], 4)
         self._planes.repeat_x = self._planes.repeat_y = False
