@@ -255,7 +255,7 @@ def test_both_variants_of_actions_do_the_same(pack: str) -> None:
         assert one[1:] == other[1:]
 
 
-@pytest.mark.parametrize("mode", ["sync", "async"])
+@pytest.mark.parametrize("mode", ["sync", "async", "vector_entry_point"])
 def test_vectors(pack: str, mode: str) -> None:
     env = gymnasium.make_vec(
         integration.ENV_ID,
