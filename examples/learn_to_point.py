@@ -292,8 +292,8 @@ def improve(network: Network, words: Words, demos: Sequence[Demo], scenes: Scene
     for number in range(1, rounds + 1):
         places = torch.distributions.Categorical(logits=map_of(network, words, scenes)).sample((DRAWS,)).T
         reward = scenes.play(places)
-        earned[torch.arange(len(scenes))[:, None], places] += reward
-        lost[torch.arange(len(scenes))[:, None], places] += 1.0 - reward
+        earned.scatter_reduce_(1, places, reward, "amax")
+        lost.scatter_reduce_(1, places, 1.0 - reward, "amax")
         network.train()
         for _ in range(PASSES):
             for chosen in torch.randperm(len(scenes)).split(BATCH):
