@@ -159,6 +159,27 @@ def test_an_error_is_raised_with_where_it_was_and_the_vector_goes_on(vector: Sha
     assert vector.step((TURN, TURN, FAIL))[2].tolist() == [False, False, True]
 
 
+class Unsent(Exception):
+    """Cannot be made again of its arguments."""
+
+    def __init__(self, name: str, place: int) -> None:
+        super().__init__(f"{name} at {place}")
+
+
+def test_errors_of_any_library_are_told(pack: str) -> None:
+    main = os.getpid()
+
+    def failing() -> gymnasium.Env:
+        if os.getpid() != main:
+            raise Unsent("no luck", 3)
+        return gymnasium.make(integration.ENV_ID, pack=pack, **OPTIONS)
+
+    with pytest.raises(SimulatorError, match=r"^Unsent: no luck at 3") as raised:
+        SharedProcessVectorEnv([failing], context="fork")
+    assert "in failing" in raised.value.__notes__[0]
+    assert not processes()
+
+
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
@@ -257,12 +278,12 @@ def test_engines_of_a_process_keep_models_for_each_other(monkeypatch: pytest.Mon
     models = model_cache._Models(float("inf"))
     engines = [type("Engine", (), {})() for _ in range(3)]
     held = len(model_cache._engines)
-    for engine in engines:
-        model_cache.join(engine)
+    for number in range(3):
+        model_cache.join(engines[number])
     for number in range(2 * (held + 3) + 5):
         models[number] = number  # type: ignore[assignment]
     assert len(models) == 2 * (held + 3)
-    del engines, engine
+    engines.clear()
     gc.collect()
     models[-1] = -1  # type: ignore[assignment]
     assert len(models) == max(2, 2 * held)

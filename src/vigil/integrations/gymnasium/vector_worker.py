@@ -1,9 +1,11 @@
 """A process of a vector: it holds a share of the environments, and does with them what it is asked."""
 
+import pickle
 import signal
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from typing import Any
@@ -18,8 +20,8 @@ from gymnasium.vector.utils import CloudpickleWrapper, batch_space, iterate, wri
 from vigil.errors import SettingError, SimulatorError
 
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
-Infos = dict[int, dict[str, Any]]
-"""What each environment of a share tells, where it tells anything."""
+Infos = dict[Any, dict[str, Any]]
+"""What environments tell, by their numbers in the share."""
 PATIENCE_S = 60.0
 """How long a process may take to end; building a house, which is waited for, takes seconds."""
 
@@ -43,11 +45,6 @@ class Share:
         )
         self._process.start()
         other.close()
-
-    @property
-    def pid(self) -> int:
-        """The process's id."""
-        return self._process.pid
 
     def ask(self, command: str, arguments: tuple[Any, ...]) -> None:
         """Has the process call a method of `_Environments`. Raises SimulatorError when it has ended."""
@@ -114,9 +111,9 @@ class _Environments(SyncVectorEnv):
 
     def step_all(self, actions: list[Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray, Infos]:
         """Takes an action in each; returns rewards, both kinds of ends, and what each tells."""
-        seen, *told, infos = super().step(actions)
+        seen, rewards, terminated, truncated, infos = super().step(actions)
         self._write(seen)
-        return (*told, infos)
+        return rewards, terminated, truncated, infos
 
     def call_each(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
         """Returns of each environment what calling its method gives, or its attribute of that name."""
@@ -143,21 +140,38 @@ def _serve(
     """Does what it is asked until it is told to leave, or nobody is there any more who could ask."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the process that steps them all
     parents.close()
-    environments = _Environments(env_fns, first, memory, autoreset_mode)
+    made: list[_Environments] = []
+
+    def done(command: str, arguments: tuple[Any, ...]) -> Any:
+        if not made:  # at the first request, so that what it raises is an answer
+            made.append(_Environments(env_fns, first, memory, autoreset_mode))
+        return getattr(made[0], command)(*arguments)
+
     try:
         while (asked := pipe.recv()) is not None:
             number, command, arguments = asked
-            pipe.send_bytes(_answer(environments, number, command, arguments))
+            pipe.send_bytes(_answer(number, partial(done, command, arguments)))
     except (EOFError, BrokenPipeError):
         return
     finally:
-        environments.close()
+        for environments in made:
+            environments.close()
 
 
-def _answer(environments: _Environments, number: int, command: str, arguments: tuple[Any, ...]) -> Any:
-    """Returns, as bytes, what a method returns, or the error that it raises, with where it did."""
+def _answer(number: int, do: Callable[[], Any]) -> Any:
+    """Returns, as bytes, what a call returns, or the error that it raises, with where it did."""
     try:
-        return ForkingPickler.dumps((number, getattr(environments, command)(*arguments)))
+        return ForkingPickler.dumps((number, do()))
     except Exception as error:  # noqa: BLE001 - raised again by the vector
         error.add_note(f"In the environments' process:\n{traceback.format_exc()}")
-        return ForkingPickler.dumps((number, error))
+        return ForkingPickler.dumps((number, _sendable(error)))
+
+
+def _sendable(error: Exception) -> Exception:
+    """Returns an error, or, where it cannot be sent, one that says the same."""
+    try:
+        return pickle.loads(pickle.dumps(error))
+    except Exception:  # noqa: BLE001 - errors of any library may fail in any way
+        said = SimulatorError(f"{type(error).__name__}: {error}")
+        said.__notes__ = error.__notes__
+        return said
