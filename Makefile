@@ -37,15 +37,18 @@ define prepare
 	@scripts/system-libraries
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV) || { rm -rf $(VENV); \
 		echo "$(PYTHON) cannot make virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 1; }
-	$(PIP) install --quiet --constraint constraints.txt
+	@$(PIP) install --quiet --constraint constraints.txt uv && \
+		$(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt --editable '$(1)' || \
+		{ echo "uv could not install the packages; pip tries, with its own settings."; \
+		$(PIP) install --quiet --constraint constraints.txt --editable '$(1)'; }
 endef
 
 $(STAMP): $(REQUIREMENTS)
-	$(prepare) --editable '.$(if $(EXTRAS),[$(EXTRAS)])'
+	$(call prepare,.$(if $(EXTRAS),[$(EXTRAS)]))
 	@touch $@
 
 $(DEV_STAMP): $(REQUIREMENTS)
-	$(prepare) --editable '.[dev]'
+	$(call prepare,.[dev])
 	@touch $@ $(VENV)/.ready
 
 setup-docs:
@@ -76,7 +79,6 @@ test-verifiers: setup-verifiers
 
 # Fetches dependencies anew for each of the interpreters; minutes each.
 release-check: setup
-	$(PIP) install --quiet --constraint constraints.txt uv
 	$(BIN)/python scripts/release_check.py $(RELEASE_PYTHONS)
 
 lint: setup-dev
