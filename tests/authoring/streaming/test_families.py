@@ -1,7 +1,9 @@
 """Families of one's own in a stream: only with what drafts them, and only in the process that knows it."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -26,9 +28,10 @@ def own() -> Iterator[str]:
     """A family without drafts."""
     register_family("ZZ", replace(FAMILIES["PG"], name="Pointing Anew"))
     yield "ZZ"
-    families._own.discard("ZZ")
-    for table in (FAMILIES, GRAMMAR, MOST_ACTIONS):
-        table.pop("ZZ", None)
+    for name in ("ZZ", "SA"):
+        families._own.discard(name)
+        for table in (FAMILIES, GRAMMAR, MOST_ACTIONS):
+            table.pop(name, None)
 
 
 def drafts(context: HouseContext) -> Drafts:
@@ -79,3 +82,12 @@ def test_drafts_that_make_no_sense_are_named(
     with pytest.raises(SettingError, match=message):
         register_drafts(family, kinds, most_actions=most_actions)
     assert own not in GRAMMAR
+
+
+def test_the_page_s_example_runs(own: str) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "extending.md").read_text(encoding="utf-8")
+    (code,) = [each for each in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "register_drafts" in each]
+    register_family("SA", replace(FAMILIES[own], name="Search and Approach"))
+    names: dict[str, Any] = {"register_drafts": register_drafts, "drafts": drafts, "Stream": Stream}
+    exec(code, names)
+    assert names["items"].settings.families == ("SA",)
