@@ -25,6 +25,7 @@ from vigil.housegen import SPECS, generate
 from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.engines.mujoco.camera import SAMPLES
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.world import Setup
 
@@ -34,6 +35,8 @@ ROUNDS = 5
 LIVE = 4
 MODES: tuple[tuple[Quality, int], ...] = (("default", 1), ("fast", 1), ("default", 2))
 """Quality, and how many processes at once."""
+SHADOW_PIXELS: dict[Quality, int] = {"default": 2048, "fast": 1024}
+"""Side of the shadow map that the bare renderer draws."""
 HEADER = "quality  at once  house           first s  again s  bare /s  step+RGB /s   share  MB live"
 
 
@@ -75,7 +78,7 @@ def measure(path: Path, assets_path: Path | None, quality: Quality) -> tuple[flo
     assets = AssetDatabase.load(assets_path) if assets_path else AssetDatabase.default()
     first, simulator = open_house(house, assets, quality)
     again = min(open_and_close(house, assets, quality) for _ in range(AGAIN))
-    stepping, bare = rates(lambda: step(simulator), bare_frame(simulator))
+    stepping, bare = rates(lambda: step(simulator), bare_frame(simulator, quality))
     before = memory_mb()
     live = [open_house(house, assets, quality)[1] for _ in range(LIVE)]
     each = (memory_mb() - before) / LIVE
@@ -140,14 +143,15 @@ def step(simulator: EmbeddedSimulator) -> None:
     simulator.frame()
 
 
-def bare_frame(simulator: EmbeddedSimulator) -> Callable[[], None]:
+def bare_frame(simulator: EmbeddedSimulator, quality: Quality) -> Callable[[], None]:
     """Returns a function that draws the same views as `step` with MuJoCo's own calls and nothing else."""
-    camera = simulator._engine.camera
-    model, data = camera._model.native, camera._model.data
+    model, data = simulator._engine.model.native, simulator._engine.model.data
+    model.vis.quality.shadowsize, model.vis.quality.offsamples = SHADOW_PIXELS[quality], SAMPLES[quality]
     view, option, perturb = mujoco.MjvCamera(), mujoco.MjvOption(), mujoco.MjvPerturb()
     view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, 0
     option.geomgroup[:] = [1, 1, 1, 0, 1, 0]
-    scene, context, viewport = camera._scene, camera._context, camera._viewport
+    scene, viewport = mujoco.MjvScene(model, maxgeom=model.ngeom + 16), mujoco.MjrRect(0, 0, 640, 480)
+    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
     pixels = np.empty((480, 640, 3), np.uint8)
     turn = np.array([np.cos(np.radians(-4.5)), 0.0, 0.0, np.sin(np.radians(-4.5))])
 
@@ -157,11 +161,21 @@ def bare_frame(simulator: EmbeddedSimulator) -> Callable[[], None]:
         model.cam_quat[0] = turned
         mujoco.mj_camlight(model, data)
         mujoco.mjv_updateScene(model, data, option, perturb, view, mujoco.mjtCatBit.mjCAT_ALL, scene)
+        _hang_lamp(scene, simulator._engine.model.lamps.places[0])
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
         mujoco.mjr_render(viewport, scene, context)
         mujoco.mjr_readPixels(pixels, None, viewport, context)
 
     return draw
+
+
+def _hang_lamp(scene: mujoco.MjvScene, place: np.ndarray) -> None:
+    """Adds one lamp that casts shadows, as MuJoCo's renderer needs for a comparable picture."""
+    light = scene.lights[scene.nlight]
+    light.type, light.castshadow = mujoco.mjtLightType.mjLIGHT_SPOT, True
+    light.pos, light.dir = place, (0.0, 0.0, -1.0)
+    light.diffuse, light.attenuation, light.cutoff = (0.6, 0.6, 0.6), (1.0, 0.0, 0.02), 80.0
+    scene.nlight += 1
 
 
 def rates(first: Callable[[], None], second: Callable[[], None]) -> tuple[float, float]:

@@ -76,8 +76,8 @@ def make_env(
     """Returns an environment for the episodes of `pack`; leaving its `with` block closes the simulator.
 
     `profile` says what the agent is shown and how its replies are read (default: the paper's baseline). `quality`
-    `"fast"` draws two to three times as many frames, without shadows. `asset_database` is AI2-THOR's file, for houses
-    of its assets. Raises SettingError on an unknown backend or a broken database.
+    `"fast"` draws two to three times as many frames, with rougher edges. `asset_database` is AI2-THOR's file, for
+    houses of its assets. Raises SettingError on an unknown backend or a broken database.
     """
     assets = AssetDatabase.of(asset_database)
     simulator = make_simulator(backend, assets=assets, quality=quality)

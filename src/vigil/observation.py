@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 FRAME_WIDTH = 640
 FRAME_HEIGHT = 480
 Quality = Literal["default", "fast"]
-"""How carefully a frame is drawn: shadows and smooth edges, or twice as many frames a second."""
+"""How carefully a frame is drawn: with smooth edges and shade where things touch, or twice as many a second."""
 
 
 class Feedback(BaseModel):

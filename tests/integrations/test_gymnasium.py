@@ -26,7 +26,7 @@ from vigil.integrations.gymnasium import sources
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
 from vigil.pose import Pose, Vec3
 from vigil.replies import parse_reply
-from vigil.sim.engines.mujoco import model_cache
+from vigil.sim.engines.mujoco.compiled import model_cache
 
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"
 STRUCTURED = {

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vigil.sim.engines.mujoco.binding import BACKEND
+from vigil.sim.engines.mujoco.compiled.binding import BACKEND
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
-from vigil.sim.engines.mujoco.model import CompiledModel, build
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.showcase.fidelity import Mismatch, mismatches_of, too_many_triangles
 from vigil.sim.showcase.renders import render_birdseye
 

@@ -16,7 +16,7 @@ from vigil.pose import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
 from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.engines.mujoco.model import build
+from vigil.sim.engines.mujoco.compiled.model import build
 from vigil.sim.showcase.fidelity import mismatches_of, too_many_triangles
 
 SIZES = AssetDatabase.default()

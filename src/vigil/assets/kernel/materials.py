@@ -33,6 +33,12 @@ class Material:
     specular: float
     shininess: float
     emission: float
+    is_metal: bool
+    """It shows its surroundings in its own colour."""
+    is_mirror: bool
+
+
+_METAL_KINDS = frozenset({"metal", "chrome", "mirror"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +146,8 @@ def _made(name: str, kind_name: str, colour: Rgb | None, variant: str) -> Materi
         specular=kind.specular,
         shininess=kind.shininess,
         emission=kind.emission,
+        is_metal=kind_name in _METAL_KINDS,
+        is_mirror=kind_name == "mirror",
     )
 
 

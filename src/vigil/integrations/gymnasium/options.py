@@ -40,7 +40,7 @@ class Options(BaseModel):
     coordinates: Coordinates = Field("pixel", description="`pixel` or `normalized_1000`")
     reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
     backend: str = Field("mujoco", description="the simulator's backend")
-    quality: Quality = Field("default", description="of a frame: `default`, or `fast` without shadows")
+    quality: Quality = Field("default", description="of a frame: `default`, or `fast`, with rougher edges")
     asset_database: str | Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
     world_reward: WorldReward = 0.0
     honest_fail_reward: HonestFailReward = 0.0

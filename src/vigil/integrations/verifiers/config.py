@@ -49,7 +49,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
     reply_policy: ReplyPolicy = Field("strict", description="how a reply is read: `strict` or `lenient`")
     image_format: ImageFormat = Field("png", description="how frames are sent: `png` or `jpeg`")
     backend: str = Field("mujoco", description="the simulator's backend")
-    quality: Quality = Field("default", description="of a frame: `default`, or `fast` without shadows")
+    quality: Quality = Field("default", description="of a frame: `default`, or `fast`, with rougher edges")
     asset_database: Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
     workers: int | None = Field(None, ge=1, description="processes that simulate and draw; one for each CPU without it")
 

@@ -11,8 +11,8 @@ from vigil.errors import SimulatorError
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import RoomShape, Scene, Thing, WallPanel
-from vigil.sim.engines.mujoco.binding import BACKEND, mujoco
 from vigil.sim.engines.mujoco.camera import gl_strings
+from vigil.sim.engines.mujoco.compiled.binding import BACKEND, mujoco
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 
 FRAMES = 5

@@ -6,13 +6,13 @@ import numpy as np
 
 from vigil.assets.kernel.asset import Asset
 from vigil.house import MaterialRef
-from vigil.observation import Quality
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
 from vigil.pose import Vec3
 from vigil.scene.things import RoomShape, Scene, Thing
-from vigil.sim.engines.mujoco import frames
 from vigil.sim.engines.mujoco.camera import Camera
-from vigil.sim.engines.mujoco.lights import Sun
-from vigil.sim.engines.mujoco.model import HIDDEN, build
+from vigil.sim.engines.mujoco.compiled import frames
+from vigil.sim.engines.mujoco.compiled.model import HIDDEN, build
+from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0
@@ -34,7 +34,7 @@ def render_asset(
     back = frames.points(_direction(yaw, pitch))
     distance = 1.25 * radius / np.sin(np.radians(STAGE_FOVY_DEG / 2))
     view = _FreeCamera(middle + distance * back, back, STAGE_FOVY_DEG)
-    return _picture(scene, view, Sun((0.5, -0.3, -1.0), middle, 2.5 * radius), "default")
+    return _picture(scene, view, "default")
 
 
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
@@ -46,8 +46,7 @@ def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
     half = 0.53 * max(extent[1], extent[0] * 480 / 640)
     back = frames.points(_direction(180.0, 82.0))
     eye = frames.points(np.array([x, height, z])) + back * half / np.tan(np.radians(BIRD_FOVY_DEG / 2))
-    sun = Sun((0.12, 0.18, -1.0), frames.points(np.array([x, 0.0, z])), float(np.linalg.norm(extent)) / 2 + 1.0)
-    return _picture(scene, _FreeCamera(eye, back, BIRD_FOVY_DEG), sun, quality)
+    return _picture(scene, _FreeCamera(eye, back, BIRD_FOVY_DEG), quality)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,14 +66,13 @@ class _FreeCamera:
         return np.stack([right, np.cross(self.back, right), self.back], axis=1)
 
 
-def _picture(scene: Scene, view: _FreeCamera, sun: Sun, quality: Quality) -> np.ndarray:
+def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
     model = build(scene)
     unwanted = [geom for geom, kind in model.structure_kinds.items() if kind in ("ceiling", "ground")]
     model.native.geom_group[unwanted] = HIDDEN
-    model.native.vis.map.zfar = max(90.0, 3.0 * float(np.linalg.norm(view.eye)))
     camera = Camera(model, quality)
     try:
-        return camera.survey(view.eye, view.axes, view.fovy_deg, sun)
+        return camera.survey(Viewer(view.eye, view.axes, view.fovy_deg, FRAME_WIDTH, FRAME_HEIGHT))
     finally:
         camera.close()
 

@@ -11,11 +11,9 @@ from vigil.errors import SimulatorError
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
-from vigil.sim.engines.mujoco import frames
-from vigil.sim.engines.mujoco.binding import mujoco
+from vigil.sim.engines.mujoco.compiled import frames
+from vigil.sim.engines.mujoco.compiled.model import FOVY_DEG
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.materials import MaterialTable
-from vigil.sim.engines.mujoco.model import FOVY_DEG
 
 CABINET, CUBE = 0, 1
 HERE = Path(__file__).parent
@@ -197,16 +195,6 @@ def test_another_process_draws_the_same_bytes_and_leaves_quietly(engine: MujocoE
     assert other.stderr == ""
     assert other.returncode == 0
     assert other.stdout.strip() == ours
-
-
-def test_textures_of_pictures_get_sides_that_are_powers_of_two() -> None:
-    spec = mujoco.MjSpec()
-    looks = MaterialTable(spec)
-    for key in ("picture/0", "picture/1", "cover/0", "wood/oak"):
-        looks.name_of(key)
-    native = spec.compile()
-    sides = {*native.tex_width.tolist(), *native.tex_height.tolist()}
-    assert sides <= {128, 256, 512}
 
 
 @pytest.mark.usefixtures("drawing")

@@ -4,7 +4,7 @@ import pytest
 from vigil.assets.kernel.asset import Asset, Joint
 from vigil.pose import Pose, Vec3, heading
 from vigil.scene.things import Thing
-from vigil.sim.engines.mujoco import frames
+from vigil.sim.engines.mujoco.compiled import frames
 
 UPRIGHT = Vec3(0.0, 0.0, 0.0)
 

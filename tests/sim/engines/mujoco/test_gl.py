@@ -3,7 +3,7 @@ import os
 import pytest
 
 from vigil.errors import SimulatorError
-from vigil.sim.engines.mujoco import gl
+from vigil.sim.engines.mujoco.compiled import gl
 
 
 @pytest.fixture

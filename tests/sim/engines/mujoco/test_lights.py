@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Glow
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
 from vigil.scene.things import RoomShape, Scene, Thing
-from vigil.sim.engines.mujoco.model import build
+from vigil.sim.engines.mujoco.compiled.lights import glows_near, lamps_of
 
 ELL = [(0.0, 0.0), (4.0, 0.0), (4.0, 1.5), (1.5, 1.5), (1.5, 5.0), (0.0, 5.0)]
 ZED = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (6.0, 2.0), (6.0, 3.0), (2.0, 3.0), (2.0, 1.0), (0.0, 1.0)]
@@ -24,9 +24,8 @@ def room(polygon: list[tuple[float, float]], light: tuple[float, float], name: s
 
 
 def lamp_of(shape: RoomShape) -> tuple[float, float]:
-    model = build(Scene(rooms=[shape], panels=[]))
-    x, z, height = model.native.light_pos[model.lamps.room_lights[0]]
-    assert height > shape.height
+    ((x, z, height),) = lamps_of(Scene(rooms=[shape], panels=[])).places
+    assert 0.0 < shape.height - height < 0.1
     return x, z
 
 
@@ -44,31 +43,23 @@ def test_a_lamp_stays_where_no_place_reaches_every_corner() -> None:
     assert lamp_of(room(ZED, (2.5, 1.5))) == pytest.approx((2.5, 1.5))
 
 
-def test_one_lamp_casts_shadows_and_all_lights_fit_into_opengl() -> None:
+def test_the_lamp_over_somebody_is_that_of_the_nearest_room() -> None:
     rooms = [room([(x + 5.0 * n, z) for x, z in BOX], (5.0 * n + 2.0, 1.5), f"r{n}") for n in range(9)]
-    model = build(Scene(rooms=rooms, panels=[]))
-    scale = model.lamps.select(model.native, Vec3(21.0, 1.6, 1.0), [])
-    assert 0.2 < scale < 0.42
-    assert np.flatnonzero(model.native.light_castshadow).tolist() == [model.lamps.room_lights[4]]
-    headlight = 1
-    assert np.count_nonzero(model.native.light_active) + headlight + len(model.lamps.glow_lights) <= 8
+    lamps = lamps_of(Scene(rooms=rooms, panels=[]))
+    assert lamps.place_over(np.array([21.0, 1.0, 1.6])) == pytest.approx(lamps.places[4])
+    assert lamps.place_over(np.array([-3.0, 1.0, 1.6])) == pytest.approx(lamps.places[0])
 
 
 def test_the_nearest_things_that_are_on_shine_from_where_they_are(scene: Scene) -> None:
     glow = Glow(Vec3(0.0, 0.3, 0.1), (1.0, 0.5, 0.25), 0.8)
     for thing in scene.things.values():
         thing.asset = replace(thing.asset, glow=glow)
-    model = build(scene)
-    lamps, native = model.lamps, model.native
-    lamps.select(native, Vec3(0.0, 1.6, 0.0), list(scene.things.values()))
-    first, second = lamps.glow_lights
-    assert native.light_active[[first, second]].all()
+    first, second = glows_near(np.array([0.0, 0.0, 1.6]), list(scene.things.values()))
     # The cabinet is turned by half, so what is in front of its middle lies towards -z (MuJoCo's -y).
-    assert native.light_pos[first] == pytest.approx((0.0, 0.4, 0.7))
-    assert native.light_pos[second] == pytest.approx((-1.0, 0.1, 0.4))
-    assert native.light_diffuse[first][0] > native.light_diffuse[first][2] > 0
-    lamps.select(native, Vec3(0.0, 1.6, 0.0), [])
-    assert not native.light_active[lamps.glow_lights].any()
+    assert first.place == pytest.approx((0.0, 0.4, 0.7))
+    assert second.place == pytest.approx((-1.0, 0.1, 0.4))
+    assert first.colour[0] > first.colour[2] > 0
+    assert glows_near(np.array([0.0, 0.0, 1.6]), []) == []
 
 
 def test_a_room_is_dim_while_its_switches_are_off() -> None:
@@ -76,13 +67,11 @@ def test_a_room_is_dim_while_its_switches_are_off() -> None:
     switch = Thing("s", "LightSwitch", make("LightSwitch", size, 0), Vec3(2.0, 1.1, 0.01), Vec3(0.0, 0.0, 0.0))
     rooms = [room([(x, z - 3.0) for x, z in BOX], (2.0, -1.5), "behind"), room(BOX, (2.0, 1.5), "before")]
     scene = Scene(rooms=rooms, panels=[], things={"s": switch})
-    model = build(scene)
-    lamps, native = model.lamps, model.native
+    lamps = lamps_of(scene)
 
     def brightness(index: int) -> float:
         lamps.heed(scene)
-        lamps.select(native, Vec3(2.0, 1.6, 1.5), [])
-        return float(native.light_diffuse[lamps.room_lights[index]].mean())
+        return float(lamps.strengths()[index].mean())
 
     behind, dim = brightness(0), brightness(1)
     switch.is_toggled = True

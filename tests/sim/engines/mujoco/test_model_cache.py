@@ -12,9 +12,10 @@ from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.engines.mujoco import camera, model_cache
-from vigil.sim.engines.mujoco.culling import unseen
-from vigil.sim.engines.mujoco.model import HIDDEN, build
+from vigil.sim.engines.mujoco.compiled import model_cache
+from vigil.sim.engines.mujoco.compiled.model import HIDDEN, build
+from vigil.sim.engines.mujoco.raster import surfaces
+from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Setup, WorldState
 
@@ -142,29 +143,14 @@ def test_frames_are_the_same_with_all_geoms_drawn(monkeypatch) -> None:
     simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality="fast")
     left_out: list[float] = []
 
-    def counted(model, *view):
-        gone = unseen(model, *view)
+    def counted(model, viewer):
+        gone = unseen(model, viewer)
         left_out.append(float(gone.mean()))
         assert (model.native.geom_group[gone] != HIDDEN).any()
         return gone
 
-    monkeypatch.setattr(camera, "unseen", counted)
+    monkeypatch.setattr(surfaces, "unseen", counted)
     _, frames = _play(simulator, drawn=True)
-    monkeypatch.setattr(camera, "unseen", lambda model, *_: np.zeros(model.native.ngeom, dtype=bool))
+    monkeypatch.setattr(surfaces, "unseen", lambda model, *_: np.zeros(model.native.ngeom, dtype=bool))
     assert _play(simulator, drawn=True)[1] == frames
     assert np.mean(left_out) > 0.2
-
-
-def test_what_throws_its_shadow_into_the_view_is_drawn(scene: Scene) -> None:
-    scene.things["cube"].position = Vec3(-1.0, 2.0, 0.0)  # the lamp hangs in the middle of the room
-    model = model_cache.model_of(scene)
-    cube = model.things["cube"].geoms[0]
-
-    def is_left_out(x: float, yaw: float) -> bool:
-        agent = Pose(position=Vec3(x, 0.0, 0.0), rotation=yaw)
-        model.lamps.select(model.native, agent.eye, [])
-        return bool(unseen(model, *camera._view_of(agent))[cube])
-
-    assert not is_left_out(1.5, 270.0)  # in sight
-    assert is_left_out(1.5, 90.0)  # behind the eye, and so is its shadow
-    assert not is_left_out(-1.6, 270.0)  # behind the eye, but its shadow falls on the wall before it

@@ -8,9 +8,9 @@ from vigil.pose import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.conformance.trial_house import PANE, trial_house
+from vigil.sim.engines.mujoco.compiled.pieces import Triangles
+from vigil.sim.engines.mujoco.compiled.structure import BEHIND_FRAME_M, OVERLAP_M, shells_of
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.pieces import Triangles
-from vigil.sim.engines.mujoco.structure import BEHIND_FRAME_M, OVERLAP_M, shells_of
 
 SHAPES = {
     "rectangle": [(0.1, 0.2), (3.3, 0.2), (3.3, 4.0), (0.1, 4.0)],

@@ -6,10 +6,11 @@ from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import RayHits
-from vigil.sim.engines.mujoco import model_cache, rays
-from vigil.sim.engines.mujoco.binding import BACKEND, mujoco
+from vigil.sim.engines.mujoco import rays
 from vigil.sim.engines.mujoco.camera import Camera, gl_strings
-from vigil.sim.engines.mujoco.model import CompiledModel
+from vigil.sim.engines.mujoco.compiled import model_cache
+from vigil.sim.engines.mujoco.compiled.binding import BACKEND, mujoco
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.staging import Layer, Picture, View
 
 

@@ -1,11 +1,13 @@
 """The thing in the hand: drawn at the bottom centre of the frame, near the camera, in front of everything."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vigil.pose import Pose
 from vigil.scene.things import Thing
-from vigil.sim.engines.mujoco import frames
-from vigil.sim.engines.mujoco.model import CompiledModel
+from vigil.sim.engines.mujoco.compiled import frames
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 AHEAD_M = 0.5
 """Where its size is taken from: as large as it looks at arm's length, unless that is too large."""
@@ -15,13 +17,29 @@ HEIGHT = 0.32
 MARGIN = 0.02
 NEARER = 0.24
 """It is then drawn this much nearer and smaller, which looks the same and never touches a wall."""
+FINGER_M, PAD_M = 0.02, 0.035
+"""Width of a finger of the hand; length of the pad at its tip."""
+GRIP = 0.25
+"""Share of half the thing's height, from its middle up, to which the fingers reach."""
 TURN_DEG, TILT_DEG = 20.0, 18.0
 _ASPECT = 640 / 480
 _SIGNS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
 
-def pose_in_hand(thing: Thing, agent: Pose) -> tuple[np.ndarray, np.ndarray, float]:
-    """Returns (centre, rotation matrix) in MuJoCo's frame at arm's length, and the factor to draw it smaller by."""
+@dataclass(frozen=True, slots=True, eq=False)
+class InHand:
+    """How a thing is held, at arm's length and in MuJoCo's frame."""
+
+    center: np.ndarray
+    matrix: np.ndarray
+    smaller: float
+    """The factor to draw it smaller by."""
+    half: np.ndarray
+    """(3,) half of the box that it takes up across, up and away from the camera, in metres."""
+
+
+def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
+    """Returns how the agent holds a thing."""
     right, up, back = frames.camera_axes(agent).T
     facing_the_eye = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     tilt, turn = frames.turn(np.array([1.0, 0.0, 0.0]), TILT_DEG), frames.turn(np.array([0.0, 0.0, 1.0]), TURN_DEG)
@@ -33,15 +51,32 @@ def pose_in_hand(thing: Thing, agent: Pose) -> tuple[np.ndarray, np.ndarray, flo
     drop = float(np.min((1.0 - 2 * MARGIN) * (AHEAD_M - corners[:, 2]) + corners[:, 1]))
     eye = frames.points(np.array(agent.eye))
     axes = np.stack([right, up, back], axis=1)
-    return eye + axes @ np.array([0.0, -drop, -AHEAD_M]), axes @ local, smaller
+    center = eye + axes @ np.array([0.0, -drop, -AHEAD_M])
+    return InHand(center, axes @ local, smaller, np.abs(corners).max(axis=0))
 
 
-def bring_near(geoms: list, eye: np.ndarray, center: np.ndarray, smaller: float) -> None:
-    """Scales drawn geoms about the thing's centre, then about the eye."""
-    for geom in geoms:
-        place = center + smaller * (geom.pos - center)
-        geom.pos[:] = eye + NEARER * (place - eye)
-        geom.mat[:] *= NEARER * smaller
+def drawn_near(eye: np.ndarray, in_hand: InHand) -> tuple[float, np.ndarray]:
+    """Returns (scale, shift) that make things smaller about the thing's centre, then about the eye."""
+    smaller = in_hand.smaller
+    return NEARER * smaller, NEARER * (1.0 - smaller) * in_hand.center + (1.0 - NEARER) * eye
+
+
+def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
+    """Returns where the hand's unit boxes are, (boxes, 3, 4): two fingers beside the thing, and a pad on each.
+
+    They come from below the frame, so that what is held cannot be taken for what lies behind it.
+    """
+    across, up, _ = in_hand.half
+    _, level, _ = axes.T @ (in_hand.center - eye)
+    top, foot = level + GRIP * up, -1.2 * AHEAD_M
+    boxes = []
+    for length, end in ((top - foot, foot), (PAD_M, top - PAD_M)):
+        for side in (-1.0, 1.0):
+            wide = FINGER_M if length > PAD_M else FINGER_M * 1.3
+            middle = np.array([side * (across + FINGER_M / 2), end + length / 2, -AHEAD_M])
+            turned = axes * np.array([wide, length, 2 * wide])
+            boxes.append(np.column_stack([NEARER * turned, eye + NEARER * (axes @ middle)]))
+    return np.array(boxes)
 
 
 def put_in_hand(model: CompiledModel, things: list[Thing], center: np.ndarray, matrix: np.ndarray) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 
 from vigil.pose import Vec3
 from vigil.sim.core.engine import RayHits
-from vigil.sim.engines.mujoco import frames
-from vigil.sim.engines.mujoco.binding import mujoco
-from vigil.sim.engines.mujoco.model import GLASS, GROUPS, HELD, HIDDEN, ONLY, STRUCTURE, THING, CompiledModel
+from vigil.sim.engines.mujoco.compiled import frames
+from vigil.sim.engines.mujoco.compiled.binding import mujoco
+from vigil.sim.engines.mujoco.compiled.model import GLASS, GROUPS, HELD, HIDDEN, ONLY, STRUCTURE, THING, CompiledModel
 
 
 def cast(

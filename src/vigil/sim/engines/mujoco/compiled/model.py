@@ -6,15 +6,18 @@ materials of its geoms; `mj_kinematics` does the rest.
 
 import copy
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from vigil.assets.kernel.materials import Material
 from vigil.scene.things import Scene, Thing
-from vigil.sim.engines.mujoco import frames, lights, outdoors
-from vigil.sim.engines.mujoco.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
-from vigil.sim.engines.mujoco.materials import MaterialTable
-from vigil.sim.engines.mujoco.pieces import MeshPiece, Triangles, pieces_of
-from vigil.sim.engines.mujoco.structure import Shell, shells_of, tint_of
+from vigil.sim.engines.mujoco.compiled import frames, lights, outdoors
+from vigil.sim.engines.mujoco.compiled.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
+from vigil.sim.engines.mujoco.compiled.materials import MaterialTable
+from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, Triangles, pieces_of
+from vigil.sim.engines.mujoco.compiled.portals import Portals
+from vigil.sim.engines.mujoco.compiled.structure import Shell, shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
 GROUPS = 6
@@ -53,9 +56,14 @@ class CompiledModel:
     geom_roles: np.ndarray
     structure_kinds: dict[int, str]
     """Kind of each structural geom."""
-    lets_light_through: np.ndarray
-    """Geoms that cast no shadow: ceilings, above which the lamps are, and what hangs from them."""
     lamps: lights.Lamps
+    still: np.ndarray
+    """Geoms that stop light: structure, and the bodies of furniture; no leaf, no glass, nothing that stands on them."""
+    materials: tuple[Material, ...]
+    """Of each native material."""
+    portals: Portals
+    keepsake: dict[str, Any]
+    """What is derived from the model as it was built; its copies share it."""
 
     @property
     def triangles(self) -> int:
@@ -100,6 +108,8 @@ class _Draft:
     geom_things: list[int] = field(default_factory=list)
     geom_roles: list[int] = field(default_factory=list)
     swaps: dict[int, str] = field(default_factory=dict)
+    joints: dict[int, str | None] = field(default_factory=dict)
+    """The joint that carries each geom of a thing."""
     mocaps: int = 0
 
 
@@ -110,7 +120,6 @@ def build(scene: Scene) -> CompiledModel:
     _settings(spec)
     kinds = _add_structure(draft, scene)
     things = {thing.id: _add_thing(draft, index, thing) for index, thing in enumerate(scene.things.values())}
-    lamps = lights.add_lamps(spec, scene)
     native = spec.compile()
     _resolve_looks(draft, native, things)
     model = CompiledModel(
@@ -120,8 +129,11 @@ def build(scene: Scene) -> CompiledModel:
         np.array([*draft.geom_things, -1], dtype=np.int32),
         np.array([*draft.geom_roles, 0], dtype=np.uint8),
         kinds,
-        _overhead(scene, kinds, things),
-        lamps,
+        lights.lamps_of(scene),
+        _still(draft, scene, kinds, things),
+        tuple(draft.looks.materials[native.material(number).name] for number in range(native.nmat)),
+        Portals(scene),
+        {},
     )
     for thing in scene.things.values():
         model.place(thing)
@@ -129,17 +141,22 @@ def build(scene: Scene) -> CompiledModel:
     return model
 
 
-def _overhead(scene: Scene, kinds: dict[int, str], things: dict[str, Placed]) -> np.ndarray:
-    ceilings = np.array([geom for geom, kind in kinds.items() if kind == "ceiling"], dtype=int)
+def _still(draft: _Draft, scene: Scene, kinds: dict[int, str], things: dict[str, Placed]) -> np.ndarray:
     height = max(room.height for room in scene.rooms)
-    hanging = [
-        thing
-        for thing in scene.things.values()
-        if abs(thing.position.y + thing.asset.size.y / 2 - height) < HANGING_M
-        and thing.asset.size.y < height / 2
-        and not thing.is_structure
-    ]
-    return np.concatenate([ceilings, *(things[thing.id].geoms for thing in hanging)])
+    chosen = [geom for geom, kind in kinds.items() if kind != "ground"]
+    for thing in scene.things.values():
+        if thing.is_pickupable or thing.parent is not None or not thing.is_present or _hangs(thing, height):
+            continue  # what stands on furniture is too small for the light that is known at its vertices
+        placed = things[thing.id]
+        is_body = np.array([draft.joints[geom] is None for geom in placed.geoms], dtype=bool)
+        chosen += placed.geoms[is_body & (placed.groups == THING) & placed.shown_on & placed.shown_off].tolist()
+    return np.array(chosen, dtype=int)
+
+
+def _hangs(thing: Thing, height: float) -> bool:
+    """Whether a thing hangs from the ceiling, where the lamps are; such a thing would shade the whole room."""
+    half = thing.asset.size.y / 2
+    return abs(thing.position.y + half - height) < HANGING_M and half < height / 4 and not thing.is_structure
 
 
 def _settings(spec: NativeSpec) -> None:
@@ -148,7 +165,6 @@ def _settings(spec: NativeSpec) -> None:
     spec.stat.center = [0.0, 0.0, 0.0]
     spec.stat.meansize = 1.0
     spec.worldbody.add_camera(name="eye", fovy=FOVY_DEG)
-    lights.settings(spec)
 
 
 def _add_structure(draft: _Draft, scene: Scene) -> dict[int, str]:
@@ -157,7 +173,7 @@ def _add_structure(draft: _Draft, scene: Scene) -> dict[int, str]:
         kinds[len(draft.geom_things)] = shell.kind
         _add_shell(draft, f"structure{number}", shell)
     kinds[len(draft.geom_things)] = "ground"
-    outdoors.add_outdoors(draft.spec)
+    outdoors.add_ground(draft.spec, draft.looks.name_of("grass"))
     draft.geom_things.append(-1)
     draft.geom_roles.append(0)
     return kinds
@@ -184,6 +200,7 @@ def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
     ordered = [piece for joint in bodies for piece in pieces if piece.joint == joint]
     for piece in ordered:
         _add_piece(draft, bodies[piece.joint], piece)
+        draft.joints[len(draft.geom_things)] = piece.joint
         draft.geom_things.append(index)
         draft.geom_roles.append(piece.roles)
     geoms = np.arange(first, first + len(ordered))

@@ -8,7 +8,7 @@ import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
-from vigil.sim.engines.mujoco import frames
+from vigil.sim.engines.mujoco.compiled import frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,8 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from vigil.assets.kernel.materials import material
-from vigil.sim.engines.mujoco.binding import NativeSpec, mujoco
+from vigil.sim.engines.mujoco.compiled.binding import NativeSpec, mujoco
 
 GROUND_M = -0.02
 LAWN_HALF_M = 60.0
@@ -28,34 +27,13 @@ _FACES = np.array(
 )
 
 
-def add_outdoors(spec: NativeSpec) -> None:
-    """Adds the sky, and the lawn as one geom."""
-    sky = spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        width=SKY_PIXELS,
-        height=SKY_PIXELS * 6,
-        nchannel=3,
-    )
-    sky.data = _sky()
-    grass = material("grass")
-    lawn = spec.add_material(
-        name="lawn", rgba=[*_GRASS, 1.0], specular=0.0, shininess=0.0, emission=0.45, texuniform=True
-    )
-    if grass.texture is not None:
-        height, width = grass.texture.shape[:2]
-        texture = spec.add_texture(
-            name="lawn", type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3
-        )
-        texture.data = grass.texture.tobytes()
-        lawn.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "lawn"
-        lawn.texrepeat = [1.0 / grass.metres, 1.0 / grass.metres]
-        lawn.rgba = [0.84, 0.74, 0.95, 1.0]
+def add_ground(spec: NativeSpec, look: str) -> None:
+    """Adds the lawn as one geom; `look` is the name of its material."""
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[LAWN_HALF_M, LAWN_HALF_M, 1.0],
         pos=[0.0, 0.0, GROUND_M],
-        material="lawn",
+        material=look,
         contype=0,
         conaffinity=0,
         group=0,
@@ -63,14 +41,14 @@ def add_outdoors(spec: NativeSpec) -> None:
 
 
 @lru_cache(maxsize=1)
-def _sky() -> bytes:
-    """Returns the six faces of the sky, one under the other."""
+def sky() -> bytes:
+    """Returns the six faces of the sky, `SKY_PIXELS` wide and high, one after the other, three bytes a pixel."""
     place = ((np.arange(SKY_PIXELS) + 0.5) / SKY_PIXELS * 2.0 - 1.0).astype(np.float32)
     faces = []
     for right, down, outward in _FACES:
         rays = outward + place[None, :, None] * right + place[:, None, None] * down
         rays /= np.linalg.norm(rays, axis=2, keepdims=True)
-        # MuJoCo turns the cube about x: its (x, y, z) are the world's (x, z, -y).
+        # The cube is turned about x: its (x, y, z) are the world's (x, z, -y).
         faces.append(_paint(rays[..., 0], -rays[..., 2], rays[..., 1]))
     return (np.clip(np.concatenate(faces), 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8).tobytes()
 

@@ -15,7 +15,7 @@ import numpy as np
 from cachetools import LRUCache, cached
 
 from vigil.scene.things import Scene
-from vigil.sim.engines.mujoco.model import CompiledModel, build
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 KEPT = 4
 """Models kept at most for each engine of the process; that of a house of four rooms takes 16 MB."""

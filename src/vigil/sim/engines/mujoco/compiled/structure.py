@@ -14,9 +14,9 @@ from vigil.house import MaterialRef
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.scene.walls import EXTERIOR
-from vigil.sim.engines.mujoco.frames import faces as facing
-from vigil.sim.engines.mujoco.frames import points
-from vigil.sim.engines.mujoco.pieces import Triangles, merge
+from vigil.sim.engines.mujoco.compiled.frames import faces as facing
+from vigil.sim.engines.mujoco.compiled.frames import points
+from vigil.sim.engines.mujoco.compiled.pieces import Triangles, merge
 
 CELL_M = 0.5
 OVERLAP_M = 0.02

@@ -8,7 +8,7 @@ import importlib
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
-from vigil.sim.engines.mujoco import gl
+from vigil.sim.engines.mujoco.compiled import gl
 
 BACKEND = gl.prepare()
 

@@ -1,0 +1,134 @@
+"""Lights: one lamp in every room, and lamps of the house that are on.
+
+A room whose light switches are all off is dim, not dark: there is daylight.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from vigil.pose import heading
+from vigil.scene.outlines import room_floor
+from vigil.scene.things import RoomShape, Scene, Thing
+from vigil.sim.engines.mujoco.compiled import frames
+
+SWITCH = "LightSwitch"
+ARM_M = 0.3
+"""A switch belongs to the room this far in front of it."""
+MAX_GLOWS = 2
+"""The nearest of the lamps that are on; the shader takes no more."""
+GLOW = 0.5
+UNLIT = 0.25
+"""What is left of a lamp whose switches are off."""
+USUAL_HEIGHT_M = 2.6
+GAIN_PER_M2 = 0.02
+"""Lamps are stronger the higher they hang."""
+DROP_M = 0.06
+"""Lamps hang this far under the ceiling."""
+KERNEL_EDGE_M = 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Glow:
+    """The light of a lamp that is on."""
+
+    place: np.ndarray
+    """(3,) metres, in MuJoCo's frame."""
+    colour: np.ndarray
+    """(3,), its strength included."""
+
+
+@dataclass(slots=True, eq=False)
+class Lamps:
+    """The lights of a model, and the rooms that they belong to."""
+
+    rooms: list[shapely.Polygon]
+    places: np.ndarray
+    """(rooms, 3) metres, in MuJoCo's frame."""
+    colors: np.ndarray
+    """(rooms, 3), 1 for white light of the usual strength."""
+    switches: dict[str, int]
+    """Light switch -> its room."""
+    unlit: frozenset[int] = frozenset()
+    """Rooms whose switches are all off."""
+
+    def heed(self, scene: Scene) -> None:
+        """Takes over how the light switches stand."""
+        off, on = set[int](), set[int]()
+        for thing_id, room in self.switches.items():
+            thing = scene.things[thing_id]
+            (on if thing.is_toggled or not thing.is_present else off).add(room)
+        self.unlit = frozenset(off - on)
+
+    def strengths(self) -> np.ndarray:
+        """Returns the colour of each room's lamp (rooms, 3) as its switches stand."""
+        dimmed = [UNLIT if room in self.unlit else 1.0 for room in range(len(self.rooms))]
+        return self.colors * np.array(dimmed)[:, None]
+
+    def place_over(self, eye: np.ndarray) -> np.ndarray:
+        """Returns the place of the lamp (3,) of the room that is nearest to the eye (MuJoCo's frame)."""
+        return self.places[int(np.argmin(shapely.distance(self.rooms, shapely.Point(eye[0], eye[1]))))]
+
+
+def lamps_of(scene: Scene) -> Lamps:
+    """Returns the lights of a scene."""
+    rooms = [room_floor(room) for room in scene.rooms]
+    return Lamps(
+        rooms,
+        np.array([(*_place(room), room.height - DROP_M) for room in scene.rooms]),
+        np.array([_color(room) for room in scene.rooms]),
+        {thing.id: _room_of(thing, rooms) for thing in scene.things.values() if thing.category == SWITCH},
+    )
+
+
+def glows_near(eye: np.ndarray, glowing: list[Thing]) -> list[Glow]:
+    """Returns the light of the nearest of the things that are on; `eye` in MuJoCo's frame."""
+    nearest = sorted(glowing, key=lambda thing: (thing.position.x - eye[0]) ** 2 + (thing.position.z - eye[1]) ** 2)
+    return [_glow_of(thing) for thing in nearest[:MAX_GLOWS]]
+
+
+def _glow_of(thing: Thing) -> Glow:
+    glow = thing.asset.glow
+    if glow is None:
+        raise ValueError(f"{thing.id} gives no light.")
+    position, matrix = frames.thing_place(thing)
+    place = position + matrix @ frames.points(np.array(glow.position))
+    return Glow(place, np.array(glow.rgb) * min(glow.intensity, 1.0) * GLOW)
+
+
+def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:
+    """Returns the room that a thing on the wall looks into."""
+    x, z = heading(thing.rotation.y)
+    front = shapely.Point(thing.position.x + ARM_M * x, thing.position.z + ARM_M * z)
+    return int(np.argmin(shapely.distance(rooms, front)))
+
+
+def _color(room: RoomShape) -> np.ndarray:
+    """Returns the lamp's colour, half way to white, and stronger the higher it hangs."""
+    further = GAIN_PER_M2 * (room.height**2 - USUAL_HEIGHT_M**2)
+    return (0.5 + 0.5 * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
+
+
+def _place(room: RoomShape) -> tuple[float, float]:
+    """Returns where (x, z) the lamp hangs: the room's light, moved to where it reaches every corner if one can."""
+    light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
+    inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))
+    if inner.is_empty or inner.contains(light):
+        return room.light.x, room.light.z
+    middle = shapely.centroid(inner)
+    return float(shapely.get_x(middle)), float(shapely.get_y(middle))
+
+
+def _kernel(polygon: shapely.Polygon) -> shapely.Geometry:
+    """Returns the part of a room from which all of it is seen; empty when there is none."""
+    corners = np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)
+    reach = 4.0 * float(np.hypot(*(corners.max(axis=0) - corners.min(axis=0))))
+    kernel: shapely.Geometry = polygon
+    for start, end in itertools.pairwise(corners):
+        along = (end - start) / max(float(np.hypot(*(end - start))), 1e-9)
+        inward = np.array([-along[1], along[0]])
+        first, last = start - reach * along, start + reach * along
+        kernel = kernel.intersection(shapely.Polygon([first, last, last + reach * inward, first + reach * inward]))
+    return kernel

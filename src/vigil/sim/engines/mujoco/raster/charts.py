@@ -1,0 +1,97 @@
+"""Where the light of walls, floors and ceilings is kept: one picture of all their planes, side by side."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+TEXEL_M = 0.12
+BORDER = 2
+WIDTH = 512
+INSET_M = 0.02
+"""Light at the edge of a plane is taken this far inside it, off the neighbour."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Charts:
+    """The planes, laid out."""
+
+    places: np.ndarray
+    """(n, 2) place of each vertex in the picture, 0..1."""
+    points: np.ndarray
+    """(height, width, 3) metres."""
+    normals: np.ndarray
+    """(height, width, 3); 0 where no plane lies."""
+    is_used: np.ndarray
+    """(height, width): whether a plane lies there."""
+    boxes: list[tuple[int, int, int, int]]
+    """(row, column, height, width) of each plane, border included."""
+
+
+def lay_out(vertices: np.ndarray, normals: np.ndarray) -> Charts:
+    """Lays out the planes to which vertices (n, 3) belong."""
+    keys = np.round(np.concatenate([normals * 50, (vertices * normals).sum(axis=1, keepdims=True) * 100], axis=1))
+    _, first, plane = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    plane = plane.reshape(-1)
+    frames = [_axes(normals[one]) for one in first]
+    flat = np.empty((len(vertices), 2))
+    boxes, spans = [], []
+    for number, axes in enumerate(frames):
+        chosen = plane == number
+        flat[chosen] = vertices[chosen] @ axes.T
+        low, high = flat[chosen].min(axis=0), flat[chosen].max(axis=0)
+        spans.append((low, high))
+        boxes.append(np.maximum(np.ceil((high - low) / TEXEL_M).astype(int), 1) + 2 * BORDER)
+    corners, height = _packed(boxes)
+    points = np.zeros((height, WIDTH, 3), np.float32)
+    facing = np.zeros((height, WIDTH, 3), np.float32)
+    places = np.empty((len(vertices), 2))
+    out = []
+    for number, (axes, (low, high), (wide, tall), (left, top)) in enumerate(
+        zip(frames, spans, boxes, corners, strict=True)
+    ):
+        chosen, normal = plane == number, normals[first[number]]
+        scale = np.maximum(high - low, 1e-6) / (np.array([wide, tall]) - 2 * BORDER)
+        u = _inside(low[0] + (np.arange(wide) - BORDER + 0.5) * scale[0], low[0], high[0])
+        v = _inside(low[1] + (np.arange(tall) - BORDER + 0.5) * scale[1], low[1], high[1])
+        base = normal * float(vertices[first[number]] @ normal)
+        points[top : top + tall, left : left + wide] = base + u[None, :, None] * axes[0] + v[:, None, None] * axes[1]
+        facing[top : top + tall, left : left + wide] = normal
+        places[chosen] = (np.array([left, top]) + BORDER + (flat[chosen] - low) / scale) / (WIDTH, height)
+        out.append((top, left, int(tall), int(wide)))
+    return Charts(places, points, facing, np.any(facing, axis=2), out)
+
+
+def _inside(places: np.ndarray, low: float, high: float) -> np.ndarray:
+    inset = min(INSET_M, (high - low) / 4)
+    return np.clip(places, low + inset, high - inset)
+
+
+def _axes(normal: np.ndarray) -> np.ndarray:
+    """Returns two unit directions (2, 3) along the plane."""
+    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.7 else np.array([0.0, 1.0, 0.0])
+    across = np.cross(up, normal)
+    across /= np.linalg.norm(across)
+    return np.stack([across, np.cross(normal, across)])
+
+
+def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
+    """Returns the upper left corner of each box, in rows of falling height, and the height of all."""
+    corners: list[tuple[int, int]] = [(0, 0)] * len(boxes)
+    left = top = row = 0
+    for number in sorted(range(len(boxes)), key=lambda one: (-boxes[one][1], one)):
+        wide, tall = (int(side) for side in boxes[number])
+        if left + wide > WIDTH:
+            left, top, row = 0, top + row, 0
+        corners[number] = (left, top)
+        left, row = left + wide, max(row, tall)
+    return corners, max(top + row, 1)
+
+
+def smoothed(charts: Charts, light: np.ndarray) -> np.ndarray:
+    """Returns the light (height, width, 3) with each plane's values averaged over their neighbours."""
+    out = light.copy()
+    for top, left, tall, wide in charts.boxes:
+        padded = np.pad(light[top : top + tall, left : left + wide], ((1, 1), (1, 1), (0, 0)), mode="edge")
+        rows = (padded[:-2] + 2 * padded[1:-1] + padded[2:]) / 4
+        out[top : top + tall, left : left + wide] = (rows[:, :-2] + 2 * rows[:, 1:-1] + rows[:, 2:]) / 4
+    return out

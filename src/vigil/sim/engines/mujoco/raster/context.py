@@ -1,0 +1,49 @@
+"""moderngl in the OpenGL context of this process. The only module that imports it."""
+
+import ctypes
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import moderngl as package
+
+moderngl: Any = package
+
+
+class _Loader:
+    """Finds OpenGL's functions for the context that is current, whoever made it."""
+
+    def __init__(self, library: str, function: str) -> None:
+        address = getattr(ctypes.CDLL(library), function)
+        self._address_of = ctypes.cast(address, ctypes.CFUNCTYPE(ctypes.c_size_t, ctypes.c_char_p))
+
+    def load_opengl_function(self, name: str) -> int:
+        """Returns the address of a function, 0 when there is none of that name."""
+        return self._address_of(name.encode()) or 0
+
+    def release(self) -> None:
+        """Does nothing: whoever made the context frees it."""
+
+
+_LOADERS = {"egl": ("libEGL.so.1", "eglGetProcAddress"), "osmesa": ("libOSMesa.so.8", "OSMesaGetProcAddress")}
+
+
+@cache
+def context_in(backend: str) -> Any:
+    """Returns moderngl's view of the current context, which `backend` (egl, osmesa, native) made."""
+    package.init_context(_Loader(*_LOADERS[backend]) if backend in _LOADERS else None)
+    return package.get_context()
+
+
+@cache
+def program(backend: str, vertex: str, fragment: str, *definitions: str) -> Any:
+    """Returns a program of two shader files, made with preprocessor definitions."""
+    return context_in(backend).program(
+        vertex_shader=_source(vertex, definitions), fragment_shader=_source(fragment, definitions)
+    )
+
+
+def _source(name: str, definitions: tuple[str, ...]) -> str:
+    text = resources.files("vigil.sim.engines.mujoco.raster").joinpath("shaders", name).read_text(encoding="utf-8")
+    first, _, rest = text.partition("\n")
+    return "\n".join([first, *(f"#define {each}" for each in definitions), rest])

@@ -1,0 +1,100 @@
+"""How much light falls on points of a scene: from the room around them, through the windows, and from the lamps.
+
+Every ray that leaves a point brings what it meets: a wall, dimmer the nearer it is (little light reaches a corner);
+the sky, where it leaves through a window. Lamps are small discs, of which a point sees all, a part or nothing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.sim.engines.mujoco.raster.occluders import FAR_M, Occluders
+
+DIRECTIONS = 40
+"""Over the whole sphere; a point uses the half that it faces."""
+LAMP_RAYS = 4
+LIFT_M = 0.012
+"""Rays start this far off the surface."""
+BURIED_M, BURIED_SHARE = 0.03, 0.6
+"""A point is buried when more than this share of its rays end this soon."""
+HALF_M = 0.3
+"""A wall this near brings half of its light."""
+FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
+"""What ceilings, walls and floors send back."""
+SKY, LAWN = (1.7, 1.85, 2.05), (0.6, 0.65, 0.6)
+"""What comes through a window from above and from below the horizon."""
+AMBIENT, LAMP = 0.5, 0.95
+LAMP_RADIUS_M = 0.3
+FALLOFF = 0.045
+WRAP = 0.15
+"""Lamps light surfaces that turn a little away from them: rooms send light back."""
+REACH_M = 9.0
+_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Points on surfaces."""
+
+    points: np.ndarray
+    """(n, 3) float32 metres."""
+    normals: np.ndarray
+    """(n, 3) float32, unit."""
+
+    @property
+    def origins(self) -> np.ndarray:
+        """Where rays start."""
+        return self.points + np.float32(LIFT_M) * self.normals
+
+
+def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the light (n, 3) float32 that comes from all around, with no lamp counted, and which are buried (n,).
+
+    What is buried lies inside something else, where a corner of the one runs into the other.
+    """
+    total = np.zeros((len(samples.points), 3), np.float32)
+    weights, stopped = np.zeros((2, len(samples.points)), np.float32)
+    origins = samples.origins
+    for way in _sphere():
+        facing = samples.normals @ way
+        chosen = np.flatnonzero(facing > 0.05)
+        share = facing[chosen]
+        far = scene.distances(origins[chosen], np.broadcast_to(way, (len(chosen), 3)))
+        total[chosen] += share[:, None] * _brought(far, float(way[2]))
+        weights[chosen] += share
+        stopped[chosen] += share * (far < BURIED_M)
+    weights = np.maximum(weights, 1e-6)
+    return total * (AMBIENT / weights)[:, None], stopped > BURIED_SHARE * weights
+
+
+def _sphere() -> np.ndarray:
+    """Returns unit directions (n, 3), evenly over the sphere."""
+    number = np.arange(DIRECTIONS)
+    up = 1.0 - (2.0 * number + 1.0) / DIRECTIONS
+    across = np.sqrt(1.0 - up * up)
+    return np.stack([across * np.cos(number * _GOLDEN), across * np.sin(number * _GOLDEN), up], 1).astype(np.float32)
+
+
+def _brought(far: np.ndarray, up: float) -> np.ndarray:
+    """Returns the light (n, 3) of rays that go so far in a direction that rises so steeply."""
+    room = FROM_SIDES + up * (FROM_ABOVE - FROM_SIDES) if up > 0 else FROM_SIDES - up * (FROM_BELOW - FROM_SIDES)
+    met = np.float32(room) * far / (far + np.float32(HALF_M))
+    outside = np.array(SKY if up > 0 else LAWN, np.float32)
+    return np.where((far >= FAR_M)[:, None], outside, met[:, None])
+
+
+def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples) -> np.ndarray:
+    """Returns the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points."""
+    way = lamp.astype(np.float32) - samples.points
+    far = np.sqrt(np.einsum("ij,ij->i", way, way))
+    facing = np.einsum("ij,ij->i", way, samples.normals) / np.maximum(far, 1e-6)
+    total = np.zeros(len(far), np.float32)
+    reached = np.flatnonzero((facing > -WRAP) & (far < REACH_M))
+    origins, seen = samples.origins[reached], np.zeros(len(reached), np.float32)
+    for number in range(LAMP_RAYS):
+        radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
+        aside = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
+        seen += ~scene.is_blocked(origins, (lamp + aside).astype(np.float32))
+    shares = (facing[reached] + WRAP) / (1.0 + WRAP) * seen / LAMP_RAYS
+    total[reached] = LAMP * shares / (1.0 + FALLOFF * far[reached] ** 2)
+    return total

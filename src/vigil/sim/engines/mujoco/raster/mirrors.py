@@ -1,0 +1,72 @@
+"""Mirrors: what lies before them is drawn from behind, and laid onto them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+from vigil.sim.engines.mujoco.raster.context import moderngl
+from vigil.sim.engines.mujoco.raster.geometry import Geometry
+from vigil.sim.engines.mujoco.raster.shade import release
+from vigil.sim.engines.mujoco.raster.viewer import Viewer
+
+MAX_MIRRORS = 2
+"""The nearest in view mirror; others only shine."""
+FINENESS = 2
+"""Pixels of the frame for one of the mirrored picture, along each side."""
+_FLAT = 0.99
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mirror:
+    """A flat surface that mirrors."""
+
+    geom: int
+    point: np.ndarray
+    normal: np.ndarray
+
+
+def mirrors_before(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
+    """Returns the nearest mirrors among the geoms (nearest first) whose face the viewer sees."""
+    found = []
+    for geom in geoms.tolist():
+        if not model.materials[model.native.geom_matid[geom]].is_mirror:
+            continue
+        mirror = _mirror(model, geometry, geom, viewer.eye)
+        if mirror is not None:
+            found.append(mirror)
+    return found[:MAX_MIRRORS]
+
+
+def _mirror(model: CompiledModel, geometry: Geometry, geom: int, eye: np.ndarray) -> Mirror | None:
+    """Returns the plane of most of the surface that faces the eye; None when all of it is turned away."""
+    points, normals = geometry.world(model, geom)
+    faces = geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start
+    corners, facing = points[faces], normals[faces].mean(axis=1)
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    areas[((eye - corners.mean(axis=1)) * facing).sum(axis=1) <= 0.0] = 0.0
+    if not areas.any():
+        return None
+    alike = facing @ facing.T > _FLAT
+    best = int((alike * areas).sum(axis=1).argmax())
+    normal = facing[best].astype(np.float64)
+    chosen = corners[alike[best]].reshape(-1, 3).astype(np.float64)
+    return Mirror(geom, chosen.mean(axis=0), normal / np.linalg.norm(normal))
+
+
+class Glass:
+    """Where mirrored pictures of one size are drawn."""
+
+    def __init__(self, context: Any, size: tuple[int, int]) -> None:
+        smaller = size[0] // FINENESS, size[1] // FINENESS
+        self.pictures = [context.texture(smaller, 4) for _ in range(MAX_MIRRORS)]
+        for each in self.pictures:
+            each.filter = moderngl.LINEAR, moderngl.LINEAR
+        depth = context.depth_renderbuffer(smaller)
+        self.targets = [context.framebuffer([each], depth) for each in self.pictures]
+
+    def release(self) -> None:
+        """Frees all of it."""
+        for each in self.targets:
+            release(each)

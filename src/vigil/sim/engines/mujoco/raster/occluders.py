@@ -1,0 +1,86 @@
+"""What stops light: the fixed surfaces of a scene, and rays into them. The only module that imports the ray caster.
+
+Embree casts some ten million rays a second. Where there is no wheel of it (Linux on ARM) MuJoCo casts them, which takes
+many times as long.
+"""
+
+from contextlib import suppress
+from typing import Any, Protocol
+
+import numpy as np
+
+from vigil.sim.engines.mujoco.compiled.binding import mujoco
+
+TriangleMesh: Any = None
+EmbreeScene: Any = None
+with suppress(ImportError):
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+FAR_M = 100.0
+_SHORT_M = 1e-3
+
+
+class _Caster(Protocol):
+    def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Returns how far rays (n, 3) float32 along unit directions go; more than `FAR_M` where they meet nothing."""
+        ...
+
+
+class EmbreeCaster:
+    """Rays cast by Embree."""
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+        self._scene: Any = EmbreeScene()
+        TriangleMesh(self._scene, np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.int32))
+
+    def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Returns how far the rays go."""
+        return self._scene.run(origins, directions, query="DISTANCE")
+
+
+class MujocoCaster:
+    """Rays cast by MuJoCo."""
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+        spec = mujoco.MjSpec()
+        spec.add_mesh(
+            name="all",
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+            uservert=np.asarray(vertices, np.float64).ravel(),
+            userface=np.asarray(faces, np.int32).ravel(),
+        )
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="all")
+        self._model = spec.compile()
+        self._data = mujoco.MjData(self._model)
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Returns how far the rays go."""
+        geom = np.zeros(1, np.int32)
+        met = [
+            mujoco.mj_ray(self._model, self._data, origin, way, None, 1, -1, geom)
+            for origin, way in zip(origins.astype(np.float64), directions.astype(np.float64), strict=True)
+        ]
+        far = np.array(met, np.float32)
+        return np.where(far < 0.0, np.float32(2.0 * FAR_M), far)
+
+
+class Occluders:
+    """Triangles that rays meet."""
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+        self._caster: _Caster = (MujocoCaster if EmbreeScene is None else EmbreeCaster)(vertices, faces)
+
+    def distances(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Returns how far each ray (n, 3) goes, in metres along its unit direction; `FAR_M` where it meets nothing."""
+        if not len(origins):
+            return np.zeros(0, np.float32)
+        met = self._caster.cast(np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32))
+        return np.minimum(met, np.float32(FAR_M))
+
+    def is_blocked(self, origins: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Returns whether anything stands between the points (n, 3) and a place (3,)."""
+        way = end - origins
+        length = np.sqrt(np.einsum("ij,ij->i", way, way))
+        return self.distances(origins, way / length[:, None]) < length - _SHORT_M

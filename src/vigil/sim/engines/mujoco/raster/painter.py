@@ -1,0 +1,151 @@
+"""Draws a scene: its surfaces, the sky behind the windows, glass, and at last the shade where things meet."""
+
+from typing import Any
+
+import numpy as np
+
+from vigil.sim.engines.mujoco.compiled.lights import Glow
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+from vigil.sim.engines.mujoco.compiled.outdoors import SKY_PIXELS, sky
+from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
+from vigil.sim.engines.mujoco.raster.mirrors import Glass, Mirror
+from vigil.sim.engines.mujoco.raster.shade import Canvas, Shade, release
+from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
+from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, Held, Viewer
+
+_CLIP_DISTANCE = 0x3000
+"""GL_CLIP_DISTANCE0, which moderngl has no name for."""
+
+
+class Painter:
+    """Draws one model."""
+
+    def __init__(self, model: CompiledModel, backend: str, samples: int, *, has_shade: bool) -> None:
+        self._context, self._backend = context_in(backend), backend
+        self._samples, self._has_shade = samples, has_shade
+        self._surfaces = Surfaces(model, backend)
+        self._sky = _Sky(self._context, backend)
+        self._canvases: dict[tuple[int, int], Canvas] = {}
+        self._shades: dict[tuple[int, int], Shade] = {}
+        self._glasses: dict[tuple[int, int], Glass] = {}
+
+    def paint(self, viewer: Viewer, lamp: np.ndarray, glows: list[Glow], held: Held | None = None) -> np.ndarray:
+        """Returns the picture (height, width, 3) uint8, the first row on top; `lamp` is the place of the room's."""
+        self._surfaces.follow(viewer, held)
+        self._surfaces.place(held)
+        mirrors = self._surfaces.mirrors(viewer)
+        glass = self._glass(viewer) if mirrors else None
+        if glass is not None:
+            self._reflect(mirrors, glass, viewer, lamp, glows)
+        canvas = self._canvas(viewer)
+        canvas.drawn.use()
+        canvas.drawn.clear(depth=1.0)
+        self._begin()
+        if glass is not None:
+            for mirror, picture in zip(mirrors, glass.pictures, strict=False):
+                self._surfaces.draw_mirrored(mirror, picture, viewer)
+        for _ in self._surfaces.draw(viewer, lamp, glows, [mirror.geom for mirror in mirrors]):
+            self._sky.draw(viewer)
+        self._context.copy_framebuffer(canvas.flat, canvas.drawn)
+        if not self._has_shade:
+            return _read(canvas.flat, viewer)
+        shade = self._shade(viewer)
+        shade.apply(canvas, viewer)
+        return _read(shade.shaded, viewer)
+
+    def identify(self, viewer: Viewer, held: Held | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the geom (height, width) int32 that each pixel shows, -1 for none, and its depth in metres."""
+        self._surfaces.place(held)
+        size = viewer.width, viewer.height
+        target = self._context.framebuffer(
+            [self._context.texture(size, 1, dtype="i4")], self._context.depth_texture(size)
+        )
+        target.use()
+        target.clear(depth=1.0)
+        self._begin()
+        self._surfaces.draw_owners(viewer)
+        owners, depth = target.color_attachments[0], target.depth_attachment
+        geoms = np.frombuffer(owners.read(), np.int32).reshape(size[::-1])[::-1] - 1
+        far = np.frombuffer(depth.read(), np.float32).reshape(size[::-1])[::-1].astype(np.float64)
+        release(target)
+        metres = NEAR_M * FAR_M / (FAR_M - far * (FAR_M - NEAR_M))
+        return geoms, np.where(far >= 1.0, np.inf, metres).astype(np.float32)
+
+    def close(self) -> None:
+        """Frees what the graphics side keeps."""
+        for each in [
+            self._surfaces,
+            self._sky,
+            *self._canvases.values(),
+            *self._shades.values(),
+            *self._glasses.values(),
+        ]:
+            each.release()
+
+    def _reflect(
+        self, mirrors: list[Mirror], glass: Glass, viewer: Viewer, lamp: np.ndarray, glows: list[Glow]
+    ) -> None:
+        """Draws what each mirror shows."""
+        self._context.enable_direct(_CLIP_DISTANCE)
+        self._context.front_face = "cw"
+        for mirror, target in zip(mirrors, glass.targets, strict=False):
+            target.use()
+            target.clear(depth=1.0)
+            self._begin()
+            behind = viewer.behind(mirror.point, mirror.normal)
+            for _ in self._surfaces.draw(behind, lamp, glows, [mirror.geom]):
+                self._sky.draw(behind)
+        self._context.front_face = "ccw"
+        self._context.disable_direct(_CLIP_DISTANCE)
+
+    def _begin(self) -> None:
+        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        self._context.depth_func = "<"
+
+    def _canvas(self, viewer: Viewer) -> Canvas:
+        size = viewer.width, viewer.height
+        if size not in self._canvases:
+            self._canvases[size] = Canvas(self._context, size, self._samples)
+        return self._canvases[size]
+
+    def _glass(self, viewer: Viewer) -> Glass:
+        size = viewer.width, viewer.height
+        if size not in self._glasses:
+            self._glasses[size] = Glass(self._context, size)
+        return self._glasses[size]
+
+    def _shade(self, viewer: Viewer) -> Shade:
+        size = viewer.width, viewer.height
+        if size not in self._shades:
+            self._shades[size] = Shade(self._context, self._backend, size)
+        return self._shades[size]
+
+
+class _Sky:
+    """What lies behind everything."""
+
+    def __init__(self, context: Any, backend: str) -> None:
+        self._context = context
+        self._cube = context.texture_cube((SKY_PIXELS, SKY_PIXELS), 3, sky())
+        self._program = program(backend, "screen.vert", "sky.frag")
+        self._screen = context.vertex_array(self._program, [])
+
+    def draw(self, viewer: Viewer) -> None:
+        """Draws it where nothing has been drawn."""
+        self._context.enable_only(moderngl.DEPTH_TEST)
+        self._context.depth_func = "<="
+        self._cube.use(3)
+        self._program["sky"].value = 3
+        rays = viewer.axes @ np.diag([*viewer.slopes, -1.0])
+        self._program["rays"].write(rays.T.astype(np.float32).tobytes())
+        self._screen.render(vertices=3)
+
+    def release(self) -> None:
+        """Frees it."""
+        self._screen.release()
+        self._cube.release()
+
+
+def _read(target: Any, viewer: Viewer) -> np.ndarray:
+    flat = np.frombuffer(target.read(components=3, alignment=1), np.uint8)
+    return flat.reshape(viewer.height, viewer.width, 3)[::-1].copy()

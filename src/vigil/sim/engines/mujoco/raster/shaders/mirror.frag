@@ -1,0 +1,7 @@
+#version 330
+// What the mirror shows, which has been drawn already, as it would be seen through the mirror's place.
+uniform sampler2D mirrored;
+uniform vec2 size;
+out vec4 seen;
+
+void main() { seen = vec4(texture(mirrored, gl_FragCoord.xy / size).rgb * vec3(0.90, 0.93, 0.94) + 0.02, 1.0); }

@@ -1,0 +1,73 @@
+#version 330
+const float BRIGHTEST_ROOT = 1.41421356;  // of `lighting.BRIGHTEST`
+const float GLOW_REACH_SQUARE = 12.0;  // metres
+uniform sampler2DArray pictures;
+uniform sampler2D planes;
+uniform vec3 eye;
+uniform vec3 lamp;
+#if GLOWS > 0
+uniform vec3 glow_places[GLOWS];
+uniform vec3 glow_colours[GLOWS];
+#endif
+#ifdef CHARTED
+in vec2 chart_place;
+#else
+in vec3 vertex_light;
+#endif
+in vec3 world;
+in vec3 facing;
+in vec2 texture_place;
+flat in vec4 colour;
+flat in vec4 finish;  // layer of the texture, emission, gloss, metalness
+out vec4 seen;
+
+vec3 surroundings(vec3 way) {
+    return way.z > 0.0 ? mix(vec3(0.62, 0.60, 0.57), vec3(1.0), smoothstep(0.0, 0.9, way.z))
+                       : mix(vec3(0.50, 0.47, 0.44), vec3(0.26, 0.24, 0.22), smoothstep(0.0, 0.6, -way.z));
+}
+
+// From the square root of light to what is shown: bright places keep their form.
+vec3 toned(vec3 root) {
+    return clamp(root * (1.13 - 0.12 * root * root), 0.0, 1.0);
+}
+
+void main() {
+    // Colours and light are kept as square roots.
+    vec3 root = colour.rgb * texture(pictures, vec3(texture_place, finish.x)).rgb;
+#ifdef CHARTED
+    vec3 light_root = texture(planes, chart_place).rgb * BRIGHTEST_ROOT;
+#else
+    vec3 light_root = vertex_light * BRIGHTEST_ROOT;
+#endif
+#if !defined(GLOSSY) && GLOWS == 0
+    seen = vec4(toned(root * light_root), colour.a);
+#else
+    vec3 albedo = root * root, light = light_root * light_root;
+    vec3 normal = normalize(facing);
+#if GLOWS > 0
+    for (int i = 0; i < GLOWS; i++) {
+        vec3 way = glow_places[i] - world;
+        float square = dot(way, way);
+        float facing_it = max(dot(normal, way) * inversesqrt(square), 0.0) * 0.8 + 0.2;
+        float fading = max(1.0 - square / GLOW_REACH_SQUARE, 0.0);
+        light += glow_colours[i] * facing_it * fading * fading / (0.25 + square);
+    }
+#endif
+#ifdef GLOSSY
+    vec3 out_to_eye = normalize(eye - world);
+    vec3 mirrored = reflect(-out_to_eye, normal);
+    float grazing = 1.0 - clamp(dot(out_to_eye, normal), 0.0, 1.0);
+    float fresnel = grazing * grazing;
+    fresnel *= fresnel;
+    float metal = finish.w, gloss = finish.z;
+    vec3 reflectance = mix(vec3(0.04), albedo, metal) + (1.0 - mix(0.04, 1.0, metal)) * fresnel * gloss * 0.6;
+    float spark = pow(max(dot(mirrored, normalize(lamp - world)), 0.0), mix(8.0, 90.0, gloss)) * gloss * 2.5;
+    vec3 shine = reflectance * (surroundings(mirrored) * mix(0.6, 1.3, gloss) + spark) * dot(light, vec3(0.33))
+               * mix(gloss, 1.0, metal);
+    vec3 sent = albedo * (light * (1.0 - 0.85 * metal) + finish.y) + shine;
+    seen = vec4(toned(sqrt(sent)), clamp(colour.a + dot(shine, vec3(0.33)) + 0.5 * fresnel, 0.0, 1.0));
+#else
+    seen = vec4(toned(sqrt(albedo * light)), colour.a);
+#endif
+#endif
+}

@@ -1,0 +1,221 @@
+"""A scene's triangles on the graphics side, and how each kind of surface is drawn."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vigil.sim.engines.mujoco.compiled.lights import Glow
+from vigil.sim.engines.mujoco.compiled.model import GLASS, HIDDEN, CompiledModel
+from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
+from vigil.sim.engines.mujoco.raster.culling import unseen
+from vigil.sim.engines.mujoco.raster.lighting import Lighting
+from vigil.sim.engines.mujoco.raster.mirrors import Mirror, mirrors_before
+from vigil.sim.engines.mujoco.raster.pictures import Pictures
+from vigil.sim.engines.mujoco.raster.viewer import Held, Viewer
+
+GLOSSY = 0.35
+"""From this gloss on a surface shows its surroundings."""
+OWN_LIGHT = 0.9
+"""Of what a material that shines says."""
+GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1.0]] * 2, np.float32)
+"""Of the fingers and of the pads at their tips."""
+_ROWS = 5
+"""Of the table of geoms: three of the matrix, two of the look."""
+_NO_CLIP = 0.0, 0.0, 0.0, 1.0
+pictures = Pictures()
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """Surfaces that one program draws."""
+
+    is_charted: bool
+    is_glossy: bool
+
+    def definitions(self, glows: int) -> tuple[str, ...]:
+        """Returns what the shaders are made with, for so many lamps that are on."""
+        names = ["CHARTED"] * self.is_charted + ["GLOSSY"] * self.is_glossy
+        return (*names, f"GLOWS {glows}")
+
+
+KINDS = tuple(Kind(is_charted, is_glossy) for is_charted in (False, True) for is_glossy in (False, True))
+_CLEAR = Kind(is_charted=False, is_glossy=True)
+
+
+class Surfaces:
+    """What is drawn of one model."""
+
+    def __init__(self, model: CompiledModel, backend: str) -> None:
+        self._model, self._backend, self._context = model, backend, context_in(backend)
+        self._lighting = Lighting(model)
+        self._geometry = self._lighting.geometry
+        self._looks = _looks(model)
+        self._is_holding = False
+        self._arrays: dict[tuple[Kind | str, int], Any] = {}
+        context, geometry = self._context, self._geometry
+        places = np.zeros((len(geometry.vertices), 2), np.float32)
+        places[geometry.is_charted[geometry.geoms]] = self._lighting.places
+        corners = np.concatenate([geometry.vertices, geometry.normals, geometry.uvs, places], axis=1)
+        self._vertices, self._owners = context.buffer(corners.tobytes()), context.buffer(geometry.geoms.tobytes())
+        self._light = context.buffer(reserve=self._lighting.vertices.nbytes)
+        self._corners = context.buffer(reserve=geometry.faces.nbytes)
+        self._planes = context.texture(self._lighting.planes.shape[1::-1], 4)
+        self._planes.repeat_x = self._planes.repeat_y = False
+        self._table = context.texture((_ROWS, len(geometry.face_slices)), 4, dtype="f4")
+        self._table.filter = moderngl.NEAREST, moderngl.NEAREST
+
+    def follow(self, viewer: Viewer, held: Held | None) -> None:
+        """Takes over where everything is now, how it looks, and the light that falls there."""
+        has_new_planes, changed = self._lighting.follow()
+        if has_new_planes:
+            self._planes.write(self._lighting.planes.tobytes())
+        if held is not None:
+            changed = [*changed, *self._lighting.in_hand(held.geoms, viewer.axes[:, 1])]
+        for part in changed:
+            self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
+
+    def place(self, held: Held | None) -> None:
+        """Takes over where everything is now and how it looks."""
+        native, data = self._model.native, self._model.data
+        table = np.zeros((len(self._geometry.face_slices), _ROWS, 4), np.float32)
+        table[: native.ngeom, :3, :3] = data.geom_xmat.reshape(-1, 3, 3)
+        table[: native.ngeom, :3, 3] = data.geom_xpos
+        table[: native.ngeom, 3:] = self._looks[native.geom_matid]
+        if held is not None:
+            table[held.geoms, :3] *= held.scale
+            table[held.geoms, :3, 3] += held.shift
+            table[self._geometry.hand, :3] = held.gripper
+            table[self._geometry.hand, 3] = GRIPPER_COLOURS
+        self._is_holding = held is not None
+        self._table.write(table.tobytes())
+        self._table.use(0)
+
+    def mirrors(self, viewer: Viewer) -> list[Mirror]:
+        """Returns the mirrors that the viewer looks into."""
+        shown = self._shown(viewer)
+        away = ((self._model.data.geom_xpos[shown] - viewer.eye) ** 2).sum(axis=1)
+        return mirrors_before(self._model, self._geometry, shown[np.argsort(away, kind="stable")], viewer)
+
+    def draw_mirrored(self, mirror: Mirror, picture: Any, viewer: Viewer) -> None:
+        """Draws a mirror with the picture that it shows."""
+        ((start, count),) = self._write_corners([np.array([mirror.geom])])
+        array = self._array("mirror.frag")
+        array.program["view_projection"].write(_matrix(viewer))
+        array.program["geoms"].value, array.program["mirrored"].value = 0, 3
+        array.program["size"].value = viewer.width, viewer.height
+        picture.use(3)
+        array.render(vertices=count, first=start)
+
+    def draw(self, viewer: Viewer, lamp: np.ndarray, glows: list[Glow], without: Iterable[int] = ()) -> Iterator[bool]:
+        """Draws what is solid, then yields for what lies behind everything, then draws what is seen through.
+
+        `without` are geoms to be left out.
+        """
+        groups = self._groups(viewer, np.array(list(without), dtype=int))
+        starts = self._write_corners(list(groups.values()))
+        pictures.texture(self._context).use(1)
+        self._planes.use(2)
+        for kind, (start, count) in zip(groups, starts, strict=True):
+            if kind is None:
+                yield True
+            if not count:
+                continue
+            if kind is None:
+                self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
+                self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+                self._context.fbo.depth_mask = False
+            array = self._array(kind or _CLEAR, len(glows))
+            _set(array.program, viewer, lamp, glows)
+            array.render(vertices=count, first=start)
+        self._context.fbo.depth_mask = True
+
+    def draw_owners(self, viewer: Viewer) -> None:
+        """Draws the number of each geom, whatever it is made of."""
+        ((start, count),) = self._write_corners([self._shown(viewer)])
+        array = self._array("identity.frag")
+        array.program["view_projection"].write(_matrix(viewer))
+        array.program["geoms"].value = 0
+        array.render(vertices=count, first=start)
+
+    def release(self) -> None:
+        """Frees what the graphics side keeps."""
+        for each in [*self._arrays.values(), self._vertices, self._owners, self._light, self._corners, self._planes]:
+            each.release()
+        self._table.release()
+
+    def _shown(self, viewer: Viewer) -> np.ndarray:
+        """Returns the geoms that may be in view."""
+        return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~unseen(self._model, viewer))
+
+    def _groups(self, viewer: Viewer, without: np.ndarray) -> dict[Kind | None, np.ndarray]:
+        """Returns the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
+        native = self._model.native
+        looks = self._looks[native.geom_matid]
+        is_shown = np.zeros(native.ngeom, dtype=bool)
+        is_shown[self._shown(viewer)] = True
+        is_shown[without] = False
+        is_clear = is_shown & ((native.geom_group == GLASS) | (looks[:, 0, 3] < 1.0))
+        is_glossy = (looks[:, 1, 2] >= GLOSSY) | (looks[:, 1, 1] > 0.0)
+        away = ((self._model.data.geom_xpos - viewer.eye) ** 2).sum(axis=1)
+        order = np.argsort(away, kind="stable")
+        groups: dict[Kind | None, np.ndarray] = {}
+        for kind in KINDS:
+            belongs = (self._geometry.is_charted[: native.ngeom] == kind.is_charted) & (is_glossy == kind.is_glossy)
+            groups[kind] = order[(is_shown & ~is_clear & belongs)[order]]
+        if self._is_holding and viewer.clip is None:
+            groups[KINDS[0]] = np.concatenate([self._geometry.hand, groups[KINDS[0]]])
+        groups[None] = order[is_clear[order]][::-1]
+        return groups
+
+    def _write_corners(self, groups: list[np.ndarray]) -> list[tuple[int, int]]:
+        """Puts together the corners of the geoms of each group. Returns where each group starts, and its length."""
+        slices, faces = self._geometry.face_slices, self._geometry.faces
+        parts = [[faces[slices[geom]] for geom in group] for group in groups]
+        counts = [3 * sum(len(each) for each in part) for part in parts]
+        if any(counts):
+            self._corners.write(np.concatenate([each for part in parts for each in part]).tobytes())
+        return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
+
+    def _array(self, kind: Kind | str, glows: int = 0) -> Any:
+        """Returns the vertices with the program for a kind of surface, or with one that needs nothing but places."""
+        if (kind, glows) not in self._arrays:
+            owners = self._owners, "1i", "geom"
+            if isinstance(kind, str):
+                made = program(self._backend, "identity.vert", kind)
+                contents = [(self._vertices, "3f 28x", "position"), owners]
+            else:
+                made = program(self._backend, "surface.vert", "surface.frag", *kind.definitions(glows))
+                names = ["position", *(["normal"] if "normal" in made else []), "uv"]
+                form = f"3f {'3f' if 'normal' in made else '12x'} 2f {'2f' if kind.is_charted else '8x'}"
+                contents = [(self._vertices, form, *names, *(["place"] if kind.is_charted else [])), owners]
+                if not kind.is_charted:
+                    contents.append((self._light, "3f1 1x1", "light"))
+            self._arrays[kind, glows] = self._context.vertex_array(made, contents, self._corners)
+        return self._arrays[kind, glows]
+
+
+def _set(made: Any, viewer: Viewer, lamp: np.ndarray, glows: list[Glow]) -> None:
+    values: dict[str, Any] = {
+        "eye": tuple(viewer.eye), "lamp": tuple(lamp), "geoms": 0, "pictures": 1, "planes": 2,
+        "glow_places": [tuple(glow.place) for glow in glows], "glow_colours": [tuple(glow.colour) for glow in glows],
+    }  # fmt: skip
+    made["view_projection"].write(_matrix(viewer))
+    made["clip"].value = _NO_CLIP if viewer.clip is None else tuple(viewer.clip)
+    for name, value in values.items():
+        if name in made:
+            made[name].value = value if len(glows) != 1 or not isinstance(value, list) else value[0]
+
+
+def _matrix(viewer: Viewer) -> bytes:
+    return viewer.matrix().T.astype(np.float32).tobytes()
+
+
+def _looks(model: CompiledModel) -> np.ndarray:
+    """Returns (materials, 2, 4): colour with opacity; layer of the texture, own light, gloss, whether it is metal."""
+    looks = np.zeros((len(model.materials), 2, 4), np.float32)
+    for number, look in enumerate(model.materials):
+        looks[number, 0] = look.rgba
+        looks[number, 1] = pictures.layer_of(look.texture), OWN_LIGHT * look.emission, look.shininess, look.is_metal
+    return looks

@@ -1,0 +1,246 @@
+"""The light and the pictures of `vigil.sim.engines.mujoco.raster`."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sim.engines.mujoco.conftest import block, cube
+from vigil.assets.kernel.asset import Asset, Glow, Part
+from vigil.observation import Quality
+from vigil.pose import Pose, Vec3
+from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
+from vigil.sim.engines.mujoco.compiled import model_cache
+from vigil.sim.engines.mujoco.compiled.portals import Portals
+from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.engines.mujoco.raster import charts, irradiance, occluders
+from vigil.sim.engines.mujoco.raster.irradiance import Samples
+from vigil.sim.engines.mujoco.raster.lighting import Lighting
+from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
+
+LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
+
+
+def drawn_block() -> DrawnMesh:
+    mesh = block((-1.0, -0.2, -0.1), (1.0, 0.2, 0.1))
+    return DrawnMesh(mesh.vertices, mesh.normals, mesh.uvs, mesh.faces)
+
+
+def areas(mesh: DrawnMesh) -> np.ndarray:
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+@pytest.mark.parametrize("longest", [0.15, 0.5, 1.2])
+def test_refined_meshes_keep_their_surface_without_seams(longest: float) -> None:
+    before = drawn_block()
+    after = refined(before, longest)
+    corners = after.vertices[after.faces]
+    assert np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max() <= longest + 1e-6
+    assert areas(after).sum() == pytest.approx(areas(before).sum())
+    assert (areas(after) > 0.0).all()
+    where = [tuple(point) for point in np.round(after.vertices, 5)]
+    edges = Counter(
+        tuple(sorted((where[face[side]], where[face[(side + 1) % 3]]))) for face in after.faces for side in range(3)
+    )
+    assert set(edges.values()) == {2}  # a closed surface stays closed
+
+
+def test_a_fine_mesh_is_left_as_it_is() -> None:
+    mesh = drawn_block()
+    assert refined(mesh, 3.0) is mesh
+
+
+def test_planes_lie_apart_and_keep_their_points() -> None:
+    floor = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]], float)
+    wall = np.array([[0, 3, 0], [4, 3, 0], [4, 3, 2.5], [0, 3, 2.5]], float)
+    normals = np.array([[0, 0, 1.0]] * 4 + [[0, -1.0, 0]] * 4)
+    vertices = np.concatenate([floor, wall])
+    laid_out = charts.lay_out(vertices, normals)
+    assert len(laid_out.boxes) == 2
+    height, width = laid_out.is_used.shape
+    texels = np.floor(laid_out.places * (width, height)).astype(int)
+    for vertex, normal, (column, row) in zip(vertices, normals, texels, strict=True):
+        inner = laid_out.points[row - (row > 5), column - (column > 5)]
+        assert np.linalg.norm(inner - vertex) < 3 * charts.TEXEL_M
+        assert inner @ normal == pytest.approx(vertex @ normal, abs=1e-5)
+    owner = np.full(laid_out.is_used.shape, -1)
+    for number, (top, left, tall, wide) in enumerate(laid_out.boxes):
+        assert (owner[top : top + tall, left : left + wide] == -1).all()
+        owner[top : top + tall, left : left + wide] = number
+    assert ((owner >= 0) == laid_out.is_used).all()
+
+
+@pytest.mark.skipif(occluders.EmbreeScene is None, reason="Embree has no wheel for this platform")
+def test_both_ray_casters_measure_the_same() -> None:
+    mesh = drawn_block()
+    rng = np.random.default_rng(0)
+    origins = rng.uniform(-2.0, 2.0, (300, 3)).astype(np.float32)
+    ways = -origins + rng.normal(0.0, 0.3, (300, 3)).astype(np.float32)
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    first, second = (
+        np.minimum(caster(mesh.vertices, mesh.faces).cast(origins, ways), occluders.FAR_M)
+        for caster in (occluders.EmbreeCaster, occluders.MujocoCaster)
+    )
+    assert 50 < np.count_nonzero(first < occluders.FAR_M) < 300
+    assert first == pytest.approx(second, abs=1e-4)
+
+
+def test_little_light_reaches_what_is_under_something() -> None:
+    scene = occluders.Occluders(drawn_block().vertices + np.array([0.0, 0.0, 0.25]), drawn_block().faces)
+    up = np.array([[0.0, 0.0, 1.0]] * 3, np.float32)
+    under, beside, inside = (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.33)
+    samples = Samples(np.array([under, beside, inside], np.float32), up)
+    light, is_buried = irradiance.ambient(scene, samples)
+    assert light[0].mean() < 0.5 * light[1].mean()
+    assert is_buried.tolist() == [False, False, True]
+    lamp = np.array([0.0, 0.0, 2.4])
+    assert irradiance.from_lamp(scene, lamp, samples)[0] == 0.0
+    assert irradiance.from_lamp(scene, lamp, samples)[1] > 0.2
+
+
+def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> None:
+    scene.things["cube"].is_pickupable = True
+    model = model_cache.model_of(scene)
+    lighting, other = Lighting(model), Lighting(model_cache.model_of(scene))
+    lighting.follow()
+    vertices, planes = lighting.vertices.copy(), lighting.planes.copy()
+    assert planes.any()
+    thing = scene.things["cube"]
+    thing.position = Vec3(-0.5, 0.1, 0.4)  # beside the cabinet
+    model.place(thing)
+    model.settle()
+    has_new_planes, changed = lighting.follow()
+    assert not has_new_planes
+    assert len(changed) == len(model.things["cube"].geoms)
+    moved = np.flatnonzero((lighting.vertices != vertices).any(axis=1))
+    assert len(moved)
+    assert all(part.start <= moved.min() and moved.max() < part.stop for part in changed)
+    assert np.array_equal(lighting.planes, planes)
+    thing.position = Vec3(-1.0, 0.1, 0.0)
+    model.place(thing)
+    model.settle()
+    lighting.follow()
+    assert np.array_equal(lighting.vertices, vertices)
+    other.follow()
+    assert np.array_equal(other.vertices, vertices)
+
+
+def test_a_room_is_drawn_darker_while_its_lamp_is_dim(scene: Scene) -> None:
+    model = model_cache.model_of(scene)
+    lighting = Lighting(model)
+    lighting.follow()
+    bright = lighting.planes.copy()
+    model.lamps.unlit = frozenset({0})
+    assert lighting.follow()[0]
+    assert lighting.planes[..., :3].mean() < 0.85 * bright[..., :3].mean()
+    model.lamps.unlit = frozenset()
+    lighting.follow()
+    assert np.array_equal(lighting.planes, bright)
+
+
+def draw(scene: Scene, agent: Pose = LOOK, held: str | None = None, quality: Quality = "default") -> np.ndarray:
+    engine = MujocoEngine(quality)
+    engine.load(scene)
+    try:
+        return engine.draw(agent, held)
+    finally:
+        engine.close()
+
+
+def is_red(frame: np.ndarray) -> np.ndarray:
+    red, green, blue = (frame[..., number].astype(int) for number in range(3))
+    return (red > 90) & (red > 2 * green) & (red > 2 * blue)
+
+
+@pytest.mark.usefixtures("drawing")
+@pytest.mark.parametrize("quality", ["default", "fast"])
+def test_frames_are_the_same_bytes_again(scene: Scene, quality) -> None:
+    assert np.array_equal(draw(scene, quality=quality), draw(scene, quality=quality))
+
+
+@pytest.mark.usefixtures("drawing")
+def test_a_mirror_shows_what_stands_before_it(scene: Scene) -> None:
+    pane = Part("pane", block((-0.6, -0.6, -0.01), (0.6, 0.6, 0.01)), "mirror")
+    mirror = Thing(
+        "mirror",
+        "Mirror",
+        Asset("Mirror", Vec3(1.2, 1.2, 0.02), (pane,), ()),
+        Vec3(0.0, 1.5, 1.9),
+        Vec3(0.0, 180.0, 0.0),
+    )
+    behind = Thing("red", "Cube", cube(0.5, "plastic/#dd1111"), Vec3(0.0, 1.5, -1.7), Vec3(0.0, 0.0, 0.0))
+    del scene.things["cabinet"], scene.things["big"], scene.things["cube"]
+    agent = Pose(position=Vec3(0.0, 0.0, 0.2), rotation=0.0)
+    scene.things["mirror"] = mirror
+    without = is_red(draw(scene, agent))
+    scene.things["red"] = behind
+    shown = is_red(draw(scene, agent))
+    assert not without.any()
+    assert shown.sum() > 500
+    _, columns = np.nonzero(shown)
+    assert abs(columns.mean() - 320) < 20
+    turned = Pose(position=Vec3(0.0, 0.0, 0.2), rotation=180.0)
+    assert is_red(draw(scene, turned)).sum() > shown.sum()  # nearer without the mirror
+
+
+@pytest.mark.usefixtures("drawing")
+@pytest.mark.parametrize("quality", ["default", "fast"])
+def test_what_is_held_is_between_the_fingers_of_a_hand(scene: Scene, quality) -> None:
+    def orange(frame: np.ndarray) -> int:
+        red, green, blue = (frame[300:, 120:520, number].astype(int) for number in range(3))
+        return int(((red > 140) & (green > 50) & (green < 0.72 * red) & (blue < 0.45 * red)).sum())
+
+    empty = draw(scene, quality=quality)
+    scene.things["cube"].is_held = True
+    held = draw(scene, held="cube", quality=quality)
+    assert orange(held) > orange(empty) + 150
+    assert not np.array_equal(held[400:, 200:440], empty[400:, 200:440])
+
+
+@pytest.mark.usefixtures("drawing")
+def test_a_lamp_that_is_on_lights_what_is_near(scene: Scene) -> None:
+    lamp = scene.things["cube"]
+    lamp.asset = replace(lamp.asset, glow=Glow(Vec3(0.0, 0.3, 0.0), (1.0, 0.9, 0.7), 1.0))
+    dark = draw(scene).astype(int)
+    lamp.is_toggled = True
+    lit = draw(scene).astype(int)
+    brighter = (lit - dark).sum(axis=2)
+    assert brighter.min() >= -6
+    assert np.count_nonzero(brighter > 20) > 2000
+    _, columns = np.nonzero(brighter > 0.7 * brighter.max())
+    assert columns.mean() < 320  # it stands to the left
+
+
+def two_rooms() -> Scene:
+    """Returns two rooms of 4 m side by side, with a doorway of 0.9 m at one end of the wall between them."""
+    corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
+    kitchen = RoomShape("a", "Kitchen", np.array(corners), 2.5, None, None, Vec3(2.0, 2.4, 2.0), (1.0, 1.0, 1.0), 1.0)  # type: ignore[arg-type]
+    bedroom = replace(kitchen, id="b", polygon=np.array([(x + 4.0, z) for x, z in corners]))
+    door = Hole(0.1, 1.0, 0.0, 2.0)
+    wall = WallPanel("w", "a", (4.0, 0.0), (4.0, 4.0), 0.0, 2.5, (-1.0, 0.0), None, (door,))  # type: ignore[arg-type]
+    return Scene(rooms=[kitchen, bedroom], panels=[wall, replace(wall, id="v", room_id="b", normal=(1.0, 0.0))])
+
+
+def test_rooms_are_seen_through_their_doorways_only() -> None:
+    portals = Portals(two_rooms())
+    assert portals.visible_from((2.0, 2.0)).tolist() == [True, True]
+    assert portals.visible_from((4.0, 0.5)).tolist() == [True, True]  # in the doorway
+    assert portals.visible_from((-5.0, 2.0)).tolist() == [True, True]  # outside: nothing is left out
+    closed = two_rooms()
+    closed.panels = [replace(panel, holes=()) for panel in closed.panels]
+    assert Portals(closed).visible_from((2.0, 2.0)).tolist() == [True, False]
+
+
+def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_another() -> None:
+    scene = two_rooms()
+    third = replace(scene.rooms[0], id="c", polygon=scene.rooms[0].polygon + np.array([8.0, 0.0]))
+    far = replace(scene.panels[0], id="u", room_id="b", start=(8.0, 0.0), end=(8.0, 4.0))
+    scene.rooms.append(third)
+    scene.panels.append(replace(far, holes=(Hole(3.0, 3.9, 0.0, 2.0),)))  # at the other end
+    portals = Portals(scene)
+    assert portals.visible_from((3.0, 3.9)).tolist() == [True, True, False]
+    assert portals.visible_from((2.0, 0.2)).tolist() == [True, True, False]
+    scene.panels[-1] = replace(far, holes=(Hole(0.1, 1.0, 0.0, 2.0),))  # in line
+    assert Portals(scene).visible_from((2.0, 0.5)).tolist() == [True, True, True]
