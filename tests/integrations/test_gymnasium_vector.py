@@ -23,7 +23,7 @@ from tiny_pack import tiny_pack
 import vigil.integrations.gymnasium as integration
 from vigil.errors import SettingError, SimulatorError
 from vigil.integrations.gymnasium import SharedProcessVectorEnv, make_vector
-from vigil.sim.engines.mujoco import model_cache
+from vigil.sim.engines.mujoco.compiled import model_cache
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 90}})
 FAIL = json.dumps({"skill_name": "report", "arguments": {"status": "fail", "summary": ""}})
