@@ -6,6 +6,8 @@
 #     docker run --rm --env OPENAI_API_KEY --volume "$PWD/runs:/vigil/runs" vigil .venv/bin/vigil run --model openai/gpt-4o --log-dir runs/gpt-4o
 FROM debian:12-slim
 
+# Debian's mirrors keep the newest version of a package alone, so that a pinned one soon could not be installed.
+# hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends \
         ca-certificates chromium git libegl1 libgl1 make python3 python3-pip python3-venv \

@@ -23,6 +23,7 @@ RUNS ?= runs/starter
 DOCS ?= pages
 MODULE ?= profile scoring actions env goals goal_check replies json_text reasoning record summary
 EVERY ?= 1
+LOCKED := azure,docs,mistral,mutants,procthor,thor
 RELEASE_PYTHONS ?= python3.11 python3.12 python3.13
 
 .PHONY: setup setup-dev setup-docs setup-verifiers run test test-verifiers release-check lint docs docs-version lock \
@@ -97,8 +98,9 @@ mutants: setup-dev
 	$(PIP) install --quiet --constraint constraints.txt --editable '.[mutants]'
 	@failed=0; for module in $(MODULE); do $(BIN)/python scripts/mutants.py $$module --every $(EVERY) || failed=1; done; exit $$failed
 
-# Pins the versions that `make setup` installs, from what is installed now.
+# Pins the versions that `make setup` installs, from what is installed now; LOCKED are the extras that `dev` does not hold.
 lock: setup-dev
+	$(PIP) install --quiet --constraint constraints.txt --editable '.[$(LOCKED)]'
 	$(PIP) freeze --exclude-editable > constraints.txt
 
 lock-verifiers: setup-verifiers

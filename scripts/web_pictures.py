@@ -18,13 +18,17 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from vigil.jsonl import AppendFile, read_lines
-from vigil.record import EPISODES_FILE, read_header
+from vigil.actions import Usage
+from vigil.costs import Prices
+from vigil.jsonl import AppendFile, dump_line
+from vigil.record import EPISODES_FILE, EpisodeRecord, read_header
+from vigil.record_file import read_records
 from vigil.runner.run_folder import write_header
 
 PORT = 8470
 WIDE, PHONE = (1280, 800), (390, 844)
 JPEG_QUALITY = 82
+PRICES = Prices(input=2.5, output=10)
 
 
 @contextmanager
@@ -84,20 +88,29 @@ def take_view(browser: Browser, runs: Path, episode: str, out: Path) -> None:
             keep(page, out / "house.jpg")
 
 
+def as_of_a_model(record: EpisodeRecord) -> EpisodeRecord:
+    """Returns a scripted agent's record with tokens that a model might have taken: made up, to show costs."""
+    steps = []
+    for step in record.steps:
+        usage = Usage(input_tokens=2200 + 400 * min(step.index - 1, 20), output_tokens=90)
+        steps.append(step.model_copy(update={"reply": step.reply.model_copy(update={"usage": usage})}))
+    return record.model_copy(update={"steps": tuple(steps)})
+
+
 @contextmanager
 def going_on(run: Path, rows: int) -> Iterator[Path]:
     """Yields a copy of a run as it was while it was played: its first rows, and its file held by who writes it."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / run.name
         copy.mkdir()
-        write_header(copy, read_header(run).model_copy(update={"ended": None}))
+        write_header(copy, read_header(run).model_copy(update={"ended": None, "prices": PRICES}))
         with AppendFile(copy / EPISODES_FILE) as file:
-            file.append(*(line.data for line in read_lines(run / EPISODES_FILE)[:rows]))
+            file.append(*(dump_line(as_of_a_model(record)) for record in read_records(run / EPISODES_FILE)[:rows]))
             yield copy
 
 
 def take_going(browser: Browser, runs: Path, out: Path) -> None:
-    """Takes a run that goes on."""
+    """Takes a run that goes on, with its costs."""
     with going_on(runs / "random", 53) as run, serving("view", str(run)) as base:
         for name, size, scheme in (("following", WIDE, "light"), ("following_phone", PHONE, "dark")):
             with page_of(browser, size, scheme) as page:

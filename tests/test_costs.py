@@ -3,7 +3,7 @@
 import pytest
 
 from vigil.actions import Usage
-from vigil.costs import Prices, Tokens, cost_words, read_prices
+from vigil.costs import Prices, RunTokens, Tokens, cost_words, read_prices
 from vigil.errors import SettingError
 
 PRICES = Prices(input=2.5, output=10)
@@ -11,6 +11,14 @@ PRICES = Prices(input=2.5, output=10)
 
 def usage(taken: int, given: int) -> Usage:
     return Usage(input_tokens=taken, output_tokens=given)
+
+
+def run_of(*attempts: tuple[str, Tokens]) -> RunTokens:
+    """What a run took whose rows came in this order, each with its key."""
+    found = RunTokens()
+    for key, tokens in attempts:
+        found.add(key, tokens)
+    return found
 
 
 def test_tokens_are_added_and_unknown_ones_are_counted_apart() -> None:
@@ -28,18 +36,31 @@ def test_a_cost_is_that_of_a_million_tokens() -> None:
 def test_no_cost_is_made_up_where_no_tokens_are_known() -> None:
     assert PRICES.cost(Tokens.of([None, None])) is None
     assert PRICES.cost(Tokens()) is None
-    assert cost_words(PRICES, Tokens.of([None])) == "not known: no reply in the records tells its tokens"
+    assert cost_words(PRICES, run_of(("a", Tokens.of([None])))) == "not known: no reply in the records tells its tokens"
 
 
 def test_a_cost_says_how_far_it_is_known() -> None:
     whole = Tokens.of([usage(200_000, 10_000)])
-    assert cost_words(PRICES, whole) == (
+    assert cost_words(PRICES, run_of(("a", whole))) == (
         "0.60 at 2.5 (input) and 10 (output) per million tokens: 200,000 input and 10,000 output tokens"
     )
-    part = cost_words(PRICES, whole + Tokens.of([None]))
+    part = cost_words(PRICES, run_of(("a", whole), ("b", Tokens.of([None]))))
     assert part.startswith("at least 0.60 at ")
     assert part.endswith("; 1 of 2 replies tell none")
-    assert cost_words(None, whole) == "200,000 input and 10,000 output tokens; --prices says what they cost"
+    said = cost_words(None, run_of(("a", whole)))
+    assert said == "200,000 input and 10,000 output tokens; --prices says what they cost"
+
+
+def test_attempts_that_were_played_again_are_spent_and_named() -> None:
+    failed, whole = Tokens.of([usage(40_000, 2_000)]), Tokens.of([usage(200_000, 10_000)])
+    tokens = run_of(("a", failed), ("b", whole), ("a", failed), ("a", whole))
+    assert (tokens.total, tokens.replaced) == (failed + failed + whole + whole, failed + failed)
+    assert cost_words(PRICES, tokens) == (
+        "1.44 at 2.5 (input) and 10 (output) per million tokens: 480,000 input and 24,000 output tokens; "
+        "0.24 of it for attempts that ended as errors and were played again"
+    )
+    assert "; 80,000 input and 4,000 output tokens of them for" in cost_words(None, tokens)
+    assert "played again" not in cost_words(PRICES, run_of(("a", whole), ("b", failed)))
 
 
 def test_prices_are_read_from_two_numbers() -> None:

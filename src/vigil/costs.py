@@ -5,7 +5,7 @@ attempts that failed and were made again, took tokens too, but are in no record.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -49,6 +49,22 @@ class Tokens:
         return f"{self.input:,} input and {self.output:,} output tokens"
 
 
+class RunTokens:
+    """What the replies of a run took, told as its rows come in."""
+
+    def __init__(self) -> None:
+        self.total = Tokens()
+        self.replaced = Tokens()
+        """Of rows whose place another has taken: an episode that ended as an error and was played again costs twice."""
+        self._standing: dict[Hashable, Tokens] = {}
+
+    def add(self, key: Hashable, tokens: Tokens) -> None:
+        """Takes in what a row took that stands from now on, in the place of any row of its key before it."""
+        self.total += tokens
+        self.replaced += self._standing.get(key, Tokens())
+        self._standing[key] = tokens
+
+
 class Prices(BaseModel):
     """What a million tokens cost, in whatever money."""
 
@@ -80,12 +96,21 @@ def read_prices(text: str) -> Prices:
     return Prices(input=low, output=high)
 
 
-def cost_words(prices: Prices | None, tokens: Tokens) -> str:
-    """Says what replies took and cost, and how far that is known; without prices, the tokens alone."""
-    if not tokens.told:
+def cost_words(prices: Prices | None, tokens: RunTokens) -> str:
+    """Says what a run's replies took and cost, and how far that is known; without prices, the tokens alone."""
+    total = tokens.total
+    if not total.told:
         return "not known: no reply in the records tells its tokens"
-    least = "at least " if tokens.untold else ""
-    untold = f"; {tokens.untold} of {tokens.told + tokens.untold} replies tell none" if tokens.untold else ""
+    least = "at least " if total.untold else ""
+    untold = f"; {total.untold} of {total.told + total.untold} replies tell none" if total.untold else ""
+    told = f"{total}{untold}{_replaced_words(prices, tokens.replaced)}"
     if prices is None:
-        return f"{least}{tokens}{untold}; --prices says what they cost"
-    return f"{least}{prices.of(tokens.input, tokens.output):,.2f} at {prices}: {tokens}{untold}"
+        return f"{least}{told}; --prices says what they cost"
+    return f"{least}{prices.of(total.input, total.output):,.2f} at {prices}: {told}"
+
+
+def _replaced_words(prices: Prices | None, replaced: Tokens) -> str:
+    if not replaced.told:
+        return ""
+    part = f"{replaced} of them" if prices is None else f"{prices.of(replaced.input, replaced.output):,.2f} of it"
+    return f"; {part} for attempts that ended as errors and were played again"

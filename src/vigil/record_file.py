@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from vigil.costs import Tokens
+from vigil.costs import RunTokens
 from vigil.errors import RecordError, first_fault
 from vigil.jsonl import AppendFile, Line, dump_line, split
 from vigil.record import SCHEMA_VERSION, EpisodeRecord, Key, Standing, standing
@@ -36,8 +36,7 @@ class RowFilter:
         """`check` tells the run's rows from others; without one all are."""
         self._check = check
         self._standing = Standing()
-        self.tokens = Tokens()
-        """Of all rows that stood at some time: an episode that is played again after an error has cost twice."""
+        self.tokens = RunTokens()
         self.left_out: list[LeftOut] = []
 
     def takes(self, row: Row) -> EpisodeRecord | None:
@@ -48,7 +47,7 @@ class RowFilter:
         if isinstance(found, LeftOut):
             self.left_out.append(found)
             return None
-        self.tokens += found.tokens
+        self.tokens.add(found.key, found.tokens)
         return found
 
     def _fault(self, number: int, record: EpisodeRecord) -> LeftOut | None:
@@ -86,8 +85,8 @@ def missing(path: Path) -> RecordError:
 class RecordLog:
     """The one writer of an `episodes.jsonl`.
 
-    `rows` are those that stand, by key, `tokens` what they and those before them of their keys took; `count` is the
-    number of all lines in the file; `left_out` are those that do not count (once `check` was told which run this is);
+    `rows` are those that stand, by key, `tokens` what they and those before them took; `count` is the number of all
+    lines in the file; `left_out` are those that do not count (once `check` was told which run this is);
     `made_folder` says that the folder was not there before.
     """
 
@@ -120,7 +119,7 @@ class RecordLog:
             raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
         self._file.append(dump_line(record))
         self.rows[record.key] = record
-        self.tokens += record.tokens
+        self.tokens.add(record.key, record.tokens)
         self.count += 1
 
     def is_done(self, key: Key) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from heapq import nlargest
 from pathlib import Path
 
-from vigil.costs import Tokens
+from vigil.costs import RunTokens
 from vigil.episode import Episode
 from vigil.errors import PackMismatch, RecordError
 from vigil.jsonl import split
@@ -71,8 +71,8 @@ class RecordTable:
         return len(self.check.part) * self._epochs
 
     @property
-    def tokens(self) -> Tokens:
-        """What the run's replies took, those of rows that others have taken the place of included."""
+    def tokens(self) -> RunTokens:
+        """What the run's replies took, those of rows whose place others have taken included."""
         return self._filter.tokens
 
     @property

@@ -1,6 +1,7 @@
 """The commands and programs of a page are run, in their order, in a folder with runs, houses and a pack.
 
-Runs are played without an engine, and end after a few episodes; what would be served is set up, and not served.
+Runs are played without an engine, and end after a few episodes; models are a server on loopback that looks up and then
+reports. What would be served is set up, and not served.
 """
 
 import os
@@ -8,17 +9,21 @@ import shutil
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
 from glob import glob
 from pathlib import Path
 
 import pytest
+from chat_server import LOOK, REPORT, Answer, serving
 from commands import Vigil, runner
 from documented import PAGES, ROOT, SHELL, Command, Mark, blocks_of, commands_of, is_script, marks_of, name_of
 from documented_workspace import write_workspace
+from inspect_marks import INSPECT
 
 from scripts.markdown_pages import Block
 from vigil.cli import web
 
+pytestmark = INSPECT
 SECONDS = 100
 """How long a program of a page may take."""
 
@@ -26,6 +31,12 @@ SECONDS = 100
 @pytest.fixture(scope="module")
 def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_workspace(tmp_path_factory.mktemp("workspace"))
+
+
+@pytest.fixture(scope="module")
+def model_address() -> Iterator[str]:
+    with serving(lambda asked: Answer(REPORT if asked.turn > 1 else LOOK)) as server:
+        yield server.url
 
 
 @pytest.fixture
@@ -64,7 +75,7 @@ RUN = {
 
 
 @pytest.mark.parametrize("name", RUN)
-def test_what_a_page_shows_runs(name: str, folder: Path, vigil: Vigil) -> None:
+def test_what_a_page_shows_runs(name: str, folder: Path, vigil: Vigil, model_address: str) -> None:
     names = {"__name__": "__main__"}
     for block in filter(is_run, blocks_of(RUN[name])):
         saved = [mark for mark in marks_of(block) if mark.kind == "saved as"]
@@ -76,14 +87,14 @@ def test_what_a_page_shows_runs(name: str, folder: Path, vigil: Vigil) -> None:
         elif block.language in SHELL:
             for command in commands_of(RUN[name], block):
                 if command.is_run:
-                    _run(command, vigil)
+                    _run(command, vigil, model_address)
 
 
-def _run(command: Command, vigil: Vigil) -> None:
+def _run(command: Command, vigil: Vigil, model_address: str) -> None:
     words = [found for word in command.words for found in (sorted(glob(word)) or [word])]
     expected = int((command.mark("exits with") or Mark("exits with 0", "", "")).kind.split()[-1])
     if words and words[0] == "vigil":
-        said = vigil(*_made_quick(words[1:]))
+        said = vigil(*_made_quick(words[1:], model_address))
         assert said.code == expected, f"{command.place}: {command.text}\n{said.out}{said.err}"
     elif words:
         done = subprocess.run(
@@ -92,9 +103,11 @@ def _run(command: Command, vigil: Vigil) -> None:
         assert done.returncode == expected, f"{command.place}: {command.text}\n{done.stdout}{done.stderr}"
 
 
-def _made_quick(words: list[str]) -> list[str]:
-    """Returns the words of a command, those of a run with options that make it short."""
+def _made_quick(words: list[str], model_address: str) -> list[str]:
+    """Returns the words of a command, those of a run with options that make it short, and with the model's address."""
     if words[0] != "run" or "--dry-run" in words:
         return words
-    short = {"--backend": "fake", "--limit": "8", "--workers": "1"}
+    if "--model" in words:
+        words = [*words, "--base-url", model_address]  # the last one counts
+    short = {"--backend": "fake", "--limit": "2", "--workers": "1"}
     return [*words, *(word for option, value in short.items() if option not in words for word in (option, value))]

@@ -106,10 +106,10 @@ def test_an_installed_wheel_plays_reports_and_shows(installed: Path, tmp_path: P
     assert len(modules) == 2
     assert all(module.is_relative_to(installed.parent) for module in modules)
     assert say(installed, tmp_path, "vigil", "--version") == f"vigil {__version__}\n"
-    run = ("run", "--pack", "vigil_smoke", "--agent", "solver", "--workers", "1", "--log-dir", "run")
+    run = ("run", "--pack", "vigil_smoke", "--agent", "solver", "--limit", "2", "--workers", "1", "--log-dir", "run")
     table = say(installed, tmp_path, "vigil", *run)
     assert "100.0" in table
-    assert len((tmp_path / "run" / "episodes.jsonl").read_text().splitlines()) == 8
+    assert len((tmp_path / "run" / "episodes.jsonl").read_text().splitlines()) == 2
     say(installed, tmp_path, "vigil", "report", "run", "--out", "report")
     assert (tmp_path / "report" / "report.html").is_file()
     say(installed, tmp_path, "vigil", "export", "run", "--out", "site")

@@ -14,7 +14,8 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 PYTHONS = [line.rpartition(" ")[2] for line in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", line)]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+TARGETS = set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE))
 CHANGES = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 PINNED = re.compile(r"[\w-]+/[\w-]+@[0-9a-f]{40}")
 
@@ -37,9 +38,8 @@ def test_the_version_is_the_same_everywhere() -> None:
 
 def test_the_interpreters_are_the_same_everywhere() -> None:
     assert PROJECT["requires-python"] == f">={PYTHONS[0]}"
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert f"(3, {PYTHONS[0].split('.')[1]}) <= sys.version_info[:2] <= (3, {PYTHONS[-1].split('.')[1]})" in makefile
-    assert f"RELEASE_PYTHONS ?= {' '.join(f'python{each}' for each in PYTHONS)}\n" in makefile
+    assert f"(3, {PYTHONS[0].split('.')[1]}) <= sys.version_info[:2] <= (3, {PYTHONS[-1].split('.')[1]})" in MAKEFILE
+    assert f"RELEASE_PYTHONS ?= {' '.join(f'python{each}' for each in PYTHONS)}\n" in MAKEFILE
     jobs = read(ROOT / ".github" / "workflows" / "tests.yml")["jobs"]
     assert jobs["linux"]["strategy"]["matrix"]["python"] == PYTHONS
     assert jobs["release-check"]["strategy"]["matrix"]["python"] == PYTHONS
@@ -74,6 +74,23 @@ def test_the_hooks_need_no_network() -> None:
     repositories = read(ROOT / ".pre-commit-config.yaml")["repos"]
     assert [one["repo"] for one in repositories] == ["local"]
     assert {hook["language"] for hook in repositories[0]["hooks"]} <= {"system", "pygrep", "fail"}
+
+
+def names_of(requirements: list[str]) -> set[str]:
+    """The packages that are required, in the form in which names are compared."""
+    return {re.sub(r"[-_.]+", "-", re.split(r"[^\w.-]", line)[0]).lower() for line in requirements}
+
+
+def test_every_extra_is_pinned_and_stays_so() -> None:
+    """`make lock` writes what is installed: it must install every extra but verifiers, which has pins of its own."""
+    found = re.search(r"^LOCKED := (.+)$", MAKEFILE, re.MULTILINE)
+    assert found is not None
+    assert "'.[$(LOCKED)]'" in MAKEFILE.partition("\nlock: setup-dev\n")[2].partition("\n\n")[0]
+    extras = {extra: names_of(lines) for extra, lines in PROJECT["optional-dependencies"].items()}
+    installed = set().union(*(extras[extra] for extra in ("dev", *found[1].split(","))))
+    assert {extra for extra, names in extras.items() if not names <= installed} == {"verifiers"}
+    pins = names_of((ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines())
+    assert names_of(PROJECT["dependencies"]) | installed <= pins
 
 
 def packages_in(text: str) -> list[str]:

@@ -97,7 +97,7 @@ def test_a_cost_is_counted_over_all_sessions_and_is_no_part_of_what_the_run_is(p
         again = run_pack(replace(wanted, prices=Prices(input=2, output=0)))
     each = (1000 * 1 + 10 * 100) / 1e6
     assert told == pytest.approx([count * each for count in (2, 3, 4)])
-    assert (first.tokens.told, later.tokens.told, later.resumed) == (2, 4, 2)
+    assert (first.tokens.total.told, later.tokens.total.told, later.resumed) == (2, 4, 2)
     assert later.header.prices == Prices(input=1, output=100)
     assert (again.resumed, again.header.prices) == (4, Prices(input=2, output=0))
     assert read_header(tmp_path / "run").prices == Prices(input=2, output=0)

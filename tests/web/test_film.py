@@ -18,6 +18,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.housegen.checking.plan_image import MARGIN_M
 from vigil.pack import Pack
+from vigil.web.films import film as film_module
 from vigil.web.films.film import LAST_S, STEP_S, VIDEO_FPS, FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.films.plan import (
     AGENT,
@@ -35,6 +36,12 @@ from vigil.web.library import Library
 from vigil.web.plan import floor_plan_of
 
 RED, BLUE = (200, 30, 30), (30, 60, 190)
+
+
+@pytest.fixture
+def few_ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Makes videos of two frames a second: encoding is what takes long."""
+    monkeypatch.setattr(film_module, "VIDEO_FPS", 2)
 
 
 def shot(
@@ -58,6 +65,7 @@ def pictures(film: bytes) -> list[np.ndarray]:
         return [frame.to_ndarray(format="rgb24") for frame in opened.decode(video=0)]
 
 
+@pytest.mark.usefixtures("few_ticks")
 def test_an_mp4_is_h264_that_browsers_take() -> None:
     film = mp4([shot(RED), shot(BLUE)])
     assert film[4:12] == b"ftypisom"
@@ -77,6 +85,7 @@ def test_each_step_stays_its_time_and_keeps_its_colours() -> None:
     assert seen[change - 1][240, 320, 0] > 150 > seen[change][240, 320, 0]
 
 
+@pytest.mark.usefixtures("few_ticks")
 def test_the_same_frames_give_the_same_bytes() -> None:
     shots = [shot(RED, click=[100, 200]), shot(BLUE)]
     assert mp4(shots) == mp4(shots)
@@ -92,6 +101,7 @@ def test_a_webp_shows_each_slide_in_its_colours() -> None:
         assert np.abs(np.asarray(image.convert("RGB"))[180, 240].astype(int) - colour).max() <= 6
 
 
+@pytest.mark.usefixtures("few_ticks")
 def test_the_click_is_marked_where_it_was() -> None:
     plain, marked = mp4([shot(BLUE)]), mp4([shot(BLUE, click=[100, 200])])
     difference = np.abs(pictures(plain)[0].astype(int) - pictures(marked)[0]).max(axis=2)
@@ -149,6 +159,7 @@ def test_the_last_slide_tells_the_verdict_and_none_before_it(pack: Pack, runs: P
     assert len(film_frames_of(failed, [frame] * len(record.steps))) == len(record.steps)
 
 
+@pytest.mark.usefixtures("few_ticks")
 def test_a_verdict_is_written_over_the_frame_alone() -> None:
     verdict = {"W": True, "B": False, "label": "FR", "why": ["The goal holds at the end.", "FR: it reported failure."]}
     plain, told = (pictures(mp4([each]))[0] for each in (shot(BLUE), replace(shot(BLUE), verdict=verdict)))

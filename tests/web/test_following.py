@@ -172,10 +172,13 @@ def test_an_episode_that_is_played_again_has_cost_twice(
     with (going.folder / "episodes.jsonl").open("ab") as file:
         file.write(dump_line(cut) + dump_line(record))
     library = Library([tmp_path / "runs"], [pack.folder])
-    assert cost(library, render_service).startswith(f"{7 * (2 + len(record.steps))} input")
+    assert cost(library, render_service) == (
+        f"{7 * (2 + len(record.steps))} input and 0 output tokens; 14 input and 0 output tokens of them for "
+        "attempts that ended as errors and were played again; --prices says what they cost"
+    )
     going.log.close()
     with closing(RecordLog(going.folder / "episodes.jsonl")) as log:
-        assert log.tokens.input == 7 * (2 + len(record.steps))
+        assert (log.tokens.total.input, log.tokens.replaced.input) == (7 * (2 + len(record.steps)), 14)
 
 
 def test_no_cost_is_told_of_agents_without_tokens(going: GoingRun, site: Site) -> None:

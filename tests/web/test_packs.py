@@ -13,7 +13,7 @@ from vigil.pack import Pack, find, frozen_episodes, manifest_of, manifest_sha256
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
-from vigil.web.packs import SAMPLES, card_of, family_rows, other_strata
+from vigil.web.packs import SAMPLES, card_of, family_rows, in_order, other_strata
 from vigil.web.view import make_view
 
 
@@ -71,6 +71,13 @@ def test_strata_are_those_of_the_manifest_where_it_has_them() -> None:
         assert all(sum(row["kinds"].values()) in (0, row["episodes"]) for row in rows)
         if "strata" in manifest.meta:
             assert sum(other_strata(manifest.meta)["rooms of the house"].values()) == manifest.episodes
+
+
+def test_sizes_stand_in_their_order() -> None:
+    named = {"3 to 4 m": 4, "over 4 m": 3, "under 3 m": 2}
+    assert list(in_order(named)) == ["under 3 m", "3 to 4 m", "over 4 m"]
+    assert list(in_order(dict.fromkeys(("large", "medium", "small"), 1))) == ["small", "medium", "large"]
+    assert list(in_order({"turn_on": 1, "pick": 2})) == ["pick", "turn_on"]
 
 
 def test_a_card_is_text_whatever_is_in_it(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
-from vigil.costs import Tokens
+from vigil.costs import RunTokens
 from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SettingError, SimulatorError
 from vigil.pack import Pack
@@ -59,7 +59,7 @@ class RunResult:
     """The rows that stand, errors included."""
     resumed: int
     """How many of them were there before."""
-    tokens: Tokens
+    tokens: RunTokens
     """What the replies in its rows took, as far as it was told."""
     torn: Path | None = None
     """Where the torn last line of a killed run was put aside; None when there was none."""

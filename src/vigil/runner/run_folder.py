@@ -14,7 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vigil.costs import Prices, Tokens
+from vigil.costs import Prices, RunTokens
 from vigil.episode import Episode
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
 from vigil.jsonl import unwritten
@@ -128,13 +128,13 @@ class RunFolder:
         return self._log.is_done((episode_id, epoch))
 
     @property
-    def tokens(self) -> Tokens:
+    def tokens(self) -> RunTokens:
         """What the replies in its rows took, earlier sessions included."""
         return self._log.tokens
 
     def cost(self) -> float | None:
         """Returns what they cost; None without prices, or when no tokens are known."""
-        return None if self.header.prices is None else self.header.prices.cost(self.tokens)
+        return None if self.header.prices is None else self.header.prices.cost(self.tokens.total)
 
     def append(self, record: EpisodeRecord) -> None:
         """Writes one row, on disk when this returns. Raises RecordError when it cannot be written."""

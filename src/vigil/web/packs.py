@@ -34,6 +34,7 @@ _STRATA = {
     "categories": "category of the target",
 }
 """What a manifest counts beside the families, in words."""
+_SIZE = {"under": 0, "small": 0, "over": 2, "large": 2}
 
 
 def add_pack_pages(
@@ -90,7 +91,7 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
 def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[str, Any]]:
     """Returns a line for each family that a pack has: its budgets, and over which kinds its episodes are spread.
 
-    The kinds are those that the pack was balanced over, where its manifest says them; else templates and sizes.
+    The kinds are those that the pack was balanced over, where its manifest says them; else sizes, or templates.
     """
     given = meta.get("strata", {}).get("families", {})
     by_family: dict[Family, list[Episode]] = {}
@@ -102,8 +103,7 @@ def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[
             "spec": spec,
             "episodes": len(mine),
             "houses": len({episode.house.name for episode in mine}),
-            "kinds": given.get(family) or _counted(episode.provenance.template for episode in mine),
-            "sizes": _counted(episode.difficulty for episode in mine),
+            "kinds": in_order(given.get(family) or _counted(one.difficulty or one.provenance.template for one in mine)),
         }
         for family, spec in FAMILIES.items()
         if (mine := by_family.get(family))
@@ -111,13 +111,18 @@ def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[
 
 
 def _counted(names: Iterable[str | None]) -> dict[str, int]:
-    return dict(sorted(Counter(name for name in names if name).items()))
+    return Counter(name for name in names if name)
+
+
+def in_order(named: dict[str, int]) -> dict[str, int]:
+    """Returns counts by size, the smallest first, and by name; manifests have them by name alone."""
+    return dict(sorted(named.items(), key=lambda each: (_SIZE.get(each[0].partition(" ")[0], 1), each[0])))
 
 
 def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
     """Returns what else a manifest counts, by its name in words."""
     strata = meta.get("strata", {})
-    return {words: strata[name] for name, words in _STRATA.items() if strata.get(name)}
+    return {words: in_order(strata[name]) for name, words in _STRATA.items() if strata.get(name)}
 
 
 def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:

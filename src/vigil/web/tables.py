@@ -70,7 +70,7 @@ def tally_of(run: ShownRun, table: RecordTable, settlement: Settlement) -> Tally
     """Returns how far a run has come, and what it has cost."""
     outcomes, tokens = settlement.outcomes, table.tokens
     labels = Counter(outcome.label for outcome in outcomes)
-    is_told = run.prices is not None or tokens.told
+    is_told = run.prices is not None or tokens.total.told
     return Tally(
         played=len(outcomes) + len(settlement.errors),
         planned=max(table.planned, len(outcomes) + len(settlement.errors)),
