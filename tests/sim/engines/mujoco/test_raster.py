@@ -57,8 +57,8 @@ def test_planes_lie_apart_and_keep_their_points() -> None:
     wall = np.array([[0, 3, 0], [4, 3, 0], [4, 3, 2.5], [0, 3, 2.5]], float)
     normals = np.array([[0, 0, 1.0]] * 4 + [[0, -1.0, 0]] * 4)
     vertices = np.concatenate([floor, wall])
-    laid_out = charts.lay_out(vertices, normals)
-    assert len(laid_out.boxes) == 2
+    laid_out = charts.lay_out(vertices, normals, np.repeat([7, 9], 4))
+    assert sorted(laid_out.owners) == [7, 9]
     height, width = laid_out.is_used.shape
     texels = np.floor(laid_out.places * (width, height)).astype(int)
     for vertex, normal, (column, row) in zip(vertices, normals, texels, strict=True):
@@ -104,14 +104,15 @@ def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> No
     scene.things["cube"].is_pickupable = True
     model = model_cache.model_of(scene)
     lighting, other = Lighting(model), Lighting(model_cache.model_of(scene))
-    lighting.follow()
+    every = np.arange(model.native.ngeom)
+    assert lighting.follow(every)[0]
     vertices, planes = lighting.vertices.copy(), lighting.planes.copy()
     assert planes.any()
     thing = scene.things["cube"]
     thing.position = Vec3(-0.5, 0.1, 0.4)  # beside the cabinet
     model.place(thing)
     model.settle()
-    has_new_planes, changed = lighting.follow()
+    has_new_planes, changed = lighting.follow(every)
     assert not has_new_planes
     assert len(changed) == len(model.things["cube"].geoms)
     moved = np.flatnonzero((lighting.vertices != vertices).any(axis=1))
@@ -121,22 +122,24 @@ def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> No
     thing.position = Vec3(-1.0, 0.1, 0.0)
     model.place(thing)
     model.settle()
-    lighting.follow()
+    lighting.follow(every)
     assert np.array_equal(lighting.vertices, vertices)
-    other.follow()
+    for geom in every[::-1]:  # one after the other, as they come into view
+        other.follow(np.array([geom]))
     assert np.array_equal(other.vertices, vertices)
+    assert np.array_equal(other.planes, planes)
 
 
 def test_a_room_is_drawn_darker_while_its_lamp_is_dim(scene: Scene) -> None:
     model = model_cache.model_of(scene)
-    lighting = Lighting(model)
-    lighting.follow()
+    lighting, every = Lighting(model), np.arange(model.native.ngeom)
+    lighting.follow(every)
     bright = lighting.planes.copy()
     model.lamps.unlit = frozenset({0})
-    assert lighting.follow()[0]
+    assert lighting.follow(every)[0]
     assert lighting.planes[..., :3].mean() < 0.85 * bright[..., :3].mean()
     model.lamps.unlit = frozenset()
-    lighting.follow()
+    lighting.follow(every)
     assert np.array_equal(lighting.planes, bright)
 
 

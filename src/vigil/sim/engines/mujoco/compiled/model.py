@@ -56,6 +56,8 @@ class CompiledModel:
     geom_roles: np.ndarray
     structure_kinds: dict[int, str]
     """Kind of each structural geom."""
+    structure_rooms: dict[int, int]
+    """Number of the room from which alone a structural geom is seen, where there is one."""
     lamps: lights.Lamps
     still: np.ndarray
     """Geoms that stop light: structure, and the bodies of furniture; no leaf, no glass, nothing that stands on them."""
@@ -118,7 +120,7 @@ def build(scene: Scene) -> CompiledModel:
     spec = mujoco.MjSpec()
     draft = _Draft(spec, MaterialTable(spec))
     _settings(spec)
-    kinds = _add_structure(draft, scene)
+    kinds, rooms = _add_structure(draft, scene)
     things = {thing.id: _add_thing(draft, index, thing) for index, thing in enumerate(scene.things.values())}
     native = spec.compile()
     _resolve_looks(draft, native, things)
@@ -129,6 +131,7 @@ def build(scene: Scene) -> CompiledModel:
         np.array([*draft.geom_things, -1], dtype=np.int32),
         np.array([*draft.geom_roles, 0], dtype=np.uint8),
         kinds,
+        rooms,
         lights.lamps_of(scene),
         _still(draft, scene, kinds, things),
         tuple(draft.looks.materials[native.material(number).name] for number in range(native.nmat)),
@@ -167,16 +170,20 @@ def _settings(spec: NativeSpec) -> None:
     spec.worldbody.add_camera(name="eye", fovy=FOVY_DEG)
 
 
-def _add_structure(draft: _Draft, scene: Scene) -> dict[int, str]:
-    kinds = {}
+def _add_structure(draft: _Draft, scene: Scene) -> tuple[dict[int, str], dict[int, int]]:
+    """Adds walls, floors and the like. Returns the kind of each geom, and the room that it belongs to."""
+    kinds, rooms = {}, {}
+    numbers = {room.id: number for number, room in enumerate(scene.rooms)}
     for number, shell in enumerate(shells_of(scene)):
         kinds[len(draft.geom_things)] = shell.kind
+        if shell.room_id in numbers:
+            rooms[len(draft.geom_things)] = numbers[shell.room_id]
         _add_shell(draft, f"structure{number}", shell)
     kinds[len(draft.geom_things)] = "ground"
     outdoors.add_ground(draft.spec, draft.looks.name_of("grass"))
     draft.geom_things.append(-1)
     draft.geom_roles.append(0)
-    return kinds
+    return kinds, rooms
 
 
 def _add_shell(draft: _Draft, name: str, shell: Shell) -> None:

@@ -36,14 +36,17 @@ class Shell:
     """`wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
     triangles: Triangles
     material: MaterialRef
+    room_id: str | None = None
+    """The room from which alone it is seen; None when there is no such room."""
 
 
 def shells_of(scene: Scene) -> list[Shell]:
     """Returns the scene's structure, merged by room and material, in a fixed order."""
     shells = _walls(scene)
     for room in scene.rooms:
-        shells.append(Shell("floor", _slab(room, 0.0, is_floor=True), room.floor_material))
-        shells.append(Shell("ceiling", _slab(room, room.height, is_floor=False), room.ceiling_material or CEILING))
+        shells.append(Shell("floor", _slab(room, 0.0, is_floor=True), room.floor_material, room.id))
+        ceiling = _slab(room, room.height, is_floor=False)
+        shells.append(Shell("ceiling", ceiling, room.ceiling_material or CEILING, room.id))
     boards = [board for panel in scene.panels if panel.room_id != EXTERIOR for board in _skirting(panel)]
     if boards:
         shells.append(Shell("skirting", merge(boards), SKIRTING))
@@ -67,6 +70,7 @@ def _walls(scene: Scene) -> list[Shell]:
             EXTERIOR if panels[0].room_id == EXTERIOR else "wall",
             merge([_wall(panel, heights) for panel in panels]),
             panels[0].material,
+            None if panels[0].room_id == EXTERIOR else panels[0].room_id,
         )
         for panels in groups.values()
     ]

@@ -7,6 +7,7 @@ import numpy as np
 TEXEL_M = 0.12
 BORDER = 2
 WIDTH = 512
+_BLUR = np.array([1, 4, 6, 4, 1], np.float32) / 16
 INSET_M = 0.02
 """Light at the edge of a plane is taken this far inside it, off the neighbour."""
 
@@ -25,11 +26,14 @@ class Charts:
     """(height, width): whether a plane lies there."""
     boxes: list[tuple[int, int, int, int]]
     """(row, column, height, width) of each plane, border included."""
+    owners: list[int]
+    """Whose each plane is."""
 
 
-def lay_out(vertices: np.ndarray, normals: np.ndarray) -> Charts:
-    """Lays out the planes to which vertices (n, 3) belong."""
-    keys = np.round(np.concatenate([normals * 50, (vertices * normals).sum(axis=1, keepdims=True) * 100], axis=1))
+def lay_out(vertices: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> Charts:
+    """Lays out the planes to which vertices (n, 3) belong, those of each owner (n,) by themselves."""
+    heights = (vertices * normals).sum(axis=1, keepdims=True)
+    keys = np.concatenate([np.round(normals * 50), np.round(heights * 100), owners[:, None]], axis=1)
     _, first, plane = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     plane = plane.reshape(-1)
     frames = [_axes(normals[one]) for one in first]
@@ -58,7 +62,7 @@ def lay_out(vertices: np.ndarray, normals: np.ndarray) -> Charts:
         facing[top : top + tall, left : left + wide] = normal
         places[chosen] = (np.array([left, top]) + BORDER + (flat[chosen] - low) / scale) / (WIDTH, height)
         out.append((top, left, int(tall), int(wide)))
-    return Charts(places, points, facing, np.any(facing, axis=2), out)
+    return Charts(places, points, facing, np.any(facing, axis=2), out, owners[first].tolist())
 
 
 def _inside(places: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -87,11 +91,9 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
     return corners, max(top + row, 1)
 
 
-def smoothed(charts: Charts, light: np.ndarray) -> np.ndarray:
-    """Returns the light (height, width, 3) with each plane's values averaged over their neighbours."""
-    out = light.copy()
-    for top, left, tall, wide in charts.boxes:
-        padded = np.pad(light[top : top + tall, left : left + wide], ((1, 1), (1, 1), (0, 0)), mode="edge")
-        rows = (padded[:-2] + 2 * padded[1:-1] + padded[2:]) / 4
-        out[top : top + tall, left : left + wide] = (rows[:, :-2] + 2 * rows[:, 1:-1] + rows[:, 2:]) / 4
-    return out
+def smoothed(light: np.ndarray) -> np.ndarray:
+    """Returns the light (height, width, 3) of one plane, averaged over neighbours."""
+    padded = np.pad(light, ((2, 2), (2, 2), (0, 0)), mode="edge")
+    rows = sum(weight * padded[row : row + len(light)] for row, weight in enumerate(_BLUR))
+    wide = light.shape[1]
+    return sum(weight * rows[:, column : column + wide] for column, weight in enumerate(_BLUR))

@@ -18,16 +18,25 @@ def unseen(model: CompiledModel, viewer: Viewer) -> np.ndarray:
     radius = np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf)  # 0: a plane without end
     farthest_in = (data.geom_xpos - eye) @ _sides(viewer).T + radius[:, None] + MARGIN_M
     is_beside = (farthest_in < 0.0).any(axis=1)
-    ahead = np.flatnonzero(~is_beside & (model.geom_things[:-1] >= 0))
-    is_beside[ahead[_is_elsewhere(model, viewer, radius, ahead)]] = True
+    visible = _visible_rooms(model, viewer)
+    if not visible.all():
+        ahead = np.flatnonzero(~is_beside & (model.geom_things[:-1] >= 0))
+        is_beside[ahead[_is_elsewhere(model, visible, radius, ahead)]] = True
+        is_beside[[geom for geom, room in model.structure_rooms.items() if not visible[room]]] = True
     return is_beside & (native.geom_group != HELD)
 
 
-def _is_elsewhere(model: CompiledModel, viewer: Viewer, radius: np.ndarray, geoms: np.ndarray) -> np.ndarray:
-    """Returns which of the geoms touch rooms, but none that can be seen; behind a mirror all can."""
-    visible = model.portals.visible_from((float(viewer.eye[0]), float(viewer.eye[1])))
-    if viewer.clip is not None or visible.all() or not len(geoms):
-        return np.zeros(len(geoms), dtype=bool)
+def _visible_rooms(model: CompiledModel, viewer: Viewer) -> np.ndarray:
+    """Returns whether each room can be seen; behind a mirror all can."""
+    if viewer.clip is not None:
+        return np.ones(len(model.lamps.rooms), dtype=bool)
+    return model.portals.visible_from((float(viewer.eye[0]), float(viewer.eye[1])))
+
+
+def _is_elsewhere(model: CompiledModel, visible: np.ndarray, radius: np.ndarray, geoms: np.ndarray) -> np.ndarray:
+    """Returns which of the geoms touch rooms, but none that is visible."""
+    if not len(geoms):
+        return np.zeros(0, dtype=bool)
     touches = model.portals.distances(model.data.geom_xpos[geoms, :2]) <= radius[geoms, None] + MARGIN_M
     return np.any(touches, axis=1) & ~np.any(touches & visible, axis=1)
 

@@ -4,7 +4,7 @@ What stands still (structure, furniture without its leaves) stops light. What ca
 behind; its own contact with what is around it is darkened when a frame is drawn.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,135 +25,156 @@ IN_HAND = 0.75
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Baked:
-    """The light of a model as it was built."""
+class Cast:
+    """Light as it was cast: from around (n, 3), and the share of each lamp's (lamps, n)."""
 
-    geometry: Geometry
-    occluders: Occluders
-    lamps: tuple[np.ndarray, ...]
-    """Place (3,) of each."""
-    charts: charts.Charts
-    chart_ambient: np.ndarray
-    """(texels, 3), for those that are used."""
-    chart_reach: np.ndarray
-    """(lamps, texels): the share of each lamp's light."""
     ambient: np.ndarray
-    """(vertices, 3) float16."""
     reach: np.ndarray
-    """(lamps, vertices) float16."""
-    poses: np.ndarray
-    """(ngeom, 12): where each geom was."""
 
-    def cast(self, samples: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Returns the light from around (n, 3), the share of each lamp's (lamps, n), and which are buried (n,)."""
-        reach = [irradiance.from_lamp(self.occluders, lamp, samples) for lamp in self.lamps]
-        around, is_buried = irradiance.ambient(self.occluders, samples)
-        return around, np.array(reach, np.float32).reshape(len(reach), -1), is_buried
+    @staticmethod
+    def none(lamps: int, count: int) -> "Cast":
+        """Returns room for the light on so many points."""
+        return Cast(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
 
-    def cast_on(self, model: CompiledModel, geoms: np.ndarray, ambient: np.ndarray, reach: np.ndarray) -> None:
-        """Casts light on the vertices of geoms where they are now, into the arrays for all vertices."""
-        places = [self.geometry.world(model, geom) for geom in geoms]
+    def under(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
+        """Returns the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
+        return self.ambient[part].astype(np.float32) + self.reach[:, part].astype(np.float32).T @ strengths
+
+
+class Baked:
+    """The light of a model as it was built, shared by its copies, and cast for what is looked at."""
+
+    def __init__(self, model: CompiledModel) -> None:
+        self.geometry = geometry_of(model)
+        self.poses = _poses(model)
+        self.charts, self._samples = _charts(model, self.geometry)
+        self._lamps = list(model.lamps.places)
+        self._occluders = _occluders(model, self.geometry)
+        self._is_cast = np.zeros(model.native.ngeom, dtype=bool)
+        self.vertices = Cast.none(len(self._lamps), len(self.geometry.vertices))
+        self.planes = Cast.none(len(self._lamps), self.charts.is_used.size)
+
+    def ensure(self, model: CompiledModel, geoms: np.ndarray) -> None:
+        """Casts light on geoms, which are where they were when the model was built, unless that was done before."""
+        missing = geoms[~self._is_cast[geoms]]
+        if not len(missing):
+            return
+        self._is_cast[missing] = True
+        is_charted = self.geometry.is_charted[missing]
+        self.cast_on(model, missing[~is_charted], self.vertices)
+        self._cast_planes(missing[is_charted])
+
+    def cast_on(self, model: CompiledModel, geoms: np.ndarray, into: Cast) -> None:
+        """Casts light on the vertices of geoms where they are now, into the light of all vertices."""
+        if not len(geoms):
+            return
+        places = [self.geometry.world(model, geom) for geom in geoms.tolist()]
         points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
-        first, which = _alike(points, normals)
-        around, shares, is_buried = self.cast(Samples(points[first], normals[first]))
+        counts = [len(each) for each, _ in places]
+        first, which = _alike(points, normals, np.repeat(np.arange(len(geoms)), counts))
+        cast, is_buried = self._cast(Samples(points[first], normals[first]))
         start = 0
-        for geom in geoms:
-            part = self.geometry.vertex_slices[geom]
-            stop = start + part.stop - part.start
+        for geom, count in zip(geoms.tolist(), counts, strict=True):
+            part, stop = self.geometry.vertex_slices[geom], start + count
             own = _unburied(points[start:stop], which[start:stop], is_buried)
-            ambient[part], reach[:, part] = around[own], shares[:, own]
+            into.ambient[part], into.reach[:, part] = cast.ambient[own], cast.reach[:, own]
             start = stop
+
+    def boxes_of(self, geoms: np.ndarray) -> list[tuple[int, int, int, int]]:
+        """Returns where the planes of geoms lie in the picture of all planes."""
+        wanted = set(geoms.tolist())
+        laid_out = self.charts
+        return [box for box, owner in zip(laid_out.boxes, laid_out.owners, strict=True) if owner in wanted]
+
+    def _cast_planes(self, geoms: np.ndarray) -> None:
+        numbers = np.arange(self.charts.is_used.size).reshape(self.charts.is_used.shape)
+        boxes = self.boxes_of(geoms)
+        if not boxes:
+            return
+        chosen = np.concatenate(
+            [numbers[top : top + tall, left : left + wide].ravel() for top, left, tall, wide in boxes]
+        )
+        cast, _ = self._cast(Samples(self._samples.points[chosen], self._samples.normals[chosen]))
+        self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
+
+    def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
+        """Returns the light on samples, and which of them are buried."""
+        ambient, is_buried = irradiance.ambient(self._occluders, samples)
+        reach = [irradiance.from_lamp(self._occluders, lamp, samples) for lamp in self._lamps]
+        return Cast(ambient, np.array(reach, np.float32).reshape(len(reach), -1)), is_buried
 
 
 def baked(model: CompiledModel) -> Baked:
-    """Returns the light of a model that has just been built or copied; cast once for all copies."""
+    """Returns the light of a model, the same for all its copies; before anything in the first has moved."""
     if "light" not in model.keepsake:
-        model.keepsake["light"] = _bake(model)
+        model.keepsake["light"] = Baked(model)
     return model.keepsake["light"]
 
 
-def _bake(model: CompiledModel) -> Baked:
-    geometry = geometry_of(model)
-    laid_out, samples = _charts(model, geometry)
-    count = len(geometry.vertices)
-    lamps = tuple(model.lamps.places)
-    nothing = np.zeros((0, 3), np.float32)
-    ambient, reach = np.zeros((count, 3), np.float16), np.zeros((len(lamps), count), np.float16)
-    begun = Baked(
-        geometry, _occluders(model, geometry), lamps, laid_out, nothing, nothing, ambient, reach, _poses(model)
-    )
-    begun.cast_on(model, np.setdiff1d(np.flatnonzero(~geometry.is_charted), geometry.hand), ambient, reach)
-    chart_ambient, chart_reach, _ = begun.cast(samples)
-    return replace(begun, chart_ambient=chart_ambient, chart_reach=chart_reach)
-
-
 class Lighting:
-    """Light on every vertex and on the planes of the structure, which follows what moves."""
+    """Light on the vertices and planes that are looked at; it follows what moves."""
 
     def __init__(self, model: CompiledModel) -> None:
         self._model, self._baked = model, baked(model)
-        geometry = self._baked.geometry
-        self._ambient, self._reach = self._baked.ambient.copy(), self._baked.reach.copy()
-        self._poses = self._baked.poses.copy()
+        self.geometry = self._baked.geometry
+        count = len(self.geometry.vertices)
+        self._cast = Cast.none(len(model.lamps.places), count)
+        self._poses = np.full_like(self._baked.poses, np.nan)
         self._strengths = np.zeros(0)
-        self.vertices = np.zeros((len(geometry.vertices), 4), np.uint8)
+        self.vertices = np.zeros((count, 4), np.uint8)
         """(n, 4): the square root of the light on each vertex, and nothing."""
-        self.planes = np.zeros((*self._baked.charts.points.shape[:2], 4), np.uint8)
+        self.planes = np.zeros((*self._baked.charts.is_used.shape, 4), np.uint8)
         """(height, width, 4): the same for the planes."""
-        for geom in geometry.hand:
-            self._light_by_hand(geom, geometry.normals[geometry.vertex_slices[geom], 1])
-
-    @property
-    def geometry(self) -> Geometry:
-        """The triangles that are lit."""
-        return self._baked.geometry
+        for geom in self.geometry.hand:
+            self._light_by_hand(geom, self.geometry.normals[self.geometry.vertex_slices[geom], 1])
 
     @property
     def places(self) -> np.ndarray:
         """Where the vertices of charted geoms are found on the planes, (k, 2), in their order."""
         return self._baked.charts.places
 
-    def follow(self) -> tuple[bool, list[slice]]:
-        """Casts light anew for what has moved. Returns whether the planes and which vertices have changed."""
+    def follow(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
+        """Casts light on geoms that are looked at for the first time, or have moved since.
+
+        Returns whether the planes, and which vertices have changed.
+        """
         strengths = self._model.lamps.strengths()
-        poses = _poses(self._model)
-        moved = np.flatnonzero((poses != self._poses).any(axis=1) & (self._model.native.geom_group != HELD))
-        self._poses[moved] = poses[moved]
-        if len(moved):
-            self._baked.cast_on(self._model, moved, self._ambient, self._reach)
         if not np.array_equal(strengths, self._strengths):
             self._strengths = strengths
-            self.planes = self._plane_light()
-            whole = slice(0, self.geometry.vertex_slices[self.geometry.hand[0]].start)
-            self._mix(whole)
-            return True, [slice(0, len(self.vertices))]
-        changed = [self.geometry.vertex_slices[geom] for geom in moved]
-        for part in changed:
-            self._mix(part)
-        return False, changed
+            self._poses[:] = np.nan
+        poses = _poses(self._model)
+        is_free = self._model.native.geom_group[shown] != HELD
+        stale = shown[is_free & (poses[shown] != self._poses[shown]).any(axis=1)]
+        self._poses[stale] = poses[stale]
+        is_charted = self.geometry.is_charted[stale]
+        is_moved = (poses[stale] != self._baked.poses[stale]).any(axis=1)
+        self._baked.ensure(self._model, stale[~is_moved])
+        self._baked.cast_on(self._model, stale[is_moved], self._cast)
+        for geom, moved in zip(stale[~is_charted].tolist(), is_moved[~is_charted].tolist(), strict=True):
+            part = self.geometry.vertex_slices[geom]
+            cast = self._cast if moved else self._baked.vertices
+            self.vertices[part, :3] = encoded(cast.under(self._strengths, part))
+        self._mix_planes(stale[is_charted])
+        return bool(is_charted.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_charted].tolist()]
 
     def in_hand(self, geoms: np.ndarray, up: np.ndarray) -> list[slice]:
         """Lights what is held, from above the one who holds it. Returns which vertices have changed."""
-        for geom in geoms:
+        for geom in geoms.tolist():
             self._light_by_hand(geom, self.geometry.world(self._model, geom)[1] @ up)
-        return [self.geometry.vertex_slices[geom] for geom in geoms]
+            self._poses[geom] = np.nan
+        return [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
 
     def _light_by_hand(self, geom: int, rising: np.ndarray) -> None:
         """Lights a geom by how far its normals (n,) turn up."""
         light = IN_HAND * (1.0 + 0.35 * rising)
         self.vertices[self.geometry.vertex_slices[geom], :3] = encoded(light)[:, None]
 
-    def _mix(self, part: slice) -> None:
-        light = self._ambient[part].astype(np.float32) + self._reach[:, part].astype(np.float32).T @ self._strengths
-        self.vertices[part, :3] = encoded(light)
-
-    def _plane_light(self) -> np.ndarray:
-        laid_out = self._baked.charts
-        light = np.zeros((*laid_out.points.shape[:2], 3), np.float32)
-        light[laid_out.is_used] = self._baked.chart_ambient + self._baked.chart_reach.T @ self._strengths
-        planes = np.zeros_like(self.planes)
-        planes[..., :3] = encoded(charts.smoothed(laid_out, charts.smoothed(laid_out, light)))
-        return planes
+    def _mix_planes(self, geoms: np.ndarray) -> None:
+        width = self.planes.shape[1]
+        for top, left, tall, wide in self._baked.boxes_of(geoms):
+            numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
+            light = self._baked.planes.under(self._strengths, numbers).reshape(tall, wide, 3)
+            self.planes[top : top + tall, left : left + wide, :3] = encoded(charts.smoothed(light))
 
 
 def _unburied(points: np.ndarray, samples: np.ndarray, is_buried: np.ndarray) -> np.ndarray:
@@ -178,13 +199,12 @@ def _poses(model: CompiledModel) -> np.ndarray:
     return np.concatenate([model.data.geom_xpos, model.data.geom_xmat], axis=1).astype(np.float32)
 
 
-def _alike(points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns one vertex of each group that is alike, and the group of each vertex."""
-    key = np.zeros(len(points), np.int64)
+def _alike(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns one vertex of each group of an owner's that is alike, and the group of each vertex."""
+    key = owners.astype(np.int64)
     for values, steps in ((points / GRID_M, 4096), (normals * FACINGS, 2 * FACINGS + 1)):
-        whole = np.round(values).astype(np.int64)
-        for column in (whole - whole.min(axis=0)).T:
-            key = key * steps + column
+        for column in np.round(values).astype(np.int64).T:
+            key = key * steps + column % steps
     _, first, which = np.unique(key, return_index=True, return_inverse=True)
     return first, which.reshape(-1)
 
@@ -201,6 +221,9 @@ def _occluders(model: CompiledModel, geometry: Geometry) -> Occluders:
 
 
 def _charts(model: CompiledModel, geometry: Geometry) -> tuple[charts.Charts, Samples]:
-    places = [geometry.world(model, geom) for geom in np.flatnonzero(geometry.is_charted).tolist()]
-    laid_out = charts.lay_out(*(np.concatenate(each) for each in zip(*places, strict=True)))
-    return laid_out, Samples(laid_out.points[laid_out.is_used], laid_out.normals[laid_out.is_used])
+    """Returns the planes of the structure, and where the light of each of their texels is cast."""
+    geoms = np.flatnonzero(geometry.is_charted)
+    places = [geometry.world(model, geom) for geom in geoms.tolist()]
+    points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
+    laid_out = charts.lay_out(points, normals, np.repeat(geoms, [len(each) for each, _ in places]))
+    return laid_out, Samples(laid_out.points.reshape(-1, 3), laid_out.normals.reshape(-1, 3))

@@ -31,8 +31,9 @@ class Painter:
 
     def paint(self, viewer: Viewer, lamp: np.ndarray, glows: list[Glow], held: Held | None = None) -> np.ndarray:
         """Returns the picture (height, width, 3) uint8, the first row on top; `lamp` is the place of the room's."""
-        self._surfaces.follow(viewer, held)
         self._surfaces.place(held)
+        if held is not None:
+            self._surfaces.hold(viewer, held)
         mirrors = self._surfaces.mirrors(viewer)
         glass = self._glass(viewer) if mirrors else None
         if glass is not None:

@@ -59,22 +59,16 @@ class Surfaces:
         places[geometry.is_charted[geometry.geoms]] = self._lighting.places
         corners = np.concatenate([geometry.vertices, geometry.normals, geometry.uvs, places], axis=1)
         self._vertices, self._owners = context.buffer(corners.tobytes()), context.buffer(geometry.geoms.tobytes())
-        self._light = context.buffer(reserve=self._lighting.vertices.nbytes)
+        self._light = context.buffer(self._lighting.vertices.tobytes())
         self._corners = context.buffer(reserve=geometry.faces.nbytes)
         self._planes = context.texture(self._lighting.planes.shape[1::-1], 4)
         self._planes.repeat_x = self._planes.repeat_y = False
         self._table = context.texture((_ROWS, len(geometry.face_slices)), 4, dtype="f4")
         self._table.filter = moderngl.NEAREST, moderngl.NEAREST
 
-    def follow(self, viewer: Viewer, held: Held | None) -> None:
-        """Takes over where everything is now, how it looks, and the light that falls there."""
-        has_new_planes, changed = self._lighting.follow()
-        if has_new_planes:
-            self._planes.write(self._lighting.planes.tobytes())
-        if held is not None:
-            changed = [*changed, *self._lighting.in_hand(held.geoms, viewer.axes[:, 1])]
-        for part in changed:
-            self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
+    def hold(self, viewer: Viewer, held: Held) -> None:
+        """Takes over how what is held is lit."""
+        self._write_light(self._lighting.in_hand(held.geoms, viewer.axes[:, 1]))
 
     def place(self, held: Held | None) -> None:
         """Takes over where everything is now and how it looks."""
@@ -113,7 +107,9 @@ class Surfaces:
 
         `without` are geoms to be left out.
         """
-        groups = self._groups(viewer, np.array(list(without), dtype=int))
+        shown = np.setdiff1d(self._shown(viewer), list(without))
+        self._follow(shown)
+        groups = self._groups(viewer, shown)
         starts = self._write_corners(list(groups.values()))
         pictures.texture(self._context).use(1)
         self._planes.use(2)
@@ -145,17 +141,27 @@ class Surfaces:
             each.release()
         self._table.release()
 
+    def _follow(self, shown: np.ndarray) -> None:
+        """Takes over the light that falls on geoms now."""
+        has_new_planes, changed = self._lighting.follow(shown)
+        if has_new_planes:
+            self._planes.write(self._lighting.planes.tobytes())
+        self._write_light(changed)
+
+    def _write_light(self, changed: list[slice]) -> None:
+        for part in changed:
+            self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
+
     def _shown(self, viewer: Viewer) -> np.ndarray:
         """Returns the geoms that may be in view."""
         return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~unseen(self._model, viewer))
 
-    def _groups(self, viewer: Viewer, without: np.ndarray) -> dict[Kind | None, np.ndarray]:
+    def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[Kind | None, np.ndarray]:
         """Returns the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
         native = self._model.native
         looks = self._looks[native.geom_matid]
         is_shown = np.zeros(native.ngeom, dtype=bool)
-        is_shown[self._shown(viewer)] = True
-        is_shown[without] = False
+        is_shown[shown] = True
         is_clear = is_shown & ((native.geom_group == GLASS) | (looks[:, 0, 3] < 1.0))
         is_glossy = (looks[:, 1, 2] >= GLOSSY) | (looks[:, 1, 1] > 0.0)
         away = ((self._model.data.geom_xpos - viewer.eye) ** 2).sum(axis=1)
