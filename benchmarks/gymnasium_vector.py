@@ -1,14 +1,14 @@
 """How much of the bare Env's speed a Gymnasium vector keeps, with and without drawing.
 
-    python benchmarks/gymnasium_vector.py [--envs 16] [--seconds 20] [--rounds 3] [--families PG,SV]
+    python benchmarks/gymnasium_vector.py [--envs 16] [--seconds 20] [--rounds 3] [--families PG,SV] [--asynchronous]
 
-The bare Env is played in as many processes at once as there are cores, each on its own; the vector (asynchronous) in as
-many as it has environments; they take turns. Both draw episodes at random and turn to the end of the budget, resets
-included; a first third of the time is not counted, since all begin with a reset, and before all that the houses are
-built once in a process that the others are forks of. Two ratios are told: of steps a
-second, which holds on a machine with nothing else to do (elsewhere sixteen processes get more of it than two), and of
-steps a second of processor time, which holds anywhere but counts no waiting. Before that, one environment and a bare
-Env play the same episodes in one process, in turns: what the environment costs by itself.
+The bare Env is played in as many processes at once as there are cores, each on its own, and the vector in as many;
+with --asynchronous in as many as it has environments, as Gymnasium's own does. They take turns. Both draw episodes at
+random and turn to the end of the budget, resets included; a first third of the time is not counted, since all begin
+with a reset, and before all that the houses are built once in a process that the others are forks of. Two ratios are
+told: of steps a second, which holds on a machine with nothing else to do (elsewhere sixteen processes get more of it
+than two), and of steps a second of processor time, which holds anywhere but counts no waiting. Before that, one
+environment and a bare Env play the same episodes in one process, in turns: what the environment costs by itself.
 """
 
 import argparse
@@ -17,6 +17,7 @@ import multiprocessing
 import os
 import time
 from concurrent.futures import ProcessPoolExecutor
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -42,10 +43,11 @@ def main() -> None:
     build_all(options)
     cores = len(os.sched_getaffinity(0))
     print(f"{options.envs} environments, {cores} cores, load average {os.getloadavg()[0]:.1f}, {options.backend}")
-    for frames in (False, True):
+    for drawing in options.drawing or ("without", "with"):
+        frames = drawing == "with"
         with ProcessPoolExecutor(1, FORKING) as pool:  # OpenGL does not survive the forks below
             kept = pool.submit(alone, options, frames).result()
-        print(f"{'with' if frames else 'without'} drawing, one environment: {kept:.1%} of the bare Env", flush=True)
+        print(f"{drawing} drawing, one environment: {kept:.1%} of the bare Env", flush=True)
         bare, vector = [], []
         for _ in range(options.rounds):
             with ProcessPoolExecutor(cores, FORKING) as pool:
@@ -55,7 +57,7 @@ def main() -> None:
             vector.append(vector_run(options, frames))
         (wall, cpu), (vector_wall, vector_cpu) = rates(np.array(bare), cores), rates(np.array(vector), 1)
         print(
-            f"{'with' if frames else 'without'} drawing: bare {wall:.1f} steps/s, vector {vector_wall:.1f}, "
+            f"{drawing} drawing: bare {wall:.1f} steps/s, vector {vector_wall:.1f}, "
             f"{vector_wall / wall:.0%}; of processor time {cpu:.1f} and {vector_cpu:.1f}, {vector_cpu / cpu:.0%}",
             flush=True,
         )
@@ -142,11 +144,13 @@ def begin(env: Env, episodes: list[Episode], rng: np.random.Generator, frames: b
 
 def vector_run(options: argparse.Namespace, frames: bool) -> tuple[float, float, float]:
     """Returns the same of the vector; calls that begin an episode are no steps."""
+    started: dict[str, Any] = {"context": "fork"}
+    if options.asynchronous:
+        started = {"vectorization_mode": "async", "vector_kwargs": started}
     env = gymnasium.make_vec(
         integration.ENV_ID,
         num_envs=options.envs,
-        vectorization_mode="async",
-        vector_kwargs={"context": "fork"},
+        **started,
         pack=options.pack,
         family=options.families,
         backend=options.backend,
@@ -176,6 +180,8 @@ def processor_seconds() -> float:
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--envs", type=int, default=16)
+    parser.add_argument("--asynchronous", action="store_true", help="a process for each environment")
+    parser.add_argument("--drawing", choices=["without", "with"], action="append", help="one of the two alone")
     parser.add_argument("--seconds", type=float, default=20.0, help="of each measurement")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--pack", default="starter")

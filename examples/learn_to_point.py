@@ -21,9 +21,12 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from io import BytesIO
+from multiprocessing import get_context
 from pathlib import Path
 
 import gymnasium
@@ -53,8 +56,8 @@ PASSES = 6
 """Over all episodes, after each round."""
 REPORT = json.dumps({"skill_name": "report", "arguments": {"status": "success", "summary": "I clicked on it."}})
 
-Click = Callable[[torch.Tensor, str], int]
-"""Of a frame and an instruction, the number of a place in the map."""
+CHUNK = 8
+"""Episodes that a process is given at a time: those of one house come after each other, and the house is built once."""
 
 
 def main() -> None:
@@ -62,19 +65,21 @@ def main() -> None:
     torch.manual_seed(given.seed)
     began = time.monotonic()
     demos = read_demos(write_demos(given.out / "demos", given.demos))
-    played, tested = (
-        [*Scenes(write_pack(given.out / name, houses, count))]
-        for name, houses, count in (("played", PLAYED, given.played), ("tested", TESTED, given.tested))
-    )
     words = Words(demo.instruction for demo in demos)
     network = Network(len(words))
-    curve = Curve(tested, began)
-    curve.add("chance", 0, lambda frame, text: int(torch.randint(COLUMNS * ROWS, ())))
-    for epoch in clone(network, words, demos, given.epochs):
-        if epoch % given.every == 0 or epoch == given.epochs:
-            curve.add("cloned", epoch, best_of(network, words))
-    for number in improve(network, words, demos, played, given.rounds):
-        curve.add("improved on B", number, best_of(network, words))
+    packs = [
+        write_pack(given.out / name, houses, count)
+        for name, houses, count in (("played", PLAYED, given.played), ("tested", TESTED, given.tested))
+    ]
+    with ProcessPoolExecutor(given.processes, get_context("spawn")) as pool:
+        played, tested = (Scenes(pack, pool) for pack in packs)
+        curve = Curve(tested, began)
+        curve.add("chance", 0, torch.randint(COLUMNS * ROWS, (len(tested),)))
+        for epoch in clone(network, words, demos, given.epochs):
+            if epoch % given.every == 0 or epoch == given.epochs:
+                curve.add("cloned", epoch, map_of(network, words, tested).argmax(dim=1))
+        for number in improve(network, words, demos, played, given.rounds):
+            curve.add("improved on B", number, map_of(network, words, tested).argmax(dim=1))
     curve.add_solver(given.out)
     curve.write(given.out)
 
@@ -233,52 +238,62 @@ def _light(frames: torch.Tensor) -> torch.Tensor:
     return 0.85 + 0.3 * torch.rand(len(frames), 1, 1, 1)
 
 
-class Scene:
-    """An episode of a pack that can be played by a click, again and again."""
-
-    def __init__(self, env: gymnasium.Env, episode_id: str) -> None:
-        self._env, self._id = env, episode_id
-        observation, _ = env.reset(options={"episode_id": episode_id})
-        self.instruction: str = observation["instruction"]
-        self.frame = shrunk(np.asarray(env.render()))
-
-    def play(self, place: int) -> float:
-        """Clicks on a place and reports; returns B."""
-        self._env.reset(options={"episode_id": self._id})
-        self._env.step(reply_of(place))
-        return float(self._env.step(REPORT)[1])
-
-
 class Scenes:
-    """The episodes of a pack."""
+    """The episodes of a pack. Each can be played by a click, again and again, in the processes of a pool."""
 
-    def __init__(self, folder: Path) -> None:
-        self._pack = folder
+    def __init__(self, folder: Path, pool: ProcessPoolExecutor) -> None:
+        self._pool = pool
+        self._asked = [(str(folder), episode.id) for episode in Pack.load(folder).episodes]
+        seen = list(pool.map(look, self._asked, chunksize=CHUNK))
+        self.instructions = [instruction for instruction, _ in seen]
+        self.frames = torch.stack([shrunk(frame) for _, frame in seen])
 
-    def __iter__(self) -> Iterator[Scene]:
-        env = gymnasium.make(
-            "Vigil-v0", pack=str(self._pack), frames=False, render_mode="rgb_array", quality="fast"
-        ).unwrapped
-        for episode in Pack.load(self._pack).episodes:
-            yield Scene(env, episode.id)
+    def __len__(self) -> int:
+        return len(self._asked)
+
+    def play(self, places: torch.Tensor) -> torch.Tensor:
+        """Returns B of clicks, each followed by a report, for each row of places one after the other."""
+        return torch.tensor(list(self._pool.map(play, self._asked, places.tolist(), chunksize=CHUNK)))
 
 
-def improve(
-    network: Network, words: Words, demos: Sequence[Demo], scenes: Sequence[Scene], rounds: int
-) -> Iterator[int]:
+@cache
+def environment(folder: str) -> gymnasium.Env:
+    """Returns the environment of a pack, one in each process."""
+    return gymnasium.make("Vigil-v0", pack=folder, frames=False, render_mode="rgb_array", quality="fast").unwrapped
+
+
+def look(asked: tuple[str, str]) -> tuple[str, np.ndarray]:
+    """Returns the instruction and the first frame of an episode of a pack."""
+    env = environment(asked[0])
+    observation, _ = env.reset(options={"episode_id": asked[1]})
+    return observation["instruction"], np.asarray(env.render())
+
+
+def play(asked: tuple[str, str], places: Sequence[int]) -> list[float]:
+    """Plays an episode of a pack once for each place: clicks on it and reports; returns B of each."""
+    env, earned = environment(asked[0]), []
+    for place in places:
+        env.reset(options={"episode_id": asked[1]})
+        env.step(reply_of(place))
+        earned.append(float(env.step(REPORT)[1]))
+    return earned
+
+
+def improve(network: Network, words: Words, demos: Sequence[Demo], scenes: Scenes, rounds: int) -> Iterator[int]:
     """Plays all scenes and learns from what they earned so far, in turns; yields the number of each round.
 
     Demonstrations are learned on beside the scenes, so that what they taught is kept.
     """
     shown = _Batches(demos, words)
-    frames, asked = torch.stack([scene.frame for scene in scenes]), words.of([scene.instruction for scene in scenes])
+    frames, asked = scenes.frames, words.of(scenes.instructions)
     earned, lost = torch.zeros(2, len(scenes), ROWS * COLUMNS)
     optimiser = torch.optim.AdamW(network.parameters(), lr=1.5e-3, weight_decay=1e-2)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, rounds * PASSES * -(-len(scenes) // BATCH))
     for number in range(1, rounds + 1):
-        for index, scene in enumerate(scenes):  # one after the other: each house is loaded once
-            for place in _drawn(network, frames[index], asked[index]):
-                (earned if scene.play(place) else lost)[index, place] = 1.0
+        places = torch.distributions.Categorical(logits=map_of(network, words, scenes)).sample((DRAWS,)).T
+        reward = scenes.play(places)
+        earned.scatter_reduce_(1, places, reward, "amax")
+        lost.scatter_reduce_(1, places, 1.0 - reward, "amax")
         network.train()
         for _ in range(PASSES):
             for chosen in torch.randperm(len(scenes)).split(BATCH):
@@ -291,13 +306,6 @@ def improve(
         yield number
 
 
-def _drawn(network: Network, frame: torch.Tensor, asked: torch.Tensor) -> list[int]:
-    """Returns places drawn from the network's map of one frame."""
-    network.eval()
-    with torch.no_grad():
-        return torch.distributions.Categorical(logits=network(frame[None], asked[None])).sample((DRAWS,))[:, 0].tolist()
-
-
 def _log_earned(logits: torch.Tensor, won: torch.Tensor, missed: torch.Tensor) -> torch.Tensor:
     """Returns the log probability of the places that earned B; where none did yet, of not trying again what did not."""
     logs = functional.log_softmax(logits, dim=1)
@@ -306,28 +314,24 @@ def _log_earned(logits: torch.Tensor, won: torch.Tensor, missed: torch.Tensor) -
     return torch.where(won.any(dim=1), earning, avoiding)
 
 
-def best_of(network: Network, words: Words) -> Click:
-    """Returns who clicks on the best place of the network's map."""
+def map_of(network: Network, words: Words, scenes: Scenes) -> torch.Tensor:
+    """Returns the network's map of each scene, as logits."""
     network.eval()
-
-    def click(frame: torch.Tensor, instruction: str) -> int:
-        with torch.no_grad():
-            return int(network(frame[None], words.of([instruction])).argmax())
-
-    return click
+    with torch.no_grad():
+        asked = words.of(scenes.instructions)
+        return torch.cat([network(*each) for each in zip(scenes.frames.split(BATCH), asked.split(BATCH), strict=True)])
 
 
 class Curve:
     """B on the test episodes as training goes on."""
 
-    def __init__(self, scenes: Sequence[Scene], began: float) -> None:
+    def __init__(self, scenes: Scenes, began: float) -> None:
         self._scenes, self._began = scenes, began
         self.points: list[dict[str, str | float]] = []
 
-    def add(self, stage: str, step: int, click: Click) -> None:
-        """Plays all test episodes once, and prints the share that is won."""
-        won = sum(scene.play(click(scene.frame, scene.instruction)) for scene in self._scenes)
-        self._put(stage, step, won, len(self._scenes))
+    def add(self, stage: str, step: int, places: torch.Tensor) -> None:
+        """Plays all test episodes once, each by a click on its place, and prints the share that is won."""
+        self._put(stage, step, float(self._scenes.play(places[:, None]).sum()), len(self._scenes))
 
     def add_solver(self, out: Path) -> None:
         """Adds what the solver reaches on the same episodes, by `vigil run`."""
@@ -383,8 +387,9 @@ def read_options() -> argparse.Namespace:
     parser.add_argument("--played", type=int, default=500, help="episodes to play (500)")
     parser.add_argument("--tested", type=int, default=300, help="episodes to test on (300)")
     parser.add_argument("--epochs", type=int, default=20, help="passes over the demonstrations (20)")
-    parser.add_argument("--every", type=int, default=5, help="epochs between tests (5)")
+    parser.add_argument("--every", type=int, default=10, help="epochs between tests (10)")
     parser.add_argument("--rounds", type=int, default=2, help="rounds of play (2)")
+    parser.add_argument("--processes", type=int, default=2, help="that play (2)")
     parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
     return parser.parse_args()
 

@@ -115,12 +115,12 @@ class Pack:
         return {solution.episode_id: solution for solution in _lines(self.folder, SOLUTIONS, Solution)}
 
     def house_of(self, episode: Episode) -> House:
-        """Returns an episode's house. Raises HouseError."""
+        """Returns an episode's house; several threads may ask at once. Raises HouseError."""
         name = episode.house.name
         house = self._houses.pop(name, None) or House.load(self.folder / HOUSES / f"{name}.json")
         self._houses[name] = house
-        if len(self._houses) > HOUSES_KEPT:
-            del self._houses[next(iter(self._houses))]
+        for oldest in list(self._houses)[:-HOUSES_KEPT]:
+            self._houses.pop(oldest, None)
         return house
 
     def episode(self, episode_id: str) -> Episode:

@@ -255,7 +255,7 @@ def test_both_variants_of_actions_do_the_same(pack: str) -> None:
         assert one[1:] == other[1:]
 
 
-@pytest.mark.parametrize("mode", ["sync", "async"])
+@pytest.mark.parametrize("mode", ["sync", "async", "vector_entry_point"])
 def test_vectors(pack: str, mode: str) -> None:
     env = gymnasium.make_vec(
         integration.ENV_ID,
@@ -456,16 +456,19 @@ def test_without_gymnasium_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -
         importlib.import_module("vigil.integrations.gymnasium")
 
 
-def test_the_page_s_example_runs(pack: str, capsys: pytest.CaptureFixture) -> None:
+def test_the_page_s_examples_run(pack: str, capsys: pytest.CaptureFixture) -> None:
     page = (Path(__file__).parents[2] / "docs" / "gymnasium.md").read_text(encoding="utf-8")
-    example, moves = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    assert 'pack="starter"' in example
+    code = "".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL))
+    assert code.count('pack="starter"') == 2
     names: dict[str, Any] = {}
-    exec(example.replace('pack="starter"', f'pack={pack!r}, backend="fake"') + moves, names)
+    exec(code.replace('pack="starter"', f'pack={pack!r}, backend="fake"').replace("* 16", "* 2"), names)
     assert capsys.readouterr().out.splitlines()[1] == "1.0 B"
     env = names["Moves"](make(pack))
     env.reset(seed=0)
     assert env.step(env.action_space.n - 1)[2]
+    names["envs"].reset(seed=0)
+    assert names["envs"].step(np.array([0, 5]))[2].tolist() == [False, True]
+    names["envs"].close()
 
 
 STREAM = {"pack": "stream:7", "family": "PG", "houses": (15, 16)}

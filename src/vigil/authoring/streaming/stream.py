@@ -20,8 +20,9 @@ from typing import Self
 from vigil.authoring.drafting.drafts import Draft
 from vigil.authoring.streaming.background import HousePool
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
+from vigil.authoring.streaming.families import families_of_stream
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
-from vigil.episode import FAMILIES, Episode, Family, Solution
+from vigil.episode import Episode, Family, Solution
 from vigil.errors import SettingError
 from vigil.house import House
 
@@ -79,7 +80,7 @@ class Stream:
             raise SettingError(f"Houses {first} to {last} of a stream: expected 0 <= FIRST < END.")
         if seed < 0 or workers < 0:
             raise SettingError(f"A stream's seed ({seed}) and number of workers ({workers}) are 0 or more.")
-        self.settings = StreamSettings(seed, families or tuple(FAMILIES), difficulties or DIFFICULTIES)
+        self.settings = StreamSettings(seed, families_of_stream(families, workers), difficulties or DIFFICULTIES)
         self.first, self.last = first, last
         self._workers = workers
         self._pools: list[HousePool] = []

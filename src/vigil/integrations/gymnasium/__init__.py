@@ -17,9 +17,14 @@ except ModuleNotFoundError:
 
 from vigil.integrations.gymnasium.env import VigilEnv
 from vigil.integrations.gymnasium.options import Options
+from vigil.integrations.gymnasium.vector import SharedProcessVectorEnv, make_vector
 
-__all__ = ["ENV_ID", "Options", "VigilEnv"]
+__all__ = ["ENV_ID", "Options", "SharedProcessVectorEnv", "VigilEnv", "make_vector"]
 
 ENV_ID = "Vigil-v0"
 
-gymnasium.register(ENV_ID, entry_point=f"{__name__}:{VigilEnv.__name__}")
+gymnasium.register(
+    ENV_ID,
+    entry_point=f"{__name__}:{VigilEnv.__name__}",
+    vector_entry_point=f"{__name__}:{make_vector.__name__}",
+)

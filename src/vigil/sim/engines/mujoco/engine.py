@@ -23,6 +23,7 @@ class MujocoEngine:
         self._scene: Scene | None = None
         self._model: CompiledModel | None = None
         self._camera: Camera | None = None
+        model_cache.join(self)
 
     def load(self, scene: Scene) -> None:
         """Builds `scene`, replacing any earlier one."""

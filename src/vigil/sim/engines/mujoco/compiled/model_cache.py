@@ -4,9 +4,12 @@ A scene is known by all that it consists of, not by a name, so a model is only h
 of. What is handed out is a copy: live scenes never share what changes in them.
 """
 
+import math
 import threading
 from collections.abc import Hashable
 from dataclasses import fields
+from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 from cachetools import LRUCache, cached
@@ -15,9 +18,24 @@ from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 KEPT = 4
-"""Models kept at most; that of a house of four rooms takes 16 MB."""
+"""Models kept at most for each engine of the process; that of a house of four rooms takes 16 MB."""
 
 _lock = threading.Lock()
+_engines: WeakSet[Any] = WeakSet()
+
+
+class _Models(LRUCache[Hashable, CompiledModel]):
+    """As many as all engines together may keep; each may find there what another one has built."""
+
+    def __setitem__(self, key: Hashable, value: CompiledModel) -> None:
+        super().__setitem__(key, value)
+        while len(self) > KEPT * max(1, len(_engines)):
+            self.popitem()
+
+
+def join(engine: object) -> None:
+    """Has more models kept as long as an engine lives."""
+    _engines.add(engine)
 
 
 def _identity(scene: Scene) -> Hashable:
@@ -35,7 +53,7 @@ def _plain(value: object) -> Hashable:
     return value  # type: ignore[return-value]
 
 
-@cached(LRUCache(KEPT), key=_identity, lock=_lock)
+@cached(_Models(math.inf), key=_identity, lock=_lock)
 def _kept(scene: Scene) -> CompiledModel:
     return build(scene)
 

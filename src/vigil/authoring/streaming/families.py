@@ -1,0 +1,49 @@
+"""The families that a stream can hold: those of the package, and registered ones with what drafts their episodes."""
+
+from collections.abc import Mapping
+
+from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
+from vigil.authoring.streaming.difficulty import MOST_ACTIONS
+from vigil.episode import FAMILIES, Family
+from vigil.errors import SettingError
+
+_own: set[Family] = set()
+
+
+def register_drafts(family: Family, kinds: Mapping[str, Proposals], *, most_actions: tuple[int, int]) -> None:
+    """Has streams of this process draft a family that `register_family` has added.
+
+    `kinds` names functions that yield drafts in a house, as those of the grammar do; `most_actions` are those of the
+    longest solution that is easy, and of the longest that is medium. Raises SettingError.
+    """
+    if family not in FAMILIES or (family in GRAMMAR and family not in _own):
+        raise SettingError(
+            f"Drafts for family {family!r}: it is the package's own, or unknown. Register the family first, with "
+            "vigil.episode.register_family."
+        )
+    if not kinds or not 0 < most_actions[0] <= most_actions[1]:
+        raise SettingError(
+            f"Drafts for family {family!r}: expected a kind or more, and 0 < EASY <= MEDIUM actions; got kinds "
+            f"{', '.join(kinds) or 'none'} and {most_actions}."
+        )
+    GRAMMAR[family], MOST_ACTIONS[family] = dict(kinds), most_actions
+    _own.add(family)
+
+
+def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family, ...]:
+    """Returns which families a stream holds: those asked for, or all that can be drafted. Raises SettingError."""
+    for family in asked:
+        if family not in GRAMMAR:
+            raise SettingError(
+                f"A stream has nothing that drafts episodes of family {family!r}. Register it with "
+                "vigil.authoring.streaming.families.register_drafts, or ask for other families: "
+                f"{', '.join(each for each in FAMILIES if each in GRAMMAR)}."
+            )
+    chosen = asked or tuple(family for family in FAMILIES if family in GRAMMAR)
+    own = [family for family in chosen if family in _own]
+    if own and workers:
+        raise SettingError(
+            f"Family {', '.join(own)} is registered in this process alone; background processes do not know it. Give "
+            "the stream workers=0, or ask for the package's families."
+        )
+    return chosen

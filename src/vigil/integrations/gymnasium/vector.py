@@ -1,0 +1,185 @@
+"""A vector of environments in a few processes, each of which steps its share of them, one after another.
+
+What it returns, and when it resets, is as of Gymnasium's `AsyncVectorEnv`, which starts a process for each environment:
+sixteen on two cores keep each other waiting, and none can use a house that another one has built.
+"""
+
+import multiprocessing
+import weakref
+from collections.abc import Sequence
+from copy import deepcopy
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space, create_shared_memory, iterate, read_from_shared_memory
+
+from vigil.errors import SettingError
+from vigil.integrations.gymnasium.vector_worker import MakeEnv, Share
+from vigil.runner.workers.pool import worker_count
+
+ENV_ID = "vigil.integrations.gymnasium:Vigil-v0"
+"""With the module that registers it, which a process of its own has not imported."""
+Stepped = tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
+
+
+class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
+    """Environments in `processes` processes; each has as many of them as the others, or one more."""
+
+    def __init__(
+        self,
+        env_fns: Sequence[MakeEnv],
+        *,
+        processes: int | None = None,
+        context: str | None = None,
+        copy: bool = True,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+    ) -> None:
+        """`processes` are one for each core, unless it is given; `context` is how they are started.
+
+        Without `copy` the arrays of an observation are overwritten by the next. Raises what making one raised.
+        """
+        if not env_fns or (processes is not None and processes < 1):
+            raise SettingError(f"A vector of {len(env_fns)} environments in {processes} processes: give 1 or more.")
+        mode = AutoresetMode(autoreset_mode)
+        self.num_envs, self.copy, self.autoreset_mode = len(env_fns), copy, mode
+        self._describe(env_fns[0])
+        started = multiprocessing.get_context(context)
+        memory = create_shared_memory(self.single_observation_space, self.num_envs, ctx=started)
+        self._observations = read_from_shared_memory(self.single_observation_space, memory, self.num_envs)
+        bounds = np.linspace(0, self.num_envs, 1 + min(worker_count(processes), self.num_envs)).astype(int).tolist()
+        self._shares = [
+            Share(started, list(env_fns[first:last]), first, memory, mode) for first, last in pairwise(bounds)
+        ]
+        self._end = weakref.finalize(self, _end, self._shares)
+        try:
+            self._asked("check_spaces", [(self.single_observation_space, self.single_action_space)] * len(self._shares))
+        except BaseException:
+            self.close()
+            raise
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Resets all environments, or those of `options["reset_mask"]`; environment i of seed S has the seed S + i."""
+        seeds = seed if isinstance(seed, list) else [seed if seed is None else seed + i for i in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise SettingError(f"reset() of {self.num_envs} environments got {len(seeds)} seeds; give one for each.")
+        given = dict(options or {})
+        mask = self._mask(given.pop("reset_mask", None))
+        told = None if options is None else given
+        asked = [(seeds[share.part], told, None if mask is None else mask[share.part]) for share in self._shares]
+        infos: dict[str, Any] = {}
+        for share, found in zip(self._shares, self._asked("reset_some", asked), strict=True):
+            infos = self._with_infos(infos, share, found)
+        return self._seen(), infos
+
+    def step(self, actions: Any) -> Stepped:
+        """Takes one action in each environment; one whose episode has ended resets instead, in the default mode."""
+        each = list(iterate(self.action_space, actions))
+        answers = self._asked("step_all", [(each[share.part],) for share in self._shares])
+        infos: dict[str, Any] = {}
+        for share, answer in zip(self._shares, answers, strict=True):
+            infos = self._with_infos(infos, share, answer[-1])
+        rewards, terminated, truncated = (np.concatenate([answer[i] for answer in answers]) for i in range(3))
+        return self._seen(), rewards, terminated, truncated, infos
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Returns of each environment what calling its method gives, or its attribute of that name."""
+        answers = self._asked("call_each", [(name, args, kwargs)] * len(self._shares))
+        return tuple(each for answer in answers for each in answer)
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Returns an attribute of each environment."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Sets an attribute of each environment: the value in its place of a list or tuple, or the one value."""
+        each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
+        if len(each) != self.num_envs:
+            raise SettingError(f"set_attr() of {self.num_envs} environments got {len(each)} values; give one for each.")
+        self._asked("set_attr", [(name, each[share.part]) for share in self._shares])
+
+    def render(self) -> tuple[Any, ...]:
+        """Returns the current frame of each environment; None of each without a render mode."""
+        return self.call("render")
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Closes the environments and ends the processes."""
+        del kwargs
+        self._end()
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The generator of each environment."""
+        return self.get_attr("np_random")
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seed of each environment."""
+        return self.get_attr("np_random_seed")
+
+    def _describe(self, make: MakeEnv) -> None:
+        """Learns from an environment, closed at once, what all are like; forked processes have what it has loaded."""
+        env = make()
+        self.metadata = {**env.metadata, "autoreset_mode": self.autoreset_mode}
+        self.render_mode = env.render_mode
+        self.single_observation_space, self.single_action_space = env.observation_space, env.action_space
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        env.close()
+
+    def _asked(self, command: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
+        """Returns what each process answers. Raises, when all have answered, what the first of them raised."""
+        if self.closed:
+            raise ClosedEnvironmentError(f"{command}() of a vector of environments that has been closed.")
+        for share, each in zip(self._shares, arguments, strict=True):
+            share.ask(command, each)
+        answers = [share.answer() for share in self._shares]
+        for answer in answers:
+            if isinstance(answer, Exception):
+                raise answer
+        return answers
+
+    def _mask(self, given: Any) -> np.ndarray | None:
+        if given is None:
+            return None
+        mask = np.asarray(given)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+            raise SettingError(f"reset_mask is {given!r}: give {self.num_envs} booleans, one of which is true.")
+        return mask
+
+    def _with_infos(self, infos: dict[str, Any], share: Share, found: dict[int, dict[str, Any]]) -> dict[str, Any]:
+        for number, info in found.items():
+            infos = self._add_info(infos, info, share.part.start + number)
+        return infos
+
+    def _seen(self) -> Any:
+        return deepcopy(self._observations) if self.copy else self._observations
+
+
+def make_vector(
+    num_envs: int = 1,
+    *,
+    processes: int | None = None,
+    context: str | None = None,
+    copy: bool = True,
+    autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+    **options: Any,
+) -> SharedProcessVectorEnv:
+    """Returns what `gymnasium.make_vec("Vigil-v0", ...)` makes; `options` are those of `gymnasium.make`."""
+    make = partial(gymnasium.make, ENV_ID, **options)
+    return SharedProcessVectorEnv(
+        [make] * num_envs, processes=processes, context=context, copy=copy, autoreset_mode=autoreset_mode
+    )
+
+
+def _end(shares: Sequence[Share]) -> None:
+    for share in shares:
+        share.leave()
+    for share in shares:
+        share.end()

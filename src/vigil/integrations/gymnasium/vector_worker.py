@@ -1,0 +1,177 @@
+"""A process of a vector: it holds a share of the environments, and does with them what it is asked."""
+
+import pickle
+import signal
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import Space
+from gymnasium.spaces import Text
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector.utils import CloudpickleWrapper, batch_space, iterate, write_to_shared_memory
+
+from vigil.errors import SettingError, SimulatorError
+
+MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
+Infos = dict[Any, dict[str, Any]]
+"""What environments tell, by their numbers in the share."""
+PATIENCE_S = 60.0
+"""How long a process may take to end; building a house, which is waited for, takes seconds."""
+
+
+class Share:
+    """A process with some of the environments, seen from the one that steps them all."""
+
+    def __init__(
+        self, context: Any, env_fns: list[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode
+    ) -> None:
+        self.part = slice(first, first + len(env_fns))
+        """Its environments among all."""
+        self._asked = 0
+        self._pipe, other = context.Pipe()
+        wrapped = [CloudpickleWrapper(make) for make in env_fns]
+        self._process = context.Process(
+            target=_serve,
+            args=(other, self._pipe, wrapped, first, memory, autoreset_mode),
+            name=f"environments-{first}-to-{self.part.stop - 1}",
+            daemon=True,
+        )
+        self._process.start()
+        other.close()
+
+    def ask(self, command: str, arguments: tuple[Any, ...]) -> None:
+        """Has the process call a method of `_Environments`. Raises SimulatorError when it has ended."""
+        self._asked += 1
+        try:
+            self._pipe.send((self._asked, command, arguments))
+        except OSError:
+            raise self._lost() from None
+
+    def answer(self) -> Any:
+        """Returns what the last call returned, or the error that it raised. Raises SimulatorError when it has ended."""
+        number, answer = 0, None
+        while number != self._asked:  # an interrupt may have left an earlier answer unread
+            try:
+                number, answer = self._pipe.recv()
+            except (EOFError, OSError):
+                raise self._lost() from None
+        return answer
+
+    def leave(self) -> None:
+        """Has the process end when it has done what it is doing."""
+        with suppress(OSError):  # it has ended before
+            self._pipe.send(None)
+
+    def end(self) -> None:
+        """Waits for the end of the process, and kills it when that takes too long."""
+        self._process.join(PATIENCE_S)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        self._pipe.close()
+
+    def _lost(self) -> SimulatorError:
+        self._process.join(1.0)
+        return SimulatorError(
+            f"The process of environments {self.part.start} to {self.part.stop - 1} has ended (exit code "
+            f"{self._process.exitcode}). Is there enough memory? Close the vector and make another one."
+        )
+
+
+class _Environments(SyncVectorEnv):
+    """A share of the environments. Gymnasium's own vector of one process steps and resets them."""
+
+    def __init__(self, env_fns: list[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode) -> None:
+        super().__init__(env_fns, copy=False, autoreset_mode=autoreset_mode)
+        self.action_space = batch_space(Text(1), self.num_envs)
+        """Of a kind whose batches are taken apart as they are: the vector has taken the actions apart already."""
+        self._first, self._memory = first, memory
+
+    def check_spaces(self, observations: Space[Any], actions: Space[Any]) -> None:
+        """Raises SettingError when these environments have other spaces than those of the vector."""
+        for ours, wanted in ((self.single_observation_space, observations), (self.single_action_space, actions)):
+            if ours != wanted:
+                raise SettingError(f"Environment {self._first} has the space {ours}, the first one {wanted}.")
+
+    def reset_some(self, seeds: list[int | None], options: dict[str, Any] | None, mask: np.ndarray | None) -> Infos:
+        """Resets all environments, or those of the mask; returns what each tells."""
+        if mask is not None and not mask.any():
+            return {}
+        chosen = options if mask is None else {**(options or {}), "reset_mask": mask}
+        seen, infos = super().reset(seed=seeds, options=chosen)
+        self._write(seen)
+        return infos
+
+    def step_all(self, actions: list[Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray, Infos]:
+        """Takes an action in each; returns rewards, both kinds of ends, and what each tells."""
+        seen, rewards, terminated, truncated, infos = super().step(actions)
+        self._write(seen)
+        return rewards, terminated, truncated, infos
+
+    def call_each(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
+        """Returns of each environment what calling its method gives, or its attribute of that name."""
+        return super().call(name, *arguments, **named)
+
+    def _write(self, seen: Any) -> None:
+        for number, each in enumerate(iterate(self.observation_space, seen)):
+            write_to_shared_memory(self.single_observation_space, self._first + number, each, self._memory)
+
+    def _add_info(self, vector_infos: Infos, env_info: dict[str, Any], env_num: int) -> Infos:  # type: ignore[override]
+        """Keeps apart what each environment tells: the vector joins them."""
+        vector_infos.setdefault(env_num, {}).update(env_info)
+        return vector_infos
+
+
+def _serve(
+    pipe: Connection,
+    parents: Connection,
+    env_fns: list[MakeEnv],
+    first: int,
+    memory: Any,
+    autoreset_mode: AutoresetMode,
+) -> None:
+    """Does what it is asked until it is told to leave, or nobody is there any more who could ask."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the process that steps them all
+    parents.close()
+    made: list[_Environments] = []
+
+    def done(command: str, arguments: tuple[Any, ...]) -> Any:
+        if not made:  # at the first request, so that what it raises is an answer
+            made.append(_Environments(env_fns, first, memory, autoreset_mode))
+        return getattr(made[0], command)(*arguments)
+
+    try:
+        while (asked := pipe.recv()) is not None:
+            number, command, arguments = asked
+            pipe.send_bytes(_answer(number, partial(done, command, arguments)))
+    except (EOFError, BrokenPipeError):
+        return
+    finally:
+        for environments in made:
+            environments.close()
+
+
+def _answer(number: int, do: Callable[[], Any]) -> Any:
+    """Returns, as bytes, what a call returns, or the error that it raises, with where it did."""
+    try:
+        return ForkingPickler.dumps((number, do()))
+    except Exception as error:  # noqa: BLE001 - raised again by the vector
+        error.add_note(f"In the environments' process:\n{traceback.format_exc()}")
+        return ForkingPickler.dumps((number, _sendable(error)))
+
+
+def _sendable(error: Exception) -> Exception:
+    """Returns an error, or, where it cannot be sent, one that says the same."""
+    try:
+        return pickle.loads(pickle.dumps(error))
+    except Exception:  # noqa: BLE001 - errors of any library may fail in any way
+        said = SimulatorError(f"{type(error).__name__}: {error}")
+        said.__notes__ = error.__notes__
+        return said
