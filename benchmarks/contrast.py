@@ -2,9 +2,9 @@
 
     python benchmarks/contrast.py [--variants 4] [--seed 0] [--worst 25]
 
-A portrait shows one thing where such things stand (`vigil.sim.showcase.portrait`). For each pixel at the thing's edge the
-mean colour just inside is compared with that just outside, in CIELAB (76), in which 2 to 3 is a difference that one
-just sees; a portrait's figure is the median over its edge, a category's the median over its portraits.
+A portrait shows one thing where such things stand (`vigil.sim.showcase.portrait`). For each pixel at the thing's edge
+the mean colour just inside is compared with that just outside, in CIELAB (76), in which 2 to 3 is a difference that
+one just sees; a portrait's figure is the median over its edge, a category's the median over its portraits.
 """
 
 import argparse
@@ -38,9 +38,8 @@ def main() -> None:
         mark = "faint" if np.median(values) < FAINT else ""
         print(f"{name:24} {np.median(values):6.1f}  {' '.join(f'{value:5.1f}' for value in sorted(values))}  {mark}")
     medians = [float(np.median(values)) for values in found.values()]
-    print(
-        f"{len(found)} categories: median {np.median(medians):.1f}, {sum(each < FAINT for each in medians)} under {FAINT:.0f}"
-    )
+    faint = sum(each < FAINT for each in medians)
+    print(f"{len(found)} categories: median {np.median(medians):.1f}, {faint} under {FAINT:.0f}")
 
 
 def contrast(subject: Subject, seed: int) -> float:
