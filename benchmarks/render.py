@@ -26,6 +26,7 @@ from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.engines.mujoco.camera import SAMPLES
+from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.world import Setup
 
@@ -152,6 +153,9 @@ def bare_frame(simulator: EmbeddedSimulator, quality: Quality) -> Callable[[], N
     option.geomgroup[:] = [1, 1, 1, 0, 1, 0]
     scene, viewport = mujoco.MjvScene(model, maxgeom=model.ngeom + 16), mujoco.MjrRect(0, 0, 640, 480)
     context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
+    agent = simulator.world([]).agent
+    model.cam_pos[0] = frames.points(np.array(agent.eye))
+    model.cam_quat[0] = frames.quaternion(frames.camera_axes(agent))
     pixels = np.empty((480, 640, 3), np.uint8)
     turn = np.array([np.cos(np.radians(-4.5)), 0.0, 0.0, np.sin(np.radians(-4.5))])
 
