@@ -1,4 +1,4 @@
-"""Measures the MuJoCo engine: time to the first frame, frames a second against bare MuJoCo, memory per live scene.
+"""Measures the MuJoCo engine: time to the first frame, steps with their frames a second, memory per live scene.
 
     python benchmarks/render.py [house.json ...] [--assets DB]
 
@@ -14,7 +14,6 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import psutil
 
@@ -25,8 +24,6 @@ from vigil.housegen import SPECS, generate
 from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.engines.mujoco.camera import SAMPLES
-from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.world import Setup
 
@@ -36,9 +33,7 @@ ROUNDS = 5
 LIVE = 4
 MODES: tuple[tuple[Quality, int], ...] = (("default", 1), ("fast", 1), ("default", 2))
 """Quality, and how many processes at once."""
-SHADOW_PIXELS: dict[Quality, int] = {"default": 2048, "fast": 1024}
-"""Side of the shadow map that the bare renderer draws."""
-HEADER = "quality  at once  house           first s  again s  bare /s  step+RGB /s   share  MB live"
+HEADER = "quality  at once  house           first s  again s  step+RGB /s  MB live"
 
 
 def main() -> None:
@@ -68,24 +63,24 @@ def row(house: Path, assets: Path | None, quality: Quality, at_once: int) -> str
     """Returns one line of the table, the mean over the processes."""
     with ProcessPoolExecutor(at_once, multiprocessing.get_context("spawn")) as pool:
         jobs = [pool.submit(measure, house, assets, quality) for _ in range(at_once)]
-        first, again, bare, stepping, each = np.mean([job.result() for job in jobs], axis=0)
-    times = f"{first:7.2f} {again:8.3f} {bare:8.1f} {stepping:12.1f} {stepping / bare:7.0%} {each:8.1f}"
+        first, again, stepping, each = np.mean([job.result() for job in jobs], axis=0)
+    times = f"{first:7.2f} {again:8.3f} {stepping:12.1f} {each:8.1f}"
     return f"{quality:7} {at_once:8}  {house.stem:14} {times}"
 
 
-def measure(path: Path, assets_path: Path | None, quality: Quality) -> tuple[float, float, float, float, float]:
-    """Returns the seconds to the first frame, to that of a house loaded before, the two rates, and MB a live scene."""
+def measure(path: Path, assets_path: Path | None, quality: Quality) -> tuple[float, float, float, float]:
+    """Returns the seconds to the first frame, to that of a house loaded before, steps a second, and MB a live scene."""
     house = House.load(path)
     assets = AssetDatabase.load(assets_path) if assets_path else AssetDatabase.default()
     first, simulator = open_house(house, assets, quality)
     again = min(open_and_close(house, assets, quality) for _ in range(AGAIN))
-    stepping, bare = rates(lambda: step(simulator), bare_frame(simulator, quality))
+    stepping = rate(lambda: step(simulator))
     before = memory_mb()
     live = [open_house(house, assets, quality)[1] for _ in range(LIVE)]
     each = (memory_mb() - before) / LIVE
     for one in [*live, simulator]:
         one.close()
-    return first, again, bare, stepping, each
+    return first, again, stepping, each
 
 
 def faster(path: Path, assets_path: Path | None) -> float:
@@ -144,54 +139,14 @@ def step(simulator: EmbeddedSimulator) -> None:
     simulator.frame()
 
 
-def bare_frame(simulator: EmbeddedSimulator, quality: Quality) -> Callable[[], None]:
-    """Returns a function that draws the same views as `step` with MuJoCo's own calls and nothing else."""
-    model, data = simulator._engine.model.native, simulator._engine.model.data
-    model.vis.quality.shadowsize, model.vis.quality.offsamples = SHADOW_PIXELS[quality], SAMPLES[quality]
-    view, option, perturb = mujoco.MjvCamera(), mujoco.MjvOption(), mujoco.MjvPerturb()
-    view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, 0
-    option.geomgroup[:] = [1, 1, 1, 0, 1, 0]
-    scene, viewport = mujoco.MjvScene(model, maxgeom=model.ngeom + 16), mujoco.MjrRect(0, 0, 640, 480)
-    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50)
-    agent = simulator.world([]).agent
-    model.cam_pos[0] = frames.points(np.array(agent.eye))
-    model.cam_quat[0] = frames.quaternion(frames.camera_axes(agent))
-    pixels = np.empty((480, 640, 3), np.uint8)
-    turn = np.array([np.cos(np.radians(-4.5)), 0.0, 0.0, np.sin(np.radians(-4.5))])
-
-    def draw() -> None:
-        turned = np.empty(4)
-        mujoco.mju_mulQuat(turned, turn, model.cam_quat[0])
-        model.cam_quat[0] = turned
-        mujoco.mj_camlight(model, data)
-        mujoco.mjv_updateScene(model, data, option, perturb, view, mujoco.mjtCatBit.mjCAT_ALL, scene)
-        _hang_lamp(scene, simulator._engine.model.lamps.places[0])
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
-        mujoco.mjr_render(viewport, scene, context)
-        mujoco.mjr_readPixels(pixels, None, viewport, context)
-
-    return draw
-
-
-def _hang_lamp(scene: mujoco.MjvScene, place: np.ndarray) -> None:
-    """Adds one lamp that casts shadows, as MuJoCo's renderer needs for a comparable picture."""
-    light = scene.lights[scene.nlight]
-    light.type, light.castshadow = mujoco.mjtLightType.mjLIGHT_SPOT, True
-    light.pos, light.dir = place, (0.0, 0.0, -1.0)
-    light.diffuse, light.attenuation, light.cutoff = (0.6, 0.6, 0.6), (1.0, 0.0, 0.02), 80.0
-    scene.nlight += 1
-
-
-def rates(first: Callable[[], None], second: Callable[[], None]) -> tuple[float, float]:
-    """Returns how often each of two acts runs in a second, taken in turns so that a busy machine is fair to both."""
-    seconds = [0.0, 0.0]
-    for turn in range(2 * ROUNDS + 2):
-        start = time.perf_counter()
-        for _ in range(STEPS):
-            (first, second)[turn % 2]()
-        if turn >= 2:  # the first round warms up
-            seconds[turn % 2] += time.perf_counter() - start
-    return STEPS * ROUNDS / seconds[0], STEPS * ROUNDS / seconds[1]
+def rate(act: Callable[[], None]) -> float:
+    """Returns how often an act runs in a second, once it is warm."""
+    for _ in range(STEPS):
+        act()
+    start = time.perf_counter()
+    for _ in range(STEPS * ROUNDS):
+        act()
+    return STEPS * ROUNDS / (time.perf_counter() - start)
 
 
 def memory_mb() -> float:
