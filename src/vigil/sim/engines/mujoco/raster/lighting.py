@@ -1,4 +1,4 @@
-"""The light of a scene: cast when it is loaded, and cast anew for whatever has moved since.
+"""The light of a scene: cast on what is looked at for the first time, and anew on whatever has moved since.
 
 What stands still (structure, furniture without its leaves) stops light. What can move stops none, so it leaves no shade
 behind; its own contact with what is around it is darkened when a frame is drawn.
@@ -19,9 +19,11 @@ BRIGHTEST = 2.0
 GRID_M = 0.03
 """Vertices this near to each other that face the same way get the same light."""
 FACINGS = 4
+"""Steps of a normal's coordinates between 0 and 1, within which it faces the same way."""
 NEIGHBOURS = 200
 """So many vertices in the open are looked at for the one that is nearest to a buried one."""
 IN_HAND = 0.75
+"""Light on the sides of what is held."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +44,7 @@ class Cast:
 
 
 class Baked:
-    """The light of a model as it was built, shared by its copies, and cast for what is looked at."""
+    """The light of a model as it stood at first, shared by its copies, and cast for what is looked at."""
 
     def __init__(self, model: CompiledModel) -> None:
         self.geometry = geometry_of(model)
@@ -55,7 +57,7 @@ class Baked:
         self.planes = Cast.none(len(self._lamps), self.charts.is_used.size)
 
     def ensure(self, model: CompiledModel, geoms: np.ndarray) -> None:
-        """Casts light on geoms, which are where they were when the model was built, unless that was done before."""
+        """Casts light on geoms, which are where they were at first, unless that was done before."""
         missing = geoms[~self._is_cast[geoms]]
         if not len(missing):
             return
@@ -105,7 +107,7 @@ class Baked:
 
 
 def baked(model: CompiledModel) -> Baked:
-    """Returns the light of a model, the same for all its copies; before anything in the first has moved."""
+    """Returns the light of a model, the same for all its copies."""
     if "light" not in model.keepsake:
         model.keepsake["light"] = Baked(model)
     return model.keepsake["light"]

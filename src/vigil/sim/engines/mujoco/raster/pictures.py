@@ -41,10 +41,6 @@ class Pictures:
             self._texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return self._texture
 
-    def forget_texture(self) -> None:
-        """Drops the array, whose context has ended."""
-        self._texture, self._count = None, 0
-
 
 def _fitted(picture: np.ndarray) -> np.ndarray:
     """Returns the picture (`SIDE`, `SIDE`, 4), its first row at the bottom, as v = 0 asks for.
