@@ -93,7 +93,7 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
 
 def smoothed(light: np.ndarray) -> np.ndarray:
     """Returns the light (height, width, 3) of one plane, averaged over neighbours."""
+    tall, wide = light.shape[:2]
     padded = np.pad(light, ((2, 2), (2, 2), (0, 0)), mode="edge")
-    rows = sum(weight * padded[row : row + len(light)] for row, weight in enumerate(_BLUR))
-    wide = light.shape[1]
-    return sum(weight * rows[:, column : column + wide] for column, weight in enumerate(_BLUR))
+    rows = np.tensordot(_BLUR, [padded[row : row + tall] for row in range(len(_BLUR))], 1)
+    return np.tensordot(_BLUR, [rows[:, column : column + wide] for column in range(len(_BLUR))], 1)
