@@ -172,7 +172,7 @@ class Lighting:
         self.vertices[self.geometry.vertex_slices[geom], :3] = encoded(light)[:, None]
 
     def _mix_planes(self, geoms: np.ndarray) -> None:
-        _, width, _ = self.planes.shape
+        width = self._baked.charts.is_used.shape[1]
         for top, left, tall, wide in self._baked.boxes_of(geoms):
             numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
             light = self._baked.planes.under(self._strengths, numbers).reshape(tall, wide, 3)
