@@ -1,6 +1,6 @@
 #version 330
 // The picture, darker where little is open.
-const float DARKEST = 0.3;
+const float DARKEST = 0.42;
 uniform sampler2D picture;
 uniform sampler2D nearness;
 uniform sampler2D depth;
