@@ -18,6 +18,7 @@ from vigil.sim.engines.mujoco.raster import charts, irradiance, occluders
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
+from vigil.sim.engines.mujoco.raster.smoothing import smoothed
 
 LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
 
@@ -98,6 +99,49 @@ def test_little_light_reaches_what_is_under_something() -> None:
     lamp = np.array([0.0, 0.0, 2.4])
     assert irradiance.from_lamp(scene, lamp, samples)[0] == 0.0
     assert irradiance.from_lamp(scene, lamp, samples)[1] > 0.2
+
+
+def edge_list(faces: np.ndarray) -> np.ndarray:
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
+def test_smoothed_light_keeps_to_one_surface_and_fills_what_is_not_known() -> None:
+    mesh = refined(drawn_block(), 0.3)
+    is_top = mesh.normals[:, 2] > 0.9
+    light = np.where(is_top, 1.0, 0.2)[:, None].repeat(2, axis=1)
+    dark, hidden = np.flatnonzero(is_top)[[0, 3]]
+    light[dark], light[hidden] = 0.0, 77.0
+    is_known = np.arange(len(light)) != hidden
+    after = smoothed(light, is_known, mesh.vertices, mesh.normals, edge_list(mesh.faces))
+    assert after[~is_top] == pytest.approx(0.2)  # across an edge no light is taken
+    assert (after[is_top] > 0.5).all()
+    assert after.max() == pytest.approx(1.0)
+    alone = np.array([[0, 1]])
+    ends = smoothed(light[:3], np.array([False, False, True]), mesh.vertices[:3], mesh.normals[:3], alone)
+    assert np.isnan(ends[:2]).all()
+    assert ends[2] == pytest.approx(light[2])
+
+
+def test_a_thing_that_stands_on_another_is_not_black_at_its_foot(scene: Scene) -> None:
+    model = model_cache.model_of(scene)
+    lighting = Lighting(model)
+    lighting.follow(np.arange(model.native.ngeom))
+    (geom,) = model.things["cube"].geoms
+    light = lighting.vertices[lighting.geometry.vertex_slices[geom], :3].astype(int)
+    normals = lighting.geometry.world(model, geom)[1]
+    sides = light[np.abs(normals[:, 2]) < 0.5]
+    assert sides.min() > 0.5 * sides.max()
+
+
+def test_a_leaf_stops_light_unless_it_opens(scene: Scene) -> None:
+    stop = []
+    for is_openable in (True, False):
+        scene.things["cabinet"].is_openable = is_openable
+        stop.append(set(model_cache.model_of(scene).still.tolist()))
+    ajar, shut = stop
+    (leaf,) = shut - ajar
+    assert ajar < shut
+    assert leaf in model_cache.model_of(scene).things["cabinet"].geoms
 
 
 def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> None:

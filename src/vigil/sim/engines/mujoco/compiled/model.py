@@ -60,7 +60,7 @@ class CompiledModel:
     """Number of the room from which alone a structural geom is seen, where there is one."""
     lamps: lights.Lamps
     still: np.ndarray
-    """Geoms that stop light: structure, and the bodies of furniture; no leaf, no glass, nothing that stands on them."""
+    """Geoms that stop light: structure, and the bodies of furniture; no leaf that opens, no glass, nothing on top."""
     materials: tuple[Material, ...]
     """Of each native material."""
     portals: Portals
@@ -151,7 +151,8 @@ def _still(draft: _Draft, scene: Scene, kinds: dict[int, str], things: dict[str,
         if thing.is_pickupable or thing.parent is not None or not thing.is_present or _hangs(thing, height):
             continue  # what stands on furniture is too small for the light that is known at its vertices
         placed = things[thing.id]
-        is_body = np.array([draft.joints[geom] is None for geom in placed.geoms], dtype=bool)
+        # A door that leads outside has a leaf, but stays shut.
+        is_body = np.array([draft.joints[geom] is None or not thing.is_openable for geom in placed.geoms], dtype=bool)
         chosen += placed.geoms[is_body & (placed.groups == THING) & placed.shown_on & placed.shown_off].tolist()
     return np.array(chosen, dtype=int)
 

@@ -13,6 +13,7 @@ from vigil.sim.engines.mujoco.raster import charts, irradiance
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.occluders import Occluders
+from vigil.sim.engines.mujoco.raster.smoothing import smoothed
 
 BRIGHTEST = 2.0
 """Light of this strength is white; the shaders know it too."""
@@ -20,8 +21,6 @@ GRID_M = 0.03
 """Vertices this near to each other that face the same way get the same light."""
 FACINGS = 4
 """Steps of a normal's coordinates between 0 and 1, within which it faces the same way."""
-NEIGHBOURS = 200
-"""So many vertices in the open are looked at for the one that is nearest to a buried one."""
 IN_HAND = 0.75
 """Light on the sides of what is held."""
 
@@ -37,6 +36,18 @@ class Cast:
     def none(lamps: int, count: int) -> "Cast":
         """Returns room for the light on so many points."""
         return Cast(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
+
+    def smoothed(self, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray) -> "Cast":
+        """Returns the light averaged along the edges (m, 2) between the points that it fell on.
+
+        Where it is not known (n,), it is that of what is near, or else of all that belongs to the same owner (n,).
+        """
+        light = np.column_stack([self.ambient, self.reach.T]) * is_known[:, None]
+        near = smoothed(light, is_known, samples.points, samples.normals, edges)
+        counts = np.maximum(np.bincount(owners, is_known), 1.0)
+        means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)
+        light = np.where(np.isnan(near), means[owners], near)
+        return Cast(light[:, :3], light[:, 3:].T)
 
     def under(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
         """Returns the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
@@ -73,14 +84,26 @@ class Baked:
         places = [self.geometry.world(model, geom) for geom in geoms.tolist()]
         points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
         counts = [len(each) for each, _ in places]
-        first, which = _alike(points, normals, np.repeat(np.arange(len(geoms)), counts))
-        cast, is_buried = self._cast(Samples(points[first], normals[first]))
+        owners = np.repeat(np.arange(len(geoms)), counts)
+        first, which = _alike(points, normals, owners)
+        samples = Samples(points[first], normals[first])
+        cast, is_buried = self._cast(samples)
+        cast = cast.smoothed(samples, ~is_buried, which[self._edges(geoms, counts)], owners[first])
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
-            own = _unburied(points[start:stop], which[start:stop], is_buried)
-            into.ambient[part], into.reach[:, part] = cast.ambient[own], cast.reach[:, own]
+            into.ambient[part] = cast.ambient[which[start:stop]]
+            into.reach[:, part] = cast.reach[:, which[start:stop]]
             start = stop
+
+    def _edges(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
+        """Returns the edges (m, 2) of geoms with so many vertices each, these numbered one geom after the other."""
+        slices, owned = self.geometry.vertex_slices, self.geometry.face_slices
+        shifts = np.cumsum([0, *counts[:-1]]) - [slices[geom].start for geom in geoms]
+        faces = np.concatenate(
+            [self.geometry.faces[owned[geom]] + shift for geom, shift in zip(geoms, shifts, strict=True)]
+        )
+        return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
 
     def boxes_of(self, geoms: np.ndarray) -> list[tuple[int, int, int, int]]:
         """Returns where the planes of geoms lie in the picture of all planes."""
@@ -177,19 +200,6 @@ class Lighting:
             numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
             light = self._baked.planes.under(self._strengths, numbers).reshape(tall, wide, 3)
             self.planes[top : top + tall, left : left + wide, :3] = encoded(charts.smoothed(light))
-
-
-def _unburied(points: np.ndarray, samples: np.ndarray, is_buried: np.ndarray) -> np.ndarray:
-    """Returns the sample of each point, that of the nearest point in the open where its own is buried."""
-    buried = np.flatnonzero(is_buried[samples])
-    free = np.flatnonzero(~is_buried[samples])
-    if not len(buried) or not len(free):
-        return samples
-    free = free[:: max(1, len(free) // NEIGHBOURS)]
-    nearest = ((points[buried, None] - points[None, free]) ** 2).sum(axis=2).argmin(axis=1)
-    chosen = samples.copy()
-    chosen[buried] = samples[free[nearest]]
-    return chosen
 
 
 def encoded(light: np.ndarray) -> np.ndarray:

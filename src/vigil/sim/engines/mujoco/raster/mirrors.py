@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
-from vigil.sim.engines.mujoco.raster.context import moderngl
 from vigil.sim.engines.mujoco.raster.geometry import Geometry
 from vigil.sim.engines.mujoco.raster.shade import release
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 MAX_MIRRORS = 2
 """The nearest in view mirror; others only shine."""
+FINENESS = 1
+"""Pixels of the frame for one of the mirrored picture, along each side."""
 FINENESS = 2
 """Pixels of the frame for one of the mirrored picture, along each side."""
 _FLAT = 0.99
@@ -56,17 +57,17 @@ def _mirror(model: CompiledModel, geometry: Geometry, geom: int, eye: np.ndarray
 
 
 class Glass:
-    """Where mirrored pictures of one size are drawn."""
+    """Where mirrored pictures of one size are drawn: with several samples a pixel, then with one."""
 
-    def __init__(self, context: Any, size: tuple[int, int]) -> None:
+    def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
         smaller = size[0] // FINENESS, size[1] // FINENESS
         self.pictures = [context.texture(smaller, 4) for _ in range(MAX_MIRRORS)]
-        for each in self.pictures:
-            each.filter = moderngl.LINEAR, moderngl.LINEAR
-        depth = context.depth_renderbuffer(smaller)
-        self.targets = [context.framebuffer([each], depth) for each in self.pictures]
+        self.drawn = context.framebuffer(
+            [context.renderbuffer(smaller, 4, samples=samples)], context.depth_renderbuffer(smaller, samples=samples)
+        )
+        self.flat = [context.framebuffer([each]) for each in self.pictures]
 
     def release(self) -> None:
         """Frees all of it."""
-        for each in self.targets:
+        for each in (self.drawn, *self.flat):
             release(each)

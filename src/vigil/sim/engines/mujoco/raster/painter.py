@@ -89,13 +89,14 @@ class Painter:
         """Draws what each mirror shows."""
         self._context.enable_direct(_CLIP_DISTANCE)
         self._context.front_face = "cw"
-        for mirror, target in zip(mirrors, glass.targets, strict=False):
-            target.use()
-            target.clear(depth=1.0)
+        for mirror, flat in zip(mirrors, glass.flat, strict=False):
+            glass.drawn.use()
+            glass.drawn.clear(depth=1.0)
             self._begin()
             behind = viewer.behind(mirror.point, mirror.normal)
             for _ in self._surfaces.draw(behind, lamp, glows, [mirror.geom]):
                 self._sky.draw(behind)
+            self._context.copy_framebuffer(flat, glass.drawn)
         self._context.front_face = "ccw"
         self._context.disable_direct(_CLIP_DISTANCE)
 
@@ -112,7 +113,7 @@ class Painter:
     def _glass(self, viewer: Viewer) -> Glass:
         size = viewer.width, viewer.height
         if size not in self._glasses:
-            self._glasses[size] = Glass(self._context, size)
+            self._glasses[size] = Glass(self._context, size, self._samples)
         return self._glasses[size]
 
     def _shade(self, viewer: Viewer) -> Shade:

@@ -1,7 +1,7 @@
 #version 330
 // How open the surroundings of each point are: 1, or less where something is near and in front of it.
 const int TAPS = 9;
-const float REACH = 0.25;  // metres
+const float REACH = 0.18;  // metres
 const float STRENGTH = 1.9;
 uniform sampler2D distances;
 uniform vec2 slopes;  // half of what is seen across and up, at one metre

@@ -22,13 +22,15 @@ flat in vec4 finish;  // layer of the texture, emission, gloss, metalness
 out vec4 seen;
 
 vec3 surroundings(vec3 way) {
-    return way.z > 0.0 ? mix(vec3(0.62, 0.60, 0.57), vec3(1.0), smoothstep(0.0, 0.9, way.z))
-                       : mix(vec3(0.50, 0.47, 0.44), vec3(0.26, 0.24, 0.22), smoothstep(0.0, 0.6, -way.z));
+    vec3 middle = vec3(0.56, 0.54, 0.51);
+    return way.z > 0.0 ? mix(middle, vec3(1.0), smoothstep(0.0, 0.9, way.z))
+                       : mix(middle, vec3(0.26, 0.24, 0.22), smoothstep(0.0, 0.6, -way.z));
 }
 
 // From the square root of light to what is shown: bright places keep their form.
 vec3 toned(vec3 root) {
-    return clamp(root * (1.13 - 0.12 * root * root), 0.0, 1.0);
+    root = min(root, 1.36);
+    return min(root * (1.12 - 0.2 * root * root), 1.0);
 }
 
 void main() {
