@@ -123,6 +123,7 @@ def test_smoothed_light_keeps_to_one_surface_and_fills_what_is_not_known() -> No
 
 
 def test_a_thing_that_stands_on_another_is_not_black_at_its_foot(scene: Scene) -> None:
+    scene.things["cube"].position = Vec3(-1.0, 0.0999, 0.0)  # its foot lies just inside the floor
     model = model_cache.model_of(scene)
     lighting = Lighting(model)
     lighting.follow(np.arange(model.native.ngeom))
