@@ -79,7 +79,8 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.solid((x0, 0, z0), (x1, base, body))
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
     doors = _fridge_doors(builder, shell, style, 1 if rng.random() < 0.5 else -1, (body, face))
-    _fridge_front(builder, rng, doors, face, has_dispenser=shell not in _RETRO and bool(rng.random() < 0.6))
+    has_dispenser = style == "double" or (shell not in _RETRO and bool(rng.random() < 0.6))
+    _fridge_front(builder, rng, doors, face, has_dispenser=has_dispenser)
     return builder.build((shell.word,))
 
 

@@ -36,11 +36,11 @@ _BASINS = (
 _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
 """An oval bowl from its drain to its edge: shares of its half width and of its depth."""
 _KNOBS = (
-    ("black", "plastic/#232528", "plastic/#f4f4f0"),
-    ("steel", "metal/steel", "plastic/#c83a2c"),
-    ("white", "plastic/#ecebe6", "plastic/#c83a2c"),
+    ("plastic/#232528", "plastic/#f4f4f0"),
+    ("metal/steel", "plastic/#c83a2c"),
+    ("plastic/#ecebe6", "plastic/#c83a2c"),
 )
-"""Word, material of the grip and of its pointer."""
+"""Materials of a stove knob's grip and of its pointer."""
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -142,7 +142,7 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     else:
         _square_basin(builder, material, (inner_x, inner_z), (floor, height))
     middle = (inner_z[0] + inner_z[1]) / 2
-    _drain(builder, (0.0, floor + 0.012, middle), (0.0, height - 0.25 * bowl, inner_z[0]))
+    _drain(builder, bowl, (0.0, floor + 0.012, middle), (0.0, height - 0.25 * bowl, inner_z[0]))
     room = (0.75 * (inner_x[1] - inner_x[0]), 0.75 * (inner_z[1] - inner_z[0]))
     builder.surface("basin", (0, floor + 0.016, middle), room, is_inside=True)
     builder.surface("rim", (0, height, -depth / 2 + shelf / 2), (0.8 * width, shelf - 0.02))
@@ -153,13 +153,14 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     return builder.build((finish.word,))
 
 
-def _drain(builder: Builder, drain: Corner, overflow: Corner) -> None:
-    """Adds a drain in a basin's floor and an overflow in its rear wall, dark in rings of chrome."""
+def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> None:
+    """Adds a drain in the floor of a basin `bowl` deep and an overflow in its rear wall, dark in rings of chrome."""
     collar = shapes.lathe([(0.022, 0.0), (0.034, 0.0), (0.034, 0.004), (0.024, 0.006), (0.022, 0.0)])
     hole = shapes.disc(0.023, (0, 0.002, 0), segments=14)
-    for place, degrees in ((drain, 0.0), (overflow, 90.0)):
+    for place, degrees, size in ((drain, 0.0, 1.0), (overflow, 90.0, min(0.75, 5.0 * bowl))):
         for look, part in (("chrome", collar), ("plastic/#17181a", hole)):
-            builder.add(look, shapes.translate(shapes.rotate(part, "x", degrees), place))
+            turned = shapes.rotate(shapes.scale(part, (size, size, size)), "x", degrees)
+            builder.add(look, shapes.translate(turned, place))
 
 
 def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
@@ -322,7 +323,7 @@ def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
     """Returns a knob with a broad bar for the fingers: upright while off; while on it lies across a glowing dial."""
     builder = Builder("StoveKnob", size)
     width, height, depth = size
-    name, grip, mark = one_of(rng, _KNOBS)
+    grip, mark = one_of(rng, _KNOBS)
     dial = shapes.cylinder(0.5, 0.2 * depth, (0, 0, 0.1 * depth), "z", 20)
     builder.add(PartStyle("plastic/#5c5f63", on=HOT, bears_toggle=True), _oval(dial, width, height))
     foot = shapes.cylinder(0.3, 0.35 * depth, (0, 0, 0.35 * depth), "z", 18)
@@ -333,7 +334,7 @@ def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
         for look, part in ((grip, bar), (mark, line)):
             style = PartStyle(look, bears_toggle=True, shown="on" if shown == "on" else "off")
             builder.add(style, _oval(shapes.rotate(part, "z", degrees), width, height))
-    return builder.build([name])
+    return builder.build()
 
 
 def _oval(part: shapes.Mesh, width: float, height: float) -> shapes.Mesh:

@@ -24,7 +24,7 @@ _SHIRT = (
 )  # fmt: skip
 """The outline of a shirt, the sign of laundry: shares of its width and of a hamper's height."""
 _SOCK, _LINEN = "fabric/#3c4048", "fabric/#efe9dc"
-_WASHING = (("red", "#b4262b"), ("blue", "#2f5ba0"), ("teal", "#2f8386"), ("yellow", "#e2b93b"), ("pink", "#d98ea3"))
+_SLEEVES = tuple(f"fabric/{COLOURS[name]}" for name in ("red", "blue", "teal", "yellow", "pink"))
 
 
 def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -112,21 +112,21 @@ def _slots(builder: Builder, lid: float) -> list[shapes.Mesh]:
 def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
     """Adds a sleeve and a sock that hang over a hamper's front."""
     width, height, face = builder.width, builder.height, builder.through[1] + 0.006
-    _, cloth = one_of(rng, _WASHING)
-    sleeve = [(-0.03, 0.0), (0.2, 0.0), (0.25, -0.34), (0.04, -0.36)]
-    cuff = [(0.03, -0.36), (0.26, -0.34), (0.265, -0.4), (0.035, -0.42)]
-    sock = [(-0.34, 0.0), (-0.2, 0.0), (-0.2, -0.3), (-0.36, -0.36), (-0.4, -0.28), (-0.34, -0.22)]
-    toe = [(-0.28, -0.33), (-0.36, -0.36), (-0.4, -0.28), (-0.33, -0.26)]
+    cloth = one_of(rng, _SLEEVES)
+    sleeve = [(-0.03, 0.0), (0.2, 0.0), (0.25, -0.29), (0.04, -0.31)]
+    cuff = [(0.03, -0.31), (0.26, -0.29), (0.265, -0.35), (0.035, -0.37)]
+    sock = [(-0.29, 0.0), (-0.15, 0.0), (-0.15, -0.27), (-0.31, -0.33), (-0.35, -0.25), (-0.29, -0.19)]
+    toe = [(-0.23, -0.3), (-0.31, -0.33), (-0.35, -0.25), (-0.28, -0.23)]
     for look, outline, out in (
-        (f"fabric/{cloth}", sleeve, 0.0),
-        ("fabric/#ecebe6", cuff, 0.0),
+        (cloth, sleeve, 0.0),
+        (_LINEN, cuff, 0.0),
         (_SOCK, sock, 0.0),
-        (f"fabric/{cloth}", toe, 0.001),
+        (cloth, toe, 0.001),
     ):
         flat = [(x * width, lid + 0.003 + y * height) for x, y in outline]
         builder.add(look, shapes.extrude(flat, face - 0.004, face + 0.004 + out, "z"))
-    over = 0.05
-    for look, x0, x1 in ((f"fabric/{cloth}", -0.03, 0.2), (_SOCK, -0.34, -0.2)):
+    over = 0.034
+    for look, x0, x1 in ((cloth, -0.03, 0.2), (_SOCK, -0.29, -0.15)):
         builder.block(look, (x0 * width, x1 * width), (lid - 0.002, lid + 0.004), (face - over, face + 0.004))
         builder.block(look, (x0 * width, x1 * width), (lid - 0.16 * height, lid), (face - over, face - over + 0.006))
 
