@@ -268,13 +268,13 @@ def add_drawer(
     joint = builder.slide(name, (0, 0, 1), travel)
     board = (low[0], low[1], high[2] - BOARD_M)
     builder.add(PartStyle(fronts.front, joint, bears_open=True), front_board(board, high, is_framed=fronts.is_framed))
-    if fronts.knob != "none":
-        builder.add(PartStyle(fronts.metal, joint, bears_open=True), *_drawer_handles(low, high, fronts.knob))
     x0, y0, z0 = low[0] + overlay, low[1] + overlay, low[2]
     x1, y1, z1 = high[0] - overlay, high[1] - overlay, high[2]
     rim = min(0.012, 0.1 * (y1 - y0))
     inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
     builder.add(PartStyle(fronts.inner, joint, bears_open=True), hollow(inner_low, inner_high, 0.01, "+y"))
+    if fronts.knob != "none":
+        builder.add(PartStyle(fronts.metal, joint, bears_open=True), *_drawer_handles(low, high, fronts.knob))
     builder.surface(
         name,
         ((x0 + x1) / 2, y0 + rim + 0.01, (z0 + z1) / 2 - BOARD_M / 2),

@@ -54,7 +54,7 @@ def _lever(builder: Builder, metal: str, at: tuple[float, float, float], twin: b
     for shown, angle in (("off", 0.0), ("on", 45.0)):
         look = PartStyle(metal, bears_toggle=True, shown="on" if shown == "on" else "off")
         if twin:
-            bars = [shapes.rounded_box((0.25 * width, 0.08 * height, 0.06 * width), (x, y, z), 0.02 * width)]
+            bars = [shapes.box((0.25 * width, 0.08 * height, 0.06 * width), (x, y, z), 0.015 * width)]
             bars.append(shapes.rotate(bars[0], "y", 90, (x, y, z)))
             builder.add(look, *(shapes.rotate(bar, "y", angle, (x, y, z)) for bar in bars))
             continue

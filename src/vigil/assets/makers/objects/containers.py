@@ -223,7 +223,7 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     builder.block(look, (x0, x1), (0.015, height), (body, face), 0.008)
     _boltwork(builder, joint, (x0, x1), body)
     for y in (0.2 * height, 0.8 * height):
-        builder.add("chrome", shapes.cylinder(0.013, 0.14 * height, (x1 - 0.004, y, face + 0.006), segments=10))
+        builder.add("chrome", shapes.cylinder(0.013, 0.14 * height, (x1 - 0.013, y, face + 0.004), segments=10))
     builder.block(look, (x0 + 0.045, x1 - 0.045), (0.06, height - 0.045), (face - 0.001, face + 0.006), 0.003)
     x, y = x0 + 0.35 * size.x, 0.55 * height
     spokes = [
