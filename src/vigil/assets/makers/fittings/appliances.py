@@ -28,7 +28,7 @@ _NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
 _NOTES = (
     ("paper/#f2e27a", 0.09, 0.09, 0.0, 0.0),
     ("picture/4", 0.15, 0.12, 0.2, 0.06),
-    ("paper/#f6f5f2", 0.11, 0.15, -0.04, 0.16),
+    ("paper/#b9dcef", 0.11, 0.15, -0.04, 0.16),
 )
 """Paper, width, height, how far aside (as a share of the door's width) and how far down each note hangs."""
 _MAGNETS = ("plastic/#c8322e", "plastic/#2f5ba0")

@@ -101,7 +101,8 @@ def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     """Returns a single drawer in its case: a front of another finish, larger than the case, with a broad handle."""
     builder = Builder("Drawer", size)
     finish = wood(rng)
-    fronts = replace(_fronts(rng, one_of(rng, [other.material for other in WOODS if other != finish])), is_framed=True)
+    fronts = _fronts(rng, one_of(rng, [other.material for other in WOODS if other != finish]))
+    fronts = replace(fronts, knob="bar" if fronts.knob == "knob" else fronts.knob, is_framed=True)
     width, height, depth = size
     front = depth / 2 - handle_room(fronts.knob)
     back, margin, wall = front - BOARD_M, 0.01, 0.014
