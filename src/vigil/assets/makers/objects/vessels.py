@@ -80,7 +80,7 @@ def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     width, height, depth = size
     name, tint = colour(rng, "blue", "green", "white", "orange", "pink", "teal", "yellow")
     _, trigger = colour(rng, *(word for word in ("white", "red", "black", "blue", "yellow") if word != name))
-    across = min(0.8 * depth, 1.6 * width)
+    across = float(np.clip(1.6 * width, 0.62 * depth, 0.8 * depth))
     middle = -depth / 2 + across / 2
     wall = [(0.0, 0.0), (0.94, 0.0), (1.0, 0.04), (1.0, 0.34), (0.9, 0.42), (0.5, 0.52), (0.3, 0.6), (0.28, 0.72)]
     body = turning([(r, y * height) for r, y in wall], width, across)
