@@ -82,6 +82,7 @@ _ALIASES = {
     "tennisracquet": "TennisRacket",
     "tissue": "TissueBox",
     "tissues": "TissueBox",
+    "toiletbrush": "ScrubBrush",
     "trashcan": "GarbageCan",
     "tv": "Television",
     "vacuum": "VacuumCleaner",

@@ -101,7 +101,10 @@ def add_case(
 
 
 def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
-    """Returns panels that face into a space, on all sides but one: the inner skin of an appliance."""
+    """Returns panels that face into a space, on all sides but one: the inner skin of an appliance.
+
+    Each is made of four, so that some of its vertices, where light is cast, lie away from the corners.
+    """
     size, middle = np.subtract(high, low), np.add(high, low) / 2
     panels = []
     for axis, (wide, tall) in enumerate(((2, 1), (0, 2), (0, 1))):
@@ -109,9 +112,14 @@ def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
             name = f"{'+' if side > 0 else '-'}{'xyz'[axis]}"
             if name == missing:
                 continue
-            center = middle.copy()
-            center[axis] += side * size[axis] / 2
-            panels.append(shapes.panel(size[wide], size[tall], center, f"{outward}{'xyz'[axis]}", fit=False))
+            for right, up in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+                center = middle.copy()
+                center[axis] += side * size[axis] / 2
+                center[wide] += right * size[wide] / 4
+                center[tall] += up * size[tall] / 4
+                panels.append(
+                    shapes.panel(size[wide] / 2, size[tall] / 2, center, f"{outward}{'xyz'[axis]}", fit=False)
+                )
     return shapes.merge(panels)
 
 
@@ -250,12 +258,18 @@ def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
     ])  # fmt: skip
 
 
-def add_drawer(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, travel: float) -> None:
-    """Adds a drawer that fills low..high (its front's face is at high z, the handle in front of it)."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
+def add_drawer(
+    builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, travel: float, *, overlay: float = 0.0
+) -> None:
+    """Adds a drawer that fills low..high (its front's face is at high z, the handle in front of it).
+
+    The front reaches `overlay` (m) beyond the box behind it, to each side and up and down.
+    """
     joint = builder.slide(name, (0, 0, 1), travel)
-    builder.add(PartStyle(fronts.front, joint, bears_open=True),
-                front_board((x0, y0, z1 - BOARD_M), high, is_framed=fronts.is_framed))  # fmt: skip
+    board = (low[0], low[1], high[2] - BOARD_M)
+    builder.add(PartStyle(fronts.front, joint, bears_open=True), front_board(board, high, is_framed=fronts.is_framed))
+    x0, y0, z0 = low[0] + overlay, low[1] + overlay, low[2]
+    x1, y1, z1 = high[0] - overlay, high[1] - overlay, high[2]
     rim = min(0.012, 0.1 * (y1 - y0))
     inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
     builder.add(PartStyle(fronts.inner, joint, bears_open=True), hollow(inner_low, inner_high, 0.01, "+y"))
@@ -269,7 +283,9 @@ def add_drawer(builder: Builder, name: str, low: Corner, high: Corner, fronts: F
         needs_opening=True,
         joint=joint,
     )
-    builder.solid(low, high, joint)
+    builder.solid((x0, y0, z0), (x1, y1, z1), joint)
+    if overlay:
+        builder.solid(board, high, joint)
 
 
 def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:

@@ -1,6 +1,7 @@
 """Large appliances: fridges, washing machines, dryers and microwaves, hollow behind their doors."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,14 +23,37 @@ _LINER = "plastic/#eef1f2"
 _FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
 _GLASS_SHELF = PartStyle("glass/#dfeef0", is_glass=True)
 
+_NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
+"""Heights up to which a fridge's notes and its dispenser reach."""
+_NOTES = (
+    ("paper/#f2e27a", 0.09, 0.09, 0.0, 0.0),
+    ("picture/4", 0.15, 0.12, 0.2, 0.06),
+    ("paper/#b9dcef", 0.11, 0.15, -0.04, 0.16),
+)
+"""Paper, width, height, how far aside (as a share of the door's width) and how far down each note hangs."""
+_MAGNETS = ("plastic/#c8322e", "plastic/#2f5ba0")
+
+
+@dataclass(frozen=True, slots=True)
+class _Door:
+    """A fridge's door: its joint, where it spans, and at which side (-1 or 1 along x) it is hinged."""
+
+    name: str
+    x: Range
+    y: Range
+    hinge: int
+
 
 def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a refrigerator: freezer above, freezer below, side by side, or one door."""
+    """Returns a refrigerator: freezer above, freezer below, or side by side.
+
+    No front is left bare: notes under magnets, a badge and often a dispenser of water tell it from a wardrobe.
+    """
     builder = Builder("Fridge", size)
     shell = one_of(rng, (*SHELLS[:2], *SHELLS, *SHELLS[:2], *_RETRO))
     width, height, depth = size
     is_wide = width > 0.88
-    style = "double" if is_wide and rng.random() < 0.6 else one_of(rng, ("top", "bottom", "top", "single"))
+    style = "double" if is_wide and rng.random() < 0.6 else one_of(rng, ("top", "bottom", "top"))
     wall, door, grip = _FRIDGE_WALL, 0.055, 0.045
     face = depth / 2 - grip
     body = face - door
@@ -37,6 +61,11 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     base = _FRIDGE_BASE
     add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
     builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body))
+    slats = np.linspace(x0 + 0.05, x1 - 0.05, 16)
+    builder.add(
+        shell.material,
+        *(shapes.span((x - 0.004, 0.01, body), (x + 0.004, base - 0.01, body + 0.006)) for x in slats),
+    )
     low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
     high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
     builder.add(_LINER, lining(low, high))
@@ -49,40 +78,43 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
         _crisper(builder, low, (high[0], heights[0] - 0.04, body - 0.13))
     builder.solid((x0, 0, z0), (x1, base, body))
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
-    _fridge_doors(builder, shell, style, 1 if rng.random() < 0.5 else -1, (body, face))
+    doors = _fridge_doors(builder, shell, style, 1 if rng.random() < 0.5 else -1, (body, face))
+    has_dispenser = style == "double" or (shell not in _RETRO and bool(rng.random() < 0.6))
+    _fridge_front(builder, rng, doors, face, has_dispenser=has_dispenser)
     return builder.build((shell.word,))
 
 
-def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> None:
-    """Adds one door, or two beside or above each other."""
-    (x0, x1), height, (body, face) = builder.across, builder.height, z
-    base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.005
-    splits = {"top": 0.68 * height, "bottom": 0.36 * height}
+def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> list[_Door]:
+    """Adds one door, or two beside or above each other; returns them, the largest first."""
+    (x0, x1), height, body = builder.across, builder.height, z[0]
+    base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
     if style == "double":
-        _fridge_door(builder, shell, "left", (0.5 * gap, base, body), (x1, height, face), 1)
-        _fridge_door(builder, shell, "right", (x0, base, body), (-0.5 * gap, height, face), -1)
+        doors = [
+            _Door("left", (0.5 * gap, x1), (base, height), 1),
+            _Door("right", (x0, -0.5 * gap), (base, height), -1),
+        ]
         seal = PartStyle(_LINER, "left", bears_open=True)  # nothing shows through the gap between the doors
         builder.block(seal, (-0.02, 0.02), (base + wall, height - wall), (body - 0.012, body + 0.006))
-    elif style == "single":
-        _fridge_door(builder, shell, "door", (x0, base, body), (x1, height, face), side)
     else:
-        y = splits[style]
-        _fridge_door(builder, shell, "lower", (x0, base, body), (x1, y - gap / 2, face), side)
-        _fridge_door(builder, shell, "upper", (x0, y + gap / 2, body), (x1, height, face), side)
+        split = {"top": 0.68, "bottom": 0.36}[style] * height
+        lower = _Door("lower", (x0, x1), (base, split - gap / 2), side)
+        upper = _Door("upper", (x0, x1), (split + gap / 2, height), side)
+        doors = [upper, lower] if style == "bottom" else [lower, upper]
+    for door in doors:
+        _fridge_door(builder, shell, door, z)
+    return doors
 
 
 def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
     """Adds a clear vegetable drawer on a fridge's floor."""
     if high[1] - low[1] > 0.08:
-        builder.add(
-            PartStyle("glass/#cfe6ea", is_glass=True), shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high)
-        )
+        builder.add(_GLASS_SHELF, shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high))
 
 
-def _fridge_door(builder: Builder, shell: Finish, name: str, low: Corner, high: Corner, hinge: int) -> None:
+def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
     """Adds a thick door with a handle and, on its inside, racks."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    joint = builder.hinge(name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
+    (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
+    joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
     skin = PartStyle(shell.material, joint, bears_open=True)
     builder.block(skin, (x0, x1), (y0, y1), (z0 + 0.006, z1), 0.012)
     inner = PartStyle(_LINER, joint, bears_open=True)
@@ -94,7 +126,7 @@ def _fridge_door(builder: Builder, shell: Finish, name: str, low: Corner, high: 
     length = float(np.clip(0.4 * tall, 0.16, 0.6))
     x = x0 + 0.06 if hinge > 0 else x1 - 0.06
     y = y0 + 0.05 + length / 2 if y0 > 0.5 else y1 - 0.06 - length / 2 if y1 < 1.35 else y0 + 0.55 * tall
-    metal = PartStyle("chrome" if shell.word != "black" else "metal/brushed", joint, bears_open=True)
+    metal = PartStyle("chrome", joint, bears_open=True)
     for end in (-1, 1):
         builder.block(
             metal,
@@ -106,6 +138,47 @@ def _fridge_door(builder: Builder, shell: Finish, name: str, low: Corner, high: 
         metal, (x - 0.013, x + 0.013), (y - length / 2 - 0.02, y + length / 2 + 0.02), (z1 + 0.022, z1 + 0.045), 0.005
     )
     builder.solid((x0, y0, z0 - 0.01), (x1, y1, z1), joint)
+
+
+def _fridge_front(
+    builder: Builder, rng: np.random.Generator, doors: Sequence[_Door], face: float, *, has_dispenser: bool
+) -> None:
+    """Adds what hangs on a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
+    large, other = doors
+    badge = PartStyle("chrome", other.name, bears_open=True)
+    middle, top = sum(other.x) / 2, other.y[1] - 0.07
+    builder.block(badge, (middle - 0.05, middle + 0.05), (top, top + 0.022), (face - 0.002, face + 0.005))
+    if has_dispenser:
+        _dispenser(builder, large, face)
+    noted = other if has_dispenser else large
+    wide, high = noted.x[1] - noted.x[0], min(noted.y[1] - 0.12, _NOTES_M)
+    for index, (paper, width, height, aside, drop) in enumerate(_NOTES):
+        x = sum(noted.x) / 2 - (0.1 - aside) * noted.hinge * wide
+        y = high - drop - height / 2 + float(rng.uniform(-0.02, 0.02))
+        if y - height / 2 < noted.y[0] + 0.03:
+            continue
+        turn = float(rng.uniform(-7, 7))
+        sheet = shapes.rotate(shapes.panel(width, height, (x, y, face + 0.0015)), "z", turn, (x, y, 0))
+        builder.add(PartStyle(paper, noted.name, bears_open=True), sheet)
+        magnet = shapes.cylinder(0.017, 0.01, (x, y + 0.4 * height, face + 0.005), "z", 10)
+        builder.add(PartStyle(_MAGNETS[index % 2], noted.name, bears_open=True), magnet)
+
+
+def _dispenser(builder: Builder, door: _Door, face: float) -> None:
+    """Adds a dark alcove with a lit display above, a spout and a tray."""
+    x, wide = sum(door.x) / 2, min(0.24, 0.5 * (door.x[1] - door.x[0]))
+    y1 = min(door.y[1] - 0.08, _DISPENSER_TOP_M)
+    y0 = y1 - 1.5 * wide
+    frame, dark, metal = (
+        PartStyle(look, door.name, bears_open=True) for look in ("plastic/#3a3d41", "plastic/#0f1011", "chrome")
+    )
+    builder.block(frame, (x - wide / 2, x + wide / 2), (y0, y1), (face - 0.002, face + 0.008), 0.003)
+    builder.add(dark, shapes.panel(0.8 * wide, 0.9 * wide, (x, y0 + 0.55 * wide, face + 0.009)))
+    display = shapes.panel(0.7 * wide, 0.2 * wide, (x, y1 - 0.22 * wide, face + 0.009))
+    builder.add(PartStyle("plastic/#9fd8f4", door.name, bears_open=True), display)
+    spout = shapes.cylinder(0.06 * wide, 0.25 * wide, (x, y0 + 0.87 * wide, face + 0.018), segments=8)
+    tray = shapes.span((x - 0.4 * wide, y0 + 0.08 * wide, face), (x + 0.4 * wide, y0 + 0.14 * wide, face + 0.03))
+    builder.add(metal, spout, tray)
 
 
 def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

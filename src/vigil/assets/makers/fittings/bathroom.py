@@ -22,7 +22,7 @@ def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     builder = Builder("Faucet", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
-    thick = min(0.035 * height + 0.004, 0.16 * width)
+    thick = min(0.045 * height + 0.005, 0.16 * width)
     twin = width > 1.25 * height
     base = -depth / 2 + (0.16 * depth if twin else 0.2 * depth)
     high = height - thick if twin or rng.random() < 0.5 else 0.72 * height
@@ -33,14 +33,15 @@ def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     path = np.concatenate([[[0, 0, base], [0, 0.4 * high, base]], arc, [[0, tip_y, tip_z]]])
     deck = (0.14 * width if twin else width, 1.0, 2 * (base + depth / 2))
     plate = shapes.scale(shapes.cylinder(0.5, 0.04 * height, segments=14), deck)
-    builder.add(metal, shapes.tube(path, thick), shapes.translate(plate, (0, 0.02 * height, base)))
+    column = shapes.cylinder(1.7 * thick, 0.4 * high, (0, 0.2 * high, base), segments=14, top=1.35 * thick)
+    builder.add(metal, shapes.tube(path, thick), shapes.translate(plate, (0, 0.02 * height, base)), column)
     mouth = shapes.cylinder(1.15 * thick, 0.08 * height, (0, tip_y, tip_z), segments=10)
     builder.add(PartStyle(metal, bears_toggle=True), mouth)
     fall = shapes.cylinder(0.95 * thick, tip_y + WATER_DROP_M, (0, (tip_y - WATER_DROP_M) / 2, tip_z), segments=8)
     builder.add(WATER, fall)
     levers = (-0.5 * width + 0.13 * width, 0.5 * width - 0.13 * width) if twin else (0.0,)
     for x in levers:
-        _lever(builder, metal, (x, 0.5 * height if twin else high, base), twin)
+        _lever(builder, metal, (x, 0.5 * height if twin else 0.6 * high, base), twin)
     return builder.build(["twin" if twin else "single"])
 
 
@@ -53,7 +54,7 @@ def _lever(builder: Builder, metal: str, at: tuple[float, float, float], twin: b
     for shown, angle in (("off", 0.0), ("on", 45.0)):
         look = PartStyle(metal, bears_toggle=True, shown="on" if shown == "on" else "off")
         if twin:
-            bars = [shapes.rounded_box((0.25 * width, 0.08 * height, 0.06 * width), (x, y, z), 0.02 * width)]
+            bars = [shapes.box((0.25 * width, 0.08 * height, 0.06 * width), (x, y, z), 0.015 * width)]
             bars.append(shapes.rotate(bars[0], "y", 90, (x, y, z)))
             builder.add(look, *(shapes.rotate(bar, "y", angle, (x, y, z)) for bar in bars))
             continue
@@ -227,10 +228,11 @@ def scrub_brush(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     width, height, depth = size
     name, tint = colour(rng, "white", "grey", "light blue", "black", "teal")
     pot = [(0.0, 0.0), (0.96, 0.0), (1.0, 0.04), (0.86, 0.9), (0.86, 1.0), (0.72, 1.0), (0.72, 0.5), (0.0, 0.5)]
-    pot_top = 0.42 * height
+    pot_top = 0.34 * height
     builder.add(f"plastic/{tint}", shapes.scale(shapes.lathe(pot, segments=18), (width / 2, pot_top, depth / 2)))
-    bristle = shapes.cylinder(0.28 * width, 0.2 * height, (0, 0.4 * height, 0), segments=12, top=0.2 * width)
-    builder.add("fabric/#f2f1ee" if name != "white" else "fabric/#8db5d6", bristle)
+    head = [(0.0, 0.2), (0.6, 0.2), (0.66, 0.3), (0.66, 0.46), (0.5, 0.52), (0.14, 0.55), (0.0, 0.55)]
+    bristles = shapes.scale(shapes.lathe(head, segments=12), (width / 2, height, depth / 2))
+    builder.add("carpet/#f2f1ee" if name != "white" else "carpet/#8db5d6", bristles)
     grip = shapes.lathe(
         [(0.0, 0.45), (0.5, 0.45), (0.5, 0.72), (0.85, 0.8), (0.85, 0.94), (0.5, 1.0), (0.0, 1.0)], segments=12
     )

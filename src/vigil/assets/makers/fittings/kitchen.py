@@ -10,6 +10,7 @@ from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     WOODS,
+    Corner,
     Finish,
     add_case,
     front_board,
@@ -31,6 +32,15 @@ _BASINS = (
     Finish("ceramic", "white"), Finish("ceramic", "white"), Finish("ceramic/#e9e4d6", "cream"),
     Finish("granite/#55585b", "dark grey"),
 )  # fmt: skip
+
+_BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
+"""An oval bowl from its drain to its edge: shares of its half width and of its depth."""
+_KNOBS = (
+    ("plastic/#232528", "plastic/#f4f4f0"),
+    ("metal/steel", "plastic/#c83a2c"),
+    ("plastic/#ecebe6", "plastic/#c83a2c"),
+)
+"""Materials of a stove knob's grip and of its pointer."""
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -127,15 +137,12 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     floor = height - bowl
     shelf = 0.09 if height < 0.5 else min(0.3 * depth, 0.2)
     inner_x, inner_z = (-width / 2 + 0.035, width / 2 - 0.035), (-depth / 2 + shelf, depth / 2 - 0.035)
-    if rng.random() < 0.4 and height < 0.4:
-        _round_basin(builder, material, bowl)
+    if rng.random() < 0.4 and height < 0.4 and not is_steel:
+        _oval_basin(builder, material, (inner_x, inner_z), (floor, height))
     else:
         _square_basin(builder, material, (inner_x, inner_z), (floor, height))
     middle = (inner_z[0] + inner_z[1]) / 2
-    builder.add(
-        "chrome",
-        shapes.lathe([(0, 0), (0.026, 0), (0.026, 0.004), (0.018, 0.006), (0, 0.003)], (0, floor + 0.012, middle)),
-    )
+    _drain(builder, bowl, (0.0, floor + 0.012, middle), (0.0, height - 0.25 * bowl, inner_z[0]))
     room = (0.75 * (inner_x[1] - inner_x[0]), 0.75 * (inner_z[1] - inner_z[0]))
     builder.surface("basin", (0, floor + 0.016, middle), room, is_inside=True)
     builder.surface("rim", (0, height, -depth / 2 + shelf / 2), (0.8 * width, shelf - 0.02))
@@ -144,6 +151,16 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     else:
         builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, depth / 2))
     return builder.build((finish.word,))
+
+
+def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> None:
+    """Adds a drain in the floor of a basin `bowl` deep and an overflow in its rear wall, dark in rings of chrome."""
+    collar = shapes.lathe([(0.022, 0.0), (0.034, 0.0), (0.034, 0.004), (0.024, 0.006), (0.022, 0.0)])
+    hole = shapes.disc(0.023, (0, 0.002, 0), segments=14)
+    for place, degrees, size in ((drain, 0.0, 1.0), (overflow, 90.0, min(0.75, 5.0 * bowl))):
+        for look, part in (("chrome", collar), ("plastic/#17181a", hole)):
+            turned = shapes.rotate(shapes.scale(part, (size, size, size)), "x", degrees)
+            builder.add(look, shapes.translate(turned, place))
 
 
 def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
@@ -160,14 +177,23 @@ def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y
     builder.block(material, (ix1, x1), (top - rim, top), (iz0 - 0.006, iz1 + 0.006))
 
 
-def _round_basin(builder: Builder, material: str, bowl: float) -> None:
-    """Adds an oval bowl with a rim."""
-    height, low = builder.height, builder.height - bowl
-    profile = [
-        (0, low), (0.32, low), (0.42, low + 0.4 * bowl), (0.46, height - 0.02), (0.5, height - 0.012), (0.5, height),
-        (0.45, height), (0.41, height - 0.3 * bowl), (0.3, low + 0.014), (0, low + 0.01),
-    ]  # fmt: skip
-    builder.add(material, shapes.scale(shapes.lathe(profile, segments=24), (builder.width, 1, builder.depth)))
+def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
+    """Adds a block of glaze with an oval bowl in its top: a broad ledge tells it from a bowl to mix in."""
+    (ix0, ix1), (iz0, iz1) = inner
+    floor, top = y
+    outline = shapes.rounded_rectangle(builder.width, builder.depth, 0.2 * builder.depth, 5)
+    outline = np.concatenate([outline, outline[:1]])
+    angles = np.arctan2(outline[:, 1] / builder.depth, outline[:, 0] / builder.width)
+    oval = np.c_[np.cos(angles) * (ix1 - ix0) / 2, np.sin(angles) * (iz1 - iz0) / 2]
+    middle = np.array([(ix0 + ix1) / 2, (iz0 + iz1) / 2])
+
+    def ring(flat: np.ndarray, level: float) -> np.ndarray:
+        return np.insert(flat, 1, level, axis=1)
+
+    bowl = [ring(middle + share * oval, floor + rise * (top - floor)) for share, rise in _BOWL]
+    walls = [ring(share * outline, level) for share, level in ((1.0, top), (1.0, (top + floor) / 2), (0.94, floor))]
+    for rings in (bowl, [bowl[-1], walls[0]], walls):
+        builder.add(material, shapes.loft(np.stack(rings), cap=False))
 
 
 def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> None:
@@ -294,20 +320,20 @@ def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a knob whose ring lights up and whose pointer turns while on."""
+    """Returns a knob with a broad bar for the fingers: upright while off; while on it lies across a glowing dial."""
     builder = Builder("StoveKnob", size)
     width, height, depth = size
-    middle = height / 2
-    material = one_of(rng, ("plastic/#232528", "metal/steel", "plastic/#ecebe6"))
-    ring = shapes.cylinder(0.5, 0.2 * depth, (0, 0, 0.1 * depth), "z", 20)
-    builder.add(PartStyle("plastic/#5c5f63", on=HOT, bears_toggle=True), _oval(ring, width, height))
-    grip = shapes.cylinder(0.4, 0.8 * depth, (0, 0, 0.6 * depth), "z", 18)
-    builder.add(material, _oval(grip, width, height))
-    light = "plastic/#c83a2c" if material != "plastic/#232528" else "plastic/#f4f4f0"
-    upright = shapes.box((0.12 * width, 0.42 * height, 0.1 * depth), (0, middle + 0.2 * height, 0.97 * depth))
-    across = shapes.box((0.42 * width, 0.12 * height, 0.1 * depth), (-0.2 * width, middle, 0.97 * depth))
-    builder.add(PartStyle(light, bears_toggle=True, shown="off"), upright)
-    builder.add(PartStyle(light, bears_toggle=True, shown="on"), across)
+    grip, mark = one_of(rng, _KNOBS)
+    dial = shapes.cylinder(0.5, 0.2 * depth, (0, 0, 0.1 * depth), "z", 20)
+    builder.add(PartStyle("plastic/#5c5f63", on=HOT, bears_toggle=True), _oval(dial, width, height))
+    foot = shapes.cylinder(0.3, 0.35 * depth, (0, 0, 0.35 * depth), "z", 18)
+    builder.add(grip, _oval(foot, width, height))
+    bar = shapes.rounded_box((0.26, 0.94, 0.6 * depth), (0, 0, 0.7 * depth), 0.1 * depth)
+    line = shapes.box((0.1, 0.4, 0.02 * depth), (0, 0.22, depth))
+    for shown, degrees in (("off", 0.0), ("on", 90.0)):
+        for look, part in ((grip, bar), (mark, line)):
+            style = PartStyle(look, bears_toggle=True, shown="on" if shown == "on" else "off")
+            builder.add(style, _oval(shapes.rotate(part, "z", degrees), width, height))
     return builder.build()
 
 

@@ -1,6 +1,7 @@
 """Furniture that stores things: dressers, cabinets, drawers, shelves, TV stands."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,7 @@ from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.furniture_parts import (
     BOARD_M,
     HANDLES,
+    WOODS,
     Fronts,
     HandleKind,
     add_case,
@@ -96,16 +98,19 @@ def _drawers(
 
 
 def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a single drawer in its case."""
+    """Returns a single drawer in its case: a front of another finish, larger than the case, with a broad handle."""
     builder = Builder("Drawer", size)
     finish = wood(rng)
-    fronts = _fronts(rng, wood(rng).material if rng.random() < 0.3 else finish.material)
+    fronts = _fronts(rng, one_of(rng, [other.material for other in WOODS if other != finish]))
+    fronts = replace(fronts, knob="bar" if fronts.knob == "knob" else fronts.knob, is_framed=True)
     width, height, depth = size
     front = depth / 2 - handle_room(fronts.knob)
-    add_case(builder, finish.material, (-width / 2, 0, -depth / 2), (width / 2, height, front - 0.004), 0.014)
-    builder.surface("top", (0, height, (front - depth / 2) / 2), (width - 0.02, depth - 0.06))
-    low, high = (-width / 2 + 0.016, 0.016, -depth / 2 + 0.02), (width / 2 - 0.016, height - 0.016, front)
-    add_drawer(builder, "drawer0", low, high, fronts, 0.65 * depth)
+    back, margin, wall = front - BOARD_M, 0.01, 0.014
+    low, high = (-width / 2 + margin, 0, -depth / 2), (width / 2 - margin, height - margin, back - 0.004)
+    add_case(builder, finish.material, low, high, wall)
+    builder.surface("top", (0, height - margin, (back - depth / 2) / 2), (width - 0.04, depth - 0.06 - BOARD_M))
+    low, high = (-width / 2, 0.002, -depth / 2 + 0.02), (width / 2, height, front)
+    add_drawer(builder, "drawer0", low, high, fronts, 0.65 * depth, overlay=margin + wall + 0.002)
     return builder.build((finish.word,))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import CLOTHS, Corner, Finish, add_case, lining, shelf_heights, wood
 from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.pose import Vec3
@@ -15,6 +15,16 @@ _CARDS = (
     ("brown", "#b98e5f"), ("brown", "#a97c4e"), ("light brown", "#cba878"), ("white", "#e4dfd4"), ("blue", "#5b7ea6"),
     ("red", "#a8504a"),
 )  # fmt: skip
+
+_HAMPER_FOOT = 0.94
+"""How much smaller a hamper is at its bottom."""
+_SHIRT = (
+    (-0.28, -0.2), (0.28, -0.2), (0.28, 0.06), (0.42, 0.0), (0.5, 0.08), (0.2, 0.2), (0.12, 0.15), (-0.12, 0.15),
+    (-0.2, 0.2), (-0.5, 0.08), (-0.42, 0.0), (-0.28, 0.06),
+)  # fmt: skip
+"""The outline of a shirt, the sign of laundry: shares of its width and of a hamper's height."""
+_SOCK, _LINEN = "fabric/#3c4048", "fabric/#efe9dc"
+_SLEEVES = tuple(f"fabric/{COLOURS[name]}" for name in ("red", "blue", "teal", "yellow", "pink"))
 
 
 def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -49,35 +59,76 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
 
 
 def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a laundry basket of wicker, cloth or plastic with a lid hinged at its back."""
+    """Returns a laundry basket of wicker, cloth or plastic with a lid hinged at its back; washing hangs out of it."""
     builder = Builder("LaundryHamper", size)
     word, code = one_of(rng, CLOTHS)
     baskets = (Finish("wicker", "wicker"), Finish("wicker/#8a6a45", "brown wicker"), Finish("plastic/#e6e4de", "white"))
     kind = one_of(rng, (*baskets, Finish(f"fabric/{code}", word)))
     width, height, depth = size
-    lid = height - 0.045
-    outline = shapes.rounded_rectangle(width, depth, 0.22 * min(width, depth))
-    builder.add(kind.material, _bin(outline, (0.006, lid), 0.86, 0.014))
-    z0, z1 = builder.through
+    lid = height - 0.03
+    outline = shapes.rounded_rectangle(width, depth, 0.16 * min(width, depth))
+    builder.add(kind.material, _bin(outline, (0.006, lid), _HAMPER_FOOT, 0.014))
+    z0 = builder.through[0]
     inner = 0.8
     builder.surface(
         "bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, needs_opening=True
     )
     joint = builder.hinge("lid", (1, 0, 0), (0, lid, z0 + 0.01), -100.0)
     look = PartStyle(kind.material, joint, bears_open=True)
-    builder.add(look, shapes.extrude(outline, lid, height - 0.012))
-    builder.add(look, shapes.extrude(0.9 * outline, height - 0.012, height - 0.004))
-    builder.add(
-        PartStyle("wood/beech", joint, bears_open=True),
-        shapes.box((0.12, 0.02, 0.02), (0, height - 0.006, z1 - 0.12 * depth), 0.004),
-    )
-    for side in (-1, 1):
-        grip = shapes.box((0.02, 0.03, 0.14), (side * (width / 2 - 0.012), 0.78 * height, 0), 0.006)
-        builder.add("wood/beech", grip)
+    builder.add(look, shapes.extrude(outline, lid + 0.004, height - 0.008), shapes.extrude(0.9 * outline, lid, height))
+    if kind.material.startswith("plastic"):
+        builder.add("plastic/#4b4f53", *_slots(builder, lid))
+    else:
+        builder.add(_LINEN, _bin(1.012 * outline, (0.8 * lid, lid + 0.002), 0.995, 0.018, has_floor=False))
+        shirt = [(x * 0.5 * width, (0.36 + y) * lid) for x, y in _SHIRT]
+        face = depth / 2 * (_HAMPER_FOOT + (1 - _HAMPER_FOOT) * 0.5)
+        builder.add(_LINEN, shapes.extrude(shirt, face - 0.01, face + 0.002, "z"))
+    _washing(builder, rng, lid)
     builder.add("plastic/#2a2c2f", shapes.extrude(0.84 * outline, 0.0, 0.012))
-    builder.prism(shapes.rounded_rectangle(width, depth, 0.2 * min(width, depth), 1), 0, lid)
-    builder.prism(shapes.rounded_rectangle(width, depth, 0.2 * min(width, depth), 1), lid, height, joint)
+    builder.prism(shapes.rounded_rectangle(width, depth, 0.16 * min(width, depth), 1), 0, lid)
+    builder.prism(shapes.rounded_rectangle(width, depth, 0.16 * min(width, depth), 1), lid, height, joint)
     return builder.build((kind.word,))
+
+
+def _slots(builder: Builder, lid: float) -> list[shapes.Mesh]:
+    """Returns rows of upright slots in a hamper's four sides."""
+    found = []
+    for (reach, away), names in (
+        ((builder.width, builder.depth), ("+z", "-z")),
+        ((builder.depth, builder.width), ("+x", "-x")),
+    ):
+        count = max(3, round(reach / 0.06))
+        for y in (0.2 * lid, 0.38 * lid):
+            share = _HAMPER_FOOT + (1 - _HAMPER_FOOT) * (y / lid + 0.1)
+            for name, side in zip(names, (1, -1), strict=True):
+                for index in range(count):
+                    along = ((index + 0.5) / count - 0.5) * 0.72 * reach
+                    face = side * (share * away / 2 + 0.0015)
+                    at = (along, y, face) if name[1] == "z" else (face, y, along)
+                    found.append(shapes.panel(0.02, 0.13 * lid, at, name))
+    return found
+
+
+def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
+    """Adds a sleeve and a sock that hang over a hamper's front."""
+    width, height, face = builder.width, builder.height, builder.through[1] + 0.006
+    cloth = one_of(rng, _SLEEVES)
+    sleeve = [(-0.03, 0.0), (0.2, 0.0), (0.25, -0.29), (0.04, -0.31)]
+    cuff = [(0.03, -0.31), (0.26, -0.29), (0.265, -0.35), (0.035, -0.37)]
+    sock = [(-0.29, 0.0), (-0.15, 0.0), (-0.15, -0.27), (-0.31, -0.33), (-0.35, -0.25), (-0.29, -0.19)]
+    toe = [(-0.23, -0.3), (-0.31, -0.33), (-0.35, -0.25), (-0.28, -0.23)]
+    for look, outline, out in (
+        (cloth, sleeve, 0.0),
+        (_LINEN, cuff, 0.0),
+        (_SOCK, sock, 0.0),
+        (cloth, toe, 0.001),
+    ):
+        flat = [(x * width, lid + 0.003 + y * height) for x, y in outline]
+        builder.add(look, shapes.extrude(flat, face - 0.004, face + 0.004 + out, "z"))
+    over = 0.034
+    for look, x0, x1 in ((cloth, -0.03, 0.2), (_SOCK, -0.29, -0.15)):
+        builder.block(look, (x0 * width, x1 * width), (lid - 0.002, lid + 0.004), (face - over, face + 0.004))
+        builder.block(look, (x0 * width, x1 * width), (lid - 0.16 * height, lid), (face - over, face - over + 0.006))
 
 
 def _bin(
@@ -163,13 +214,16 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
         for z in (z0 + 0.04, body - 0.02):
             builder.add("rubber", shapes.cylinder(0.02, 0.016, (x, 0.008, z), segments=8))
     low, high = (x0 + wall + 0.001, 0.016 + wall, z0 + wall + 0.001), (x1 - wall - 0.001, height - wall - 0.001, body)
-    builder.add("fabric/#4a3f3a", lining(low, high))
+    builder.add("fabric/#a8443c", lining(low, high))
     room = (high[0] - low[0] - 0.02, high[2] - low[2] - 0.02)
     builder.surface("floor", (0, low[1] + 0.001, (low[2] + high[2]) / 2), room, high[1] - low[1], needs_opening=True)
     builder.surface("top", (0, height, (z0 + body) / 2), (x1 - x0 - 0.03, body - z0 - 0.03))
     joint = builder.hinge("door", (0, 1, 0), (x1, 0, face), 100.0)
     look, metal = PartStyle(steel, joint, bears_open=True), PartStyle("chrome", joint, bears_open=True)
     builder.block(look, (x0, x1), (0.015, height), (body, face), 0.008)
+    _boltwork(builder, joint, (x0, x1), body)
+    for y in (0.2 * height, 0.8 * height):
+        builder.add("chrome", shapes.cylinder(0.013, 0.14 * height, (x1 - 0.013, y, face + 0.004), segments=10))
     builder.block(look, (x0 + 0.045, x1 - 0.045), (0.06, height - 0.045), (face - 0.001, face + 0.006), 0.003)
     x, y = x0 + 0.35 * size.x, 0.55 * height
     spokes = [
@@ -187,6 +241,19 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
         _keypad(builder, joint, (0.2 * size.x, y, face))
     builder.solid((x0, 0, body), (x1, height, face), joint)
     return builder.build((word,))
+
+
+def _boltwork(builder: Builder, joint: str, x: Range, back: float) -> None:
+    """Adds what one sees of an open safe's door: a bright plate on its inside, and bolts at its free edge."""
+    x0, x1 = x
+    height, wall = builder.height, 0.045
+    plate = PartStyle("metal/#b9bcc0", joint, bears_open=True)
+    builder.block(plate, (x0 + wall, x1 - wall), (0.015 + wall, height - wall), (back - 0.012, back + 0.001), 0.003)
+    bolt = PartStyle("chrome", joint, bears_open=True)
+    for y in (0.3, 0.5, 0.7):
+        builder.add(bolt, shapes.cylinder(0.014, 0.05, (x0 + wall, y * height, back - 0.016), "x", 10))
+    wheel = shapes.cylinder(0.2 * (x1 - x0), 0.006, ((x0 + x1) / 2, 0.5 * height, back - 0.013), "z", 18)
+    builder.add(PartStyle("metal/#6f7478", joint, bears_open=True), wheel)
 
 
 def _keypad(builder: Builder, joint: str, at: Corner) -> None:

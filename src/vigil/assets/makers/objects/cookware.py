@@ -28,33 +28,44 @@ CUTLERY = (
 
 
 def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a pot, with two ears or, in a long box, one long handle."""
+    """Returns a pot: straight walls, a rolled rim, two ears or, in a long box, one long handle and an ear."""
     builder = Builder("Pot", size)
     width, height, length = size
     name, tint = colour(rng, "red", "blue", "dark grey", "green", "orange", "cream")
     metal = rng.random() < 0.5
     body = "chrome" if metal else f"ceramic/{tint}"
     inside = "metal/brushed" if metal else "ceramic/#d9d5cc"
-    grip = one_of(rng, GRIPS) if metal else f"ceramic/{tint}"
+    grip = one_of(rng, GRIPS)
     long_handle = length > 1.35 * width
-    across = min(width, (0.66 if long_handle else 0.84) * length)
-    middle = -length / 2 + across / 2 if long_handle else 0.0
-    _vessel(builder, (body, inside), (width, across), (0.94, 0.06), middle)
-    thick = 0.045 * height + 0.004
-    edge = middle + 0.49 * across
+    thick = 0.05 * height + 0.004
+    ear = 3.0 * thick
+    across = min(width, 0.66 * length if long_handle else length - 2 * ear)
+    middle = -length / 2 + ear + across / 2 if long_handle else 0.0
+    _vessel(builder, (body, inside), (width, across), (0.98, 0.06), middle)
+    lip = turning([(0.97, 0.94 * height), (1.03, 0.95 * height), (1.03, height), (0.97, height)], width, across)
+    sole = turning([(0.99, 0.0), (1.0, 0.0), (1.0, 0.1 * height), (0.97, 0.1 * height)], width, across)
+    builder.add(STEEL, shapes.translate(lip, (0, 0, middle)), shapes.translate(sole, (0, 0, middle)))
+    edge = middle + 0.48 * across
+    for side in (-1,) if long_handle else (-1, 1):
+        builder.add(grip, _ear(width, (middle + side * 0.47 * across, 0.8 * height), side * ear, thick))
     if long_handle:
-        bar = shapes.rounded_box((0.11 * width, 0.09 * height, length / 2 - edge - 0.02 * length), radius=0.02 * width)
-        builder.add(grip, shapes.translate(bar, (0, 0.82 * height, (length / 2 + edge) / 2 + 0.01 * length)))
-        builder.add(STEEL, shapes.box((0.06 * width, 0.05 * height, 0.06 * length), (0, 0.82 * height, edge)))
-    else:
-        for side in (1, -1):
-            angles = np.linspace(-np.pi / 2, np.pi / 2, 7)
-            reach = length / 2 - thick - 0.47 * across
-            loop = np.c_[
-                0.2 * width * np.sin(angles), np.full(7, 0.78 * height), 0.47 * across + reach * np.cos(angles)
-            ]
-            builder.add(grip, shapes.tube(loop * [1, 1, side], thick, 6))
+        sides = [(edge - 0.01 * length, 0.08), (edge + 0.3 * (length / 2 - edge), 0.06), (length / 2, 0.1)]
+        bar = strip([(z, share * width) for z, share in sides], 0.14 * height, 0.82 * height)
+        hole = shapes.cylinder(
+            0.035 * width, 0.15 * height, (0, 0.82 * height, length / 2 - 0.06 * length), segments=10
+        )
+        builder.add(grip, bar)
+        builder.add(STEEL, hole)
     return builder.build(["steel" if metal else name])
+
+
+def _ear(width: float, root: tuple[float, float], reach: float, thick: float) -> shapes.Mesh:
+    """Returns a lying loop that stands out by `reach` along z from `root` (z, y) of a vessel's wall."""
+    z, y = root
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 7)
+    out = reach - np.sign(reach) * thick
+    loop = np.c_[0.22 * width * np.sin(angles), np.full(7, y), z + out * np.cos(angles)]
+    return shapes.tube(loop, thick, 6)
 
 
 def pan(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -152,17 +163,17 @@ def _kettle_lid(builder: Builder, body: str, x: tuple[float, float], lid_at: tup
 
 
 def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a fork with four tines."""
+    """Returns a fork whose tines are slimmer than the gaps between them, so that one sees through it from afar."""
     builder = Builder("Fork", size)
     half, height, length = size.x / 2, size.y, size.z
     name, metal, grip = one_of(rng, CUTLERY)
     thick = 0.18 * height
-    start = 0.22 * length
-    neck = [(-0.12 * length, 0.24), (0.05 * length, 0.24), (0.14 * length, 0.9), (start, 1.0)]
+    start = 0.16 * length
+    neck = [(-0.12 * length, 0.22), (0.02 * length, 0.22), (0.08 * length, 0.6), (0.12 * length, 0.94), (start, 1.0)]
     pieces = [strip([(z, share * half) for z, share in neck], thick)]
-    for x in (-0.82, -0.27, 0.27, 0.82):
-        tine = strip([(start - 0.004, 0.18 * half), (0.4 * length, 0.16 * half), (length / 2, 0.06 * half)], thick)
-        pieces.append(shapes.translate(tine, (x * half, 0, 0)))
+    for x in (-0.87, -0.29, 0.29, 0.87):
+        sides = [(start - 0.004, 0.13 * half), (0.42 * length, 0.11 * half), (length / 2, 0.04 * half)]
+        pieces.append(shapes.translate(strip(sides, thick), (x * half, 0, 0)))
     curve = _curve(length, height)
     builder.add(metal, *(bend(piece, curve) for piece in pieces))
     builder.add(grip, bend(_handle(half, length, thick, is_bare=grip == metal), curve))

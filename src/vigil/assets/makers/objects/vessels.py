@@ -8,7 +8,7 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, lengthwise, turning
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
-from vigil.assets.kernel.palette import colour, one_of
+from vigil.assets.kernel.palette import COLOURS, colour, one_of
 from vigil.pose import Vec3
 
 
@@ -75,43 +75,49 @@ def soap_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a spray bottle; its nozzle looks along +z."""
+    """Returns a spray bottle; its nozzle looks along +z. A slim neck under a broad head tells it from all sides."""
     builder = Builder("SprayBottle", size)
     width, height, depth = size
     name, tint = colour(rng, "blue", "green", "white", "orange", "pink", "teal", "yellow")
-    _, trigger = colour(rng, "white", "red", "black", "blue", "yellow")
-    across = min(0.8 * depth, 1.6 * width)
+    _, trigger = colour(rng, *(word for word in ("white", "red", "black", "blue", "yellow") if word != name))
+    across = float(np.clip(1.6 * width, 0.62 * depth, 0.8 * depth))
     middle = -depth / 2 + across / 2
-    wall = [(0.0, 0.0), (0.94, 0.0), (1.0, 0.04), (1.0, 0.45), (0.72, 0.58), (0.3, 0.7), (0.28, 0.74), (0.0, 0.74)]
+    wall = [(0.0, 0.0), (0.94, 0.0), (1.0, 0.04), (1.0, 0.34), (0.9, 0.42), (0.5, 0.52), (0.3, 0.6), (0.28, 0.72)]
     body = turning([(r, y * height) for r, y in wall], width, across)
-    band = turning([(1.012, 0.14 * height), (1.012, 0.4 * height)], width, across)
+    band = turning([(1.012, 0.1 * height), (1.012, 0.32 * height)], width, across)
     builder.add(f"plastic/{tint}", shapes.translate(body, (0, 0, middle)))
     builder.add("paper/#ecebe6" if name != "white" else "paper/#4a6fa5", shapes.translate(band, (0, 0, middle)))
-    look = f"plastic/{trigger}"
-    collar = shapes.cylinder(0.17 * across + 0.004, 0.07 * height, (0, 0.76 * height, middle), segments=12)
-    back, front = middle - 0.4 * across, depth / 2
+    _spray_head(builder, trigger, across, middle)
+    return builder.build([name])
+
+
+def _spray_head(builder: Builder, tint: str, across: float, middle: float) -> None:
+    """Adds a head that hangs over the neck at its back and front, the trigger below it and the nozzle."""
+    width, height, depth = builder.width, builder.height, builder.depth
+    look, half = f"plastic/{tint}", 0.3 * width
+    back, front = -depth / 2, depth / 2 - 0.08 * depth
     head = [
-        (back, 0.9),
-        (back + 0.12 * depth, 1.0),
-        (front - 0.22 * depth, 1.0),
-        (front - 0.08 * depth, 0.96),
-        (front - 0.08 * depth, 0.88),
-        (middle + 0.2 * across, 0.84),
-        (middle + 0.16 * across, 0.78),
-        (middle - 0.16 * across, 0.78),
+        (back, 0.83),
+        (back, 0.92),
+        (back + 0.14 * depth, 1.0),
+        (front - 0.14 * depth, 1.0),
+        (front, 0.96),
+        (front, 0.88),
+        (middle + 0.24 * across, 0.83),
     ]
-    half = 0.22 * width
+    collar = shapes.cylinder(0.2 * across, 0.14 * height, (0, 0.77 * height, middle), segments=12)
     builder.add(look, collar, shapes.extrude([(z, y * height) for z, y in head], -half, half, "x"))
     pull = [
-        (middle + 0.3 * across, 0.85),
-        (middle + 0.42 * across, 0.85),
-        (front - 0.2 * depth, 0.68),
-        (front - 0.28 * depth, 0.66),
+        (middle + 0.28 * across, 0.84),
+        (front - 0.08 * depth, 0.88),
+        (front - 0.02 * depth, 0.72),
+        (front - 0.1 * depth, 0.58),
+        (front - 0.18 * depth, 0.56),
+        (front - 0.14 * depth, 0.7),
     ]
     builder.add(look, shapes.extrude([(z, y * height) for z, y in pull], -0.6 * half, 0.6 * half, "x"))
-    tip = shapes.cylinder(0.03 * height, 0.1 * depth, (0, 0.92 * height, front - 0.05 * depth), "z", 8)
-    builder.add("plastic/#1f2022" if trigger != "#1f2022" else "plastic/#ecebe6", tip)
-    return builder.build([name])
+    tip = shapes.cylinder(0.035 * height, 0.1 * depth, (0, 0.92 * height, front + 0.03 * depth), "z", 8)
+    builder.add("plastic/#1f2022" if tint != COLOURS["black"] else "plastic/#ecebe6", tip)
 
 
 def shaker(category: str, dark: bool) -> Maker:
