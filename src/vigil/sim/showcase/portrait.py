@@ -23,7 +23,7 @@ NEAREST_M, FARTHEST_M = 0.3, 1.5
 STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
 SIDEWAYS_DEG = 25.0
 _STEP_M, _REACH_M = 0.01, 9.0
-MARK_PX, MARK_GAP_PX = 9, 7
+MARK_PX, MARK_GAP_PX = 7, 9
 """Sides of the corners that mark a subject in a blind round, and how far off its box they are."""
 CELL_PX = (192, 144)
 """One picture of a contact sheet, cut from the middle of the frame."""
