@@ -10,8 +10,18 @@ from vigil.assets.catalog import CATALOG
 from vigil.scene.geometry import box_of, whole_box
 from vigil.sim.core.sight import directions, project
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.showcase.exhibit import DEPTH_M, HEIGHT_M, SUBJECT, WIDTH_M, Subject, exhibit, states_of
-from vigil.sim.showcase.portrait import FARTHEST_M, NEAREST_M, SPAN_PX, draw_lots, portrait, view_of, write_blind
+from vigil.sim.showcase.exhibit import DEPTH_M, SUBJECT, WIDTH_M, Subject, exhibit, states_of
+from vigil.sim.showcase.places import HEIGHT_M, HOSTS, RAILS, host_of
+from vigil.sim.showcase.portrait import (
+    FARTHEST_M,
+    NEAREST_M,
+    SPAN_PX,
+    draw_lots,
+    marked,
+    portrait,
+    view_of,
+    write_blind,
+)
 
 
 def _subject(category: str, variant: int = 1) -> Subject:
@@ -28,11 +38,44 @@ def test_a_thing_stands_on_what_carries_it_within_the_room(category: str) -> Non
     assert box.top < HEIGHT_M + 1e-6
     assert 0.0 < box.center.x < WIDTH_M
     assert -0.1 < box.center.z < DEPTH_M
-    carrier = scene.things.get("carrier")
-    if carrier is not None and carrier.category != "Stove":
-        tops = [carrier.position.y + surface.center.y for surface in carrier.asset.surfaces]
-        assert min(abs(top - box.bottom) for top in tops) < 1e-6
-        assert box_of(carrier).floor_distance(thing.position) == 0.0
+
+
+@pytest.mark.parametrize("category", sorted(name for name in CATALOG if host_of(name) in HOSTS))
+def test_what_the_catalogue_says_carries_a_thing_stands_under_or_behind_it(category: str) -> None:
+    scene = exhibit(_subject(category), np.random.default_rng(5))
+    thing, host = scene.things[SUBJECT], scene.things[host_of(category)]
+    assert host.category in CATALOG[category].rests_on
+    if host.category in RAILS:
+        bar = host.position.y + (RAILS[host.category] - 0.5) * host.asset.size.y
+        assert 0.0 < thing.position.y + thing.asset.size.y / 2 - bar < 0.03
+        assert abs(thing.position.z - whole_box(host).center.z) < host.asset.size.z / 2 + 1e-6
+    elif category == "StoveKnob":
+        assert whole_box(host).bottom < thing.position.y < whole_box(host).top
+    else:
+        tops = [host.position.y + surface.center.y for surface in host.asset.surfaces]
+        assert min(abs(top - whole_box(thing).bottom) for top in tops) < 1e-6
+        assert box_of(host).floor_distance(thing.position) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("category", "others"),
+    [
+        ("Faucet", {"Sink", "CounterTop"}),
+        ("Sink", {"Faucet", "CounterTop"}),
+        ("Towel", {"TowelHolder"}),
+        ("HandTowel", {"HandTowelHolder"}),
+        ("StoveBurner", {"Stove"}),
+        ("StoveKnob", {"Stove"}),
+        ("ToiletPaper", {"Toilet"}),
+        ("Pillow", {"Bed"}),
+        ("ShowerHead", {"Bathtub"}),
+        ("Curtains", {"Window"}),
+        ("Fridge", set()),
+    ],
+)
+def test_a_thing_has_its_host_and_companions_with_it_and_nothing_else(category: str, others: set[str]) -> None:
+    things = exhibit(_subject(category), np.random.default_rng(5)).things
+    assert {thing.category for thing in things.values() if thing.id != SUBJECT} == others
 
 
 @pytest.mark.parametrize("category", sorted(CATALOG))
@@ -91,3 +134,13 @@ def test_blind_pictures_carry_no_names_and_the_key_lies_outside(tmp_path: Path) 
     assert key.parent == tmp_path
     shown = json.loads(key.read_text())["pictures"]
     assert [Subject(**shown[name]) for name in sorted(shown)] == lots
+
+
+def test_marks_lie_around_the_box_and_within_the_picture() -> None:
+    plain = np.full((480, 640, 3), 128, np.uint8)
+    drawn = (np.asarray(marked(plain, (300.0, 200.0, 340.0, 230.0))) != 128).any(axis=2)
+    assert drawn.any()
+    assert not drawn[200:231, 300:341].any()
+    rows, columns = np.nonzero(drawn)
+    assert (rows.min() > 185, rows.max() < 245, columns.min() > 285, columns.max() < 355) == (True,) * 4
+    assert marked(plain, (-50.0, -50.0, 900.0, 700.0)).size == (640, 480)

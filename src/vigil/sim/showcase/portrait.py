@@ -23,6 +23,8 @@ NEAREST_M, FARTHEST_M = 0.3, 1.5
 STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
 SIDEWAYS_DEG = 25.0
 _STEP_M, _REACH_M = 0.01, 9.0
+MARK_PX, MARK_GAP_PX = 7, 9
+"""Sides of the corners that mark a subject in a blind round, and how far off its box they are."""
 CELL_PX = (192, 144)
 """One picture of a contact sheet, cut from the middle of the frame."""
 COLUMNS, LINE_PX = 8, 16
@@ -35,8 +37,14 @@ class CameraPlacement:
     agent: Pose
     distance_m: float
     """From the eye to the nearest point of the thing's box."""
-    span_px: float
-    """The longer side of the thing's box in the frame."""
+    box_px: tuple[float, float, float, float]
+    """Left, top, right and bottom of the thing's box in the frame."""
+
+    @property
+    def span_px(self) -> float:
+        """The longer side of the thing's box in the frame."""
+        left, top, right, bottom = self.box_px
+        return max(right - left, bottom - top)
 
 
 def portrait(subject: Subject, seed: int, distance_m: float | None = None, quality: Quality = "default") -> np.ndarray:
@@ -44,13 +52,20 @@ def portrait(subject: Subject, seed: int, distance_m: float | None = None, quali
 
     It is seen from where it spans `SPAN_PX`, between 0.3 and 1.5 m; or from `distance_m`.
     """
+    return _taken(subject, seed, distance_m, quality)[0]
+
+
+def _taken(
+    subject: Subject, seed: int, distance_m: float | None, quality: Quality
+) -> tuple[np.ndarray, CameraPlacement]:
+    """Returns a subject's portrait, and from where that is taken."""
     rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
     scene = exhibit(subject, rng)
     view = view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
     engine = MujocoEngine(quality)
     engine.load(scene)
     try:
-        return engine.draw(view.agent, None)
+        return engine.draw(view.agent, None), view
     finally:
         engine.close()
 
@@ -66,11 +81,18 @@ def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) 
         near = float(np.linalg.norm(np.maximum(np.abs(local) - half, 0.0)))
         if near < (NEAREST_M if distance_m is None else distance_m):
             continue
-        flat = project(agent, corners)
-        span = float(np.ptp(flat[:, :2], axis=0).max()) if (flat[:, 2] > 0).all() else np.inf
-        if distance_m is not None or span <= SPAN_PX or near >= FARTHEST_M:
-            return CameraPlacement(agent, near, span)
+        view = CameraPlacement(agent, near, _bounds(project(agent, corners)))
+        if distance_m is not None or view.span_px <= SPAN_PX or near >= FARTHEST_M:
+            return view
     raise ValueError(f"{thing.category} of size {thing.asset.size} is seen whole from nowhere in the room.")
+
+
+def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
+    """Returns left, top, right and bottom of projected points (n, 3); without bounds when one is behind the eye."""
+    if (flat[:, 2] <= 0).any():
+        return -np.inf, -np.inf, np.inf, np.inf
+    (left, top), (right, bottom) = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
+    return float(left), float(top), float(right), float(bottom)
 
 
 def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
@@ -103,16 +125,34 @@ def draw_lots(count: int, seed: int) -> list[Subject]:
 
 
 def write_blind(folder: Path, subjects: list[Subject], seed: int, distance_m: float | None = None) -> Path:
-    """Writes one numbered picture a subject to `folder`, and what they show to a file beside it. Returns that file."""
+    """Writes one numbered picture a subject to `folder`, and what they show to a file beside it. Returns that file.
+
+    Corners mark the subject: what it stands on and with is in the picture too.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     key = {}
     for number, subject in enumerate(subjects, start=1):
         name = f"{number:03}.png"
-        Image.fromarray(portrait(subject, seed, distance_m)).save(folder / name)
+        picture, view = _taken(subject, seed, distance_m, "default")
+        marked(picture, view.box_px).save(folder / name)
         key[name] = asdict(subject)
     path = folder.with_name(f"{folder.name}.key.json")
     path.write_text(json.dumps({"seed": seed, "distance_m": distance_m, "pictures": key}, indent=1) + "\n")
     return path
+
+
+def marked(picture: np.ndarray, box_px: tuple[float, float, float, float]) -> Image.Image:
+    """Returns a picture (h, w, 3) with a bright corner, edged dark, off each corner of a box that is in it."""
+    image = Image.fromarray(picture)
+    left, top = (int(max(side - MARK_GAP_PX, 1)) for side in box_px[:2])
+    right = int(min(box_px[2] + MARK_GAP_PX, image.width - 2))
+    bottom = int(min(box_px[3] + MARK_GAP_PX, image.height - 2))
+    pen = ImageDraw.Draw(image)
+    for colour, width in (("black", 3), ("white", 1)):
+        for x, inward in ((left, MARK_PX), (right, -MARK_PX)):
+            for y, down in ((top, MARK_PX), (bottom, -MARK_PX)):
+                pen.line((x + inward, y, x, y, x, y + down), fill=colour, width=width)
+    return image
 
 
 def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | None = None) -> list[Path]:

@@ -12,6 +12,8 @@ from vigil.assets.kernel.palette import colour, one_of
 from vigil.pose import Vec3
 
 TAPS = ("chrome", "chrome", "metal/brushed", "metal/brass", "metal/black")
+_SHOWERS = (("steel", "metal/#6a6f74"), ("dark", "metal/dark"), ("black", "metal/black"), ("brass", "metal/brass"))
+"""Word and metal: bright chrome would not be seen on a light wall."""
 WATER = PartStyle("water/#66bdf0", bears_toggle=True, shown="on")
 WATER_DROP_M = 0.06
 """How far below its own box a tap's water is drawn (into the basin)."""
@@ -68,10 +70,10 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     """Returns a shower: a rail on the wall (-z) with a head at the top front, a mixer below, and a hose."""
     builder = Builder("ShowerHead", size)
     width, height, depth = size
-    metal = one_of(rng, TAPS)
+    name, metal = one_of(rng, _SHOWERS)
     wall = -depth / 2
-    radius = min(0.5 * width, 0.28 * depth)
-    rod = min(0.012, 0.06 * width)
+    radius = min(0.5 * width, 0.34 * depth)
+    rod = min(0.015, 0.06 * width)
     rail = wall + 0.16 * depth
     top = height - 0.03 * height
     builder.add(metal, shapes.tube([(0, 0.06 * height, rail), (0, top, rail)], rod, 8))
@@ -85,6 +87,8 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     plate = shapes.scale(dish, (radius, min(0.05, 0.08 * height), radius))
     drop = top - 0.03 - min(0.05, 0.08 * height)
     builder.add(PartStyle(metal, bears_toggle=True), shapes.translate(plate, (0, drop, head_z)))
+    nozzles = shapes.rotate(shapes.disc(0.86 * radius, segments=18), "x", 180)
+    builder.add("rubber/#e8e8e4" if name != "steel" else "rubber", shapes.translate(nozzles, (0, drop - 1e-3, head_z)))
     mixer = shapes.rounded_box(
         (width, 0.055 * height, 0.14 * depth), (0, 0.09 * height, wall + 0.1 * depth), 0.02 * height
     )
@@ -103,7 +107,7 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     ]
     builder.add("metal/brushed", creased(shapes.tube(hose, 0.7 * rod, 6)))
     _jets(builder, radius, drop, head_z)
-    return builder.build([metal.split("/")[-1]], takes_room=False)
+    return builder.build([name], takes_room=False)
 
 
 def _jets(builder: Builder, radius: float, drop: float, head_z: float) -> None:
@@ -148,6 +152,15 @@ def hand_towel_holder(size: Vec3, rng: np.random.Generator, _levels: Sequence[fl
     return builder.build([metal.split("/")[-1]], takes_room=False)
 
 
+_TOILET_PAPERS = (
+    ("beige", "paper/#d2bd9a"),
+    ("beige", "paper/#d9c2a6"),
+    ("pink", "paper/#e3b4bb"),
+    ("light blue", "paper/#b2cadd"),
+)
+"""Word and paper: on a white cistern white paper would not be seen."""
+
+
 def toilet_paper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Returns a roll of toilet paper; a very slim box is its empty core."""
     builder = Builder("ToiletPaper", size)
@@ -156,10 +169,11 @@ def toilet_paper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
         core = shapes.lathe([(0.86, 0.0), (1.0, 0.0), (1.0, 1.0), (0.86, 1.0), (0.86, 0.0)], segments=16)
         builder.add("cardboard", shapes.scale(core, (width / 2, height, depth / 2)))
         return builder.build(["empty"])
-    _roll(builder, (0, 0, 0), (width, height, depth), one_of(rng, ("paper/#f6f4ef", "paper/#ece4d6")))
+    name, paper = one_of(rng, _TOILET_PAPERS)
+    _roll(builder, (0, 0, 0), (width, height, depth), paper)
     sheet = shapes.box((0.02 * width, 0.98 * height, 0.3 * depth), (0.49 * width, 0.49 * height, 0.16 * depth))
-    builder.add("paper/#fbfaf7", sheet)
-    return builder.build(["white"])
+    builder.add("paper/#f3ede2", sheet)
+    return builder.build([name])
 
 
 def _roll(builder: Builder, foot: tuple[float, float, float], size: tuple[float, float, float], paper: str) -> None:

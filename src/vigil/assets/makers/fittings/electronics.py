@@ -170,9 +170,11 @@ def cell_phone(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     builder = Builder("CellPhone", size)
     width, height, length = size
     name, tint = colour(rng, "black", "white", "blue", "red", "grey", "pink")
-    builder.add(f"plastic/{tint}", shapes.slab((width, height * 0.97, length), (0, 0.485 * height, 0), 0.13 * width))
+    builder.add("metal/steel", shapes.slab((width, height * 0.9, length), (0, 0.45 * height, 0), 0.13 * width))
+    face = (0.95 * width, 0.1 * height, length - 0.05 * width)
+    builder.add(f"plastic/{tint}", shapes.slab(face, (0, 0.92 * height, 0), 0.11 * width))
     has_keys = rng.random() < 0.2
-    glass = shapes.rotate(shapes.panel(0.9 * width, (0.5 if has_keys else 0.88) * length, facing="+y"), "y", 0)
+    glass = shapes.rotate(shapes.panel(0.86 * width, (0.5 if has_keys else 0.76) * length, facing="+y"), "y", 0)
     screen = PartStyle(OFF_SCREEN, on="screen/phone", bears_toggle=True)
     builder.add(screen, shapes.translate(glass, (0, height, -0.2 * length if has_keys else 0)))
     if has_keys:
@@ -181,9 +183,12 @@ def cell_phone(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
                 spot = ((column - 1) * 0.28 * width, height * 0.985, (0.11 + 0.075 * row) * length)
                 builder.add(f"plastic/{look}", shapes.panel(0.22 * width, 0.045 * length, spot, "+y"))
     else:
-        builder.add(
-            "plastic/#3c3e42", shapes.panel(0.2 * width, 0.012 * length, (0, height * 0.985, -0.465 * length), "+y")
+        print_tone = "plastic/#a9abad" if name in ("black", "grey", "blue", "red") else "plastic/#55585c"
+        builder.add(print_tone, shapes.panel(0.26 * width, 0.016 * length, (0, height * 0.985, -0.435 * length), "+y"))
+        button = shapes.lathe(
+            [(0.075 * width, 0.985 * height), (0.055 * width, 0.985 * height)], (0, 0, 0.435 * length)
         )
+        builder.add(print_tone, button)
     return builder.build([name] if name == "black" else [])
 
 
@@ -262,15 +267,35 @@ def _bell_clock(builder: Builder, case: str, name: str) -> Asset:
     return builder.build([name, "round"])
 
 
+_SPECTRUM = ("#e86a6a", "#eec25e", "#8fd07a", "#62bfd8", "#7d84dd", "#c58ad6")
+_RAY_DEG = 13.0
+"""The colours into which light breaks, two fans of narrow rays across a disc, and how wide each ray is."""
+
+
+def _ray(width: float, depth: float, level: float, degrees: float) -> shapes.Mesh:
+    """Returns one ray of a fan on a disc: a flat four-sided piece that faces up."""
+    first, last = np.radians([degrees, degrees + _RAY_DEG])
+    ends = [(0.46, first), (0.94, first), (0.94, last), (0.46, last)]
+    outline = [(share * width / 2 * np.cos(angle), share * depth / 2 * np.sin(angle)) for share, angle in ends]
+    return shapes.extrude(outline, 0.5 * level, level)
+
+
 def compact_disc(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a CD: a shiny ring with a printed middle."""
+    """Returns a CD: a silver disc on which the light breaks into colours, its hub printed."""
     builder = Builder("CD", size)
     width, height, depth = size
     name, tint = colour(rng, "light blue", "purple", "orange", "green", "red")
     ring = shapes.lathe([(0.12, 0.0), (1.0, 0.0), (1.0, height), (0.12, height), (0.12, 0.0)], segments=28)
-    builder.add("chrome", shapes.scale(ring, (width / 2, 0.9, depth / 2)))
-    label = shapes.lathe([(0.9, height), (0.36, height)], segments=28)
+    builder.add("metal/#e3e6ea", shapes.scale(ring, (width / 2, 0.9, depth / 2)))
+    rim = shapes.lathe([(1.0, 0.99 * height), (0.94, 0.99 * height)], segments=28)
+    builder.add("metal/#868b91", shapes.scale(rim, (width / 2, 1.0, depth / 2)))
+    label = shapes.lathe([(0.4, height), (0.24, height)], segments=28)
     builder.add(f"plastic/{tint}", shapes.scale(label, (width / 2, 1.0, depth / 2)))
+    turn = float(rng.uniform(0.0, 180.0))
+    for side in (0.0, 180.0):
+        for index, hue in enumerate(_SPECTRUM):
+            ray = _ray(width, depth, 0.96 * height, turn + side + index * _RAY_DEG)
+            builder.add(f"plastic/{hue}", ray)
     return builder.build([name])
 
 

@@ -17,6 +17,9 @@ _CANDLESTICK = (
     (0.0, 0.0), (1.0, 0.0), (1.0, 0.03), (0.3, 0.08), (0.16, 0.2), (0.3, 0.5), (0.16, 0.8), (0.5, 0.95), (0.5, 1.0),
     (0.0, 1.0),
 )  # fmt: skip
+_DISH = ((0.0, 0.0), (0.7, 0.0), (1.0, 0.07), (0.95, 0.08), (0.68, 0.03), (0.0, 0.03))
+_DRIPS = ((0.4, 0.34), (1.5, 0.2), (2.5, 0.42), (3.9, 0.26), (5.2, 0.37))
+"""Wax that has run down a pillar: at which angle about it, and how far as a share of the height."""
 _FLAME = ((0.0, 0.0), (0.7, 0.12), (1.0, 0.3), (0.75, 0.55), (0.3, 0.85), (0.0, 1.0))
 """Profiles: radius and height, as shares of the greatest."""
 METALS = ("metal/brushed", "metal/black", "metal/brass", "metal/white", "chrome")
@@ -229,7 +232,10 @@ def _three_arms(builder: Builder, metal: str, glass: PartStyle) -> None:
 
 
 def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a candle: a pillar, one in a glass, or in a slim box one on a candlestick; burning while on."""
+    """Returns a candle: a dripping pillar on a dish, one in a glass, or in a slim box one on a candlestick.
+
+    It burns while on.
+    """
     builder = Builder("Candle", size)
     width, height, depth = size
     name, tint = colour(rng, "white", "cream", "red", "green", "purple", "yellow", "blue")
@@ -241,6 +247,16 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
         base, radius = 0.42 * height, 0.2 * width
         part = shapes.lathe([(r * width / 2, y * base) for r, y in _CANDLESTICK], segments=16)
         builder.add(one_of(rng, ("metal/brass", "chrome", "metal/black")), shapes.scale(part, (1, 1, ratio)))
+    elif kind == "pillar":
+        base, radius, top = 0.06 * height, 0.34 * width, 0.82 * height
+        dish = shapes.lathe([(r * width / 2, y * height) for r, y in _DISH], segments=18)
+        builder.add(one_of(rng, ("metal/brass", "metal/black", "metal/copper")), shapes.scale(dish, (1, 1, ratio)))
+        for angle, reach in _DRIPS:
+            x, z = radius * np.cos(angle), ratio * radius * np.sin(angle)
+            drip = shapes.ellipsoid(
+                (0.3 * radius, reach * height, 0.3 * radius), (x, top - reach * height / 2, z), 6, 4
+            )
+            builder.add(f"wax/{tint}", drip)
     elif kind == "jar":
         top, radius = 0.62 * height, 0.44 * width
         jar = shapes.lathe([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.92, 1.0), (0.92, 0.06), (0.0, 0.06)], segments=16)
@@ -254,7 +270,7 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     builder.add(warm, shapes.scale(shapes.lathe([*tip, (0.0, top - 0.1 * radius)], segments=16), (1, 1, ratio)))
     end = height if kind != "jar" else 0.78 * height
     wick = [(0, top - 0.12 * radius, 0), (0.01 * height, end, 0)]
-    builder.add("plastic/#2b2622", shapes.tube(wick, max(0.012 * height, 0.0008), 5))
+    builder.add("plastic/#2b2622", shapes.tube(wick, max(0.016 * height, 0.0008), 5))
     _burn(builder, end)
     return builder.build([name, kind])
 

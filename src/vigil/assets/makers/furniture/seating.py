@@ -137,22 +137,26 @@ def _office_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fi
 
 
 def stool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a stool whose seat is its top: four legs with a ring, or one post on a foot."""
+    """Returns a stool whose seat is its top, padded or with a hole to carry it by: four legs, or a post on a foot.
+
+    Rests for the feet go all round, which a side table has not.
+    """
     builder = Builder("Stool", size)
     finish = wood(rng)
     width, height, depth = size
     is_round = abs(width - depth) < 0.12 * width and rng.random() < 0.65
-    padded = rng.random() < 0.4
+    padded = rng.random() < 0.6
     top = cloth(rng).material if padded else finish.material
-    thick = 0.06 if padded else 0.035
+    thick = 0.085 if padded else 0.035
     if is_round and rng.random() < 0.4:
         radius = width / 2
         builder.add("chrome", shapes.lathe([(0, 0), (0.9 * radius, 0), (0.85 * radius, 0.015), (0.03, 0.04),
                                             (0.025, height - thick), (0, height - thick)]))  # fmt: skip
+        _foot_ring(builder, 0.72 * radius, 0.36 * height)
         builder.column(0.9 * radius, 0, 0.04)
         builder.column(0.04, 0.04, height - thick)
     else:
-        style = one_of(rng, ("square", "splayed", "round"))
+        style = one_of(rng, ("splayed", "splayed", "round"))
         share = 0.78 if is_round and style != "splayed" else 0.98
         add_legs(builder, finish.material, (share * width, share * depth), height - thick, 0.036, style)
         y = 0.35 * height
@@ -161,14 +165,27 @@ def stool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
             builder.add(finish.material, shapes.box((2 * reach * width, 0.022, 0.018), (0, y, sign * reach * depth)))
             builder.add(finish.material, shapes.box((0.018, 0.022, 2 * reach * depth), (sign * reach * width, y, 0)))
     if is_round:
+        crown = 0.3 * thick if padded else 0.0
         profile = [(0, height - thick), (width / 2 - 0.01, height - thick), (width / 2, height - thick / 2),
-                   (width / 2 - 0.012, height), (0, height)]  # fmt: skip
+                   (width / 2 - 0.012, height - crown), (0.25 * width, height), (0, height)]  # fmt: skip
         builder.add(top, shapes.lathe(profile))
     else:
         builder.add(top, shapes.rounded_box((width, thick, depth), (0, height - thick / 2, 0), 0.4 * thick))
+    if not padded:
+        hole = shapes.rounded_rectangle(0.3 * width, 0.08 * depth, 0.035 * depth)
+        builder.add("wood/ebony", shapes.extrude(hole, height - 0.5 * thick, height + 4e-4))
     builder.solid((-width / 2, height - thick, -depth / 2), (width / 2, height, depth / 2))
     builder.surface("seat", (0, height, 0), (0.75 * width, 0.75 * depth))
     return builder.build((finish.word,))
+
+
+def _foot_ring(builder: Builder, radius: float, level: float) -> None:
+    """Adds a ring about the post of a stool, on four spokes."""
+    angles = np.linspace(0, 2 * np.pi, 21)
+    ring = np.c_[radius * np.cos(angles), np.full(21, level), radius * np.sin(angles)]
+    builder.add("chrome", shapes.tube(ring, 0.011, 6))
+    for x, z in ((radius, 0.0), (0.0, radius)):
+        builder.add("chrome", shapes.tube([(-x, level, -z), (x, level, z)], 0.008, 6))
 
 
 def footstool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

@@ -270,19 +270,20 @@ def _keypad(builder: Builder, joint: str, at: Corner) -> None:
 
 
 def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a trolley: trays between four posts on castors, with a push bar."""
+    """Returns a trolley: trays with raised edges between four posts on large castors, and push bars above them."""
     builder = Builder("Cart", size)
     finish = wood(rng)
-    post = one_of(rng, ("chrome", "metal/black", "metal/brass", "metal/white"))
+    post = one_of(rng, ("metal/dark", "metal/black", "metal/brass", "metal/#2f8386"))
     width, height, depth = size
-    half_x, half_z, wheel = width / 2, depth / 2, 0.07
+    half_x, half_z, wheel = width / 2, depth / 2, 0.09
     for sx in (-1, 1):
         for sz in (-1, 1):
             x, z = sx * (half_x - 0.03), sz * (half_z - 0.02)
             builder.add(
                 post, shapes.cylinder(0.012, height - wheel - 0.02, (x, (height + wheel - 0.02) / 2, z), segments=10)
             )
-            builder.add("plastic/#1f2023", shapes.cylinder(wheel / 2, 0.022, (x, wheel / 2, z), "x", 14))
+            builder.add("rubber/#1f2023", shapes.cylinder(wheel / 2, 0.024, (x, wheel / 2, z), "x", 16))
+            builder.add("metal/steel", shapes.cylinder(0.24 * wheel, 0.03, (x, wheel / 2, z), "x", 10))
             builder.solid((x - 0.02, 0, z - 0.02), (x + 0.02, height, z + 0.02))
     for sx in (-1, 1):
         bar = shapes.cylinder(0.012, depth - 0.02, (sx * (half_x - 0.03), height - 0.014, 0), "z", 10)
@@ -292,7 +293,7 @@ def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     trays = shelf_heights(
         [level for level in levels if level < 0.92 * height], 0.1, height - 0.05, 1 if height < 1.0 else 2
     )
-    tiers = sorted({0.14, *trays, height - 0.08}) if not levels else sorted(trays)
+    tiers = sorted({0.14, *trays, height - 0.13}) if not levels else sorted(trays)
     for index, top in enumerate(tiers):
         builder.block(
             finish.material,
@@ -302,8 +303,8 @@ def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
             0.003,
         )
         for sz in (-1, 1):
-            rail = shapes.box((width - 0.08, 0.012, 0.008), (0, top + 0.035, sz * (half_z - 0.02)))
-            builder.add(post, rail)
+            edge = shapes.box((width - 0.06, 0.05, 0.01), (0, top + 0.015, sz * (half_z - 0.013)), 0.002)
+            builder.add(finish.material, edge)
         above = tiers[index + 1] - 0.02 if index + 1 < len(tiers) else top + 10.0
         builder.solid((-half_x + 0.03, top - 0.02, -half_z), (half_x - 0.03, top, half_z))
         builder.surface(f"tray{index}", (0, top, 0), (width - 0.12, depth - 0.07), above - top)

@@ -256,8 +256,18 @@ def butter_knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     return builder.build([name])
 
 
+_LADLES = (
+    ("steel", STEEL, "plastic/#1f2022"),
+    ("steel", STEEL, "plastic/#b4262b"),
+    ("black", "plastic/#1f2022", "plastic/#d9722a"),
+    ("wooden", "wood/walnut", "wood/walnut"),
+    ("teal", "plastic/#2f8386", "wood/walnut"),
+)
+"""Word, materials of the dish and of the grip: grey or dark never stands alone against a grey counter."""
+
+
 def ladle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a soup ladle: a deep round dish and a long handle."""
+    """Returns a soup ladle: a deep round dish on a long neck, and a grip with a hooked end."""
     builder = Builder("Ladle", size)
     width, height, length = size
     across = min(width, 0.4 * length)
@@ -267,13 +277,16 @@ def ladle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
         segments=16,
     )
     dish = shapes.scale(dish, (width / 2, 0.8 * height, across / 2))
-    look = one_of(rng, (STEEL, "chrome", "plastic/#1f2022", "wood/oak"))
+    name, look, grip = one_of(rng, _LADLES)
     builder.add(look, shapes.translate(dish, (0, 0, middle)))
-    thick = 0.055 * width
+    thick = 0.07 * width
     start = middle - 0.47 * across
-    path = [(0, 0.6 * height, start), (0, height - thick, start - 0.18 * length), (0, height - thick, -length / 2)]
-    builder.add(look, shapes.scale(shapes.tube(path, thick, 6), (1.6, 1.0, 1.0)))
-    return builder.build([{"w": "wooden", "p": "black"}.get(look[0], "steel")])
+    rise, end = start - 0.18 * length, -0.5 * length
+    neck = [(0, 0.6 * height, start), (0, height - thick, rise), (0, height - thick, -0.12 * length)]
+    hook = [neck[-1], (0, height - thick, end + 0.05 * length), (0, height - 2 * thick, end), (0, 0.45 * height, end)]
+    builder.add(look, shapes.scale(shapes.tube(neck, thick, 6), (1.6, 1.0, 1.0)))
+    builder.add(grip, shapes.scale(shapes.tube(hook, 1.15 * thick, 6), (1.6, 1.0, 1.0)))
+    return builder.build([name])
 
 
 def spatula(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

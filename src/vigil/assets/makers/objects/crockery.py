@@ -25,7 +25,7 @@ def hollow(builder: Builder, width: float, depth: float, floor: float, x: float 
 
 
 def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a bowl: ceramic in two colours, banded, wooden, steel or glass."""
+    """Returns a bowl: ceramic in two colours, banded, wooden, copper, or of tinted glass with a solid rim and foot."""
     builder = Builder("Bowl", size)
     width, height, depth = size
     kind = one_of(rng, ("ceramic", "ceramic", "banded", "wooden", "metal", "glass"))
@@ -35,19 +35,31 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     inner = [(0.38 + 0.56 * t**power, 0.13 * height + 0.87 * height * t) for t in rise]
     shell: Silhouette = [(0.0, 0.0), (0.46, 0.0), *outer]
     inside: Silhouette = [outer[-1], *reversed(inner), (0.0, 0.13 * height)]
-    name, tint = colour(rng, "white", "blue", "teal", "red", "yellow", "green", "cream", "dark grey", "light blue")
+    name, tint = colour(rng, "navy", "blue", "teal", "red", "yellow", "green", "orange", "purple", "light blue")
     looks = {
         "ceramic": (f"ceramic/{tint}", f"ceramic/{one_of(rng, (COLOURS['white'], tint))}"),
         "banded": (f"ceramic/{COLOURS['white']}", f"ceramic/{COLOURS['white']}"),
-        "wooden": ("wood/walnut", "wood/oak"),
-        "metal": ("chrome", "metal/brushed"),
-        "glass": ("glass", "glass"),
+        "wooden": ("wood/walnut", "wood/teak"),
+        "metal": ("metal/copper", "metal/brass"),
+        "glass": (f"glass/{tint}", f"glass/{tint}"),
     }[kind]
     for material, profile in zip(looks, (shell, inside), strict=True):
         builder.add(PartStyle(material, is_glass=kind == "glass"), turning(profile, width, depth))
     if kind == "banded":
-        band = [(outer[k][0] * 1.015, outer[k][1]) for k in (3, 4)]
-        builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
+        for first, last in ((2, 4), (5, 6)):
+            band = [(outer[k][0] * 1.015, outer[k][1]) for k in (first, last)]
+            builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
+    if kind in ("banded", "glass"):
+        rim = [
+            (outer[-1][0], 0.96 * height),
+            (outer[-1][0], height),
+            (inner[-1][0], height),
+            (inner[-1][0], 0.96 * height),
+        ]
+        builder.add(f"ceramic/{tint}", turning(rim, width, depth))
+    if kind == "glass":
+        foot = [(0.0, 0.0), (0.46, 0.0), (0.48, 0.05 * height), (0.4, 0.1 * height), (0.0, 0.1 * height)]
+        builder.add(f"ceramic/{tint}", turning(foot, width, depth))
     builder.surface("inside", (0, 0.16 * height, 0), (0.56 * width, 0.56 * depth), is_inside=True)
     hollow(builder, width, depth, 0.13 * height)
     is_plain = kind == "ceramic" and tint in looks[1]
@@ -55,25 +67,29 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 
 
 def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a plate with a sunk middle and a rim, plain, ringed or with a coloured rim."""
+    """Returns a plate with a sunk middle and a rim: coloured with a white edge, or white with lines or a broad rim.
+
+    The edge always has another colour than the middle, so that a plate is seen on a counter of its own colour.
+    """
     builder = Builder("Plate", size)
     width, height, depth = size
-    name, tint = colour(rng, "blue", "red", "green", "teal", "yellow", "navy", "pink", "dark grey")
+    name, tint = colour(rng, "blue", "red", "green", "teal", "navy", "purple", "brown", "dark grey")
     kind = one_of(rng, ("white", "coloured", "rim", "ring"))
     base = tint if kind == "coloured" else COLOURS["white"]
     rim = tint if kind in ("coloured", "rim") else base
+    edge = COLOURS["white"] if kind == "coloured" else tint
     sunk = 0.42 * height
     builder.add(
         f"ceramic/{base}",
-        turning(
-            [(0.0, 0.0), (0.62, 0.0), (0.99, 0.82 * height), (1.0, 0.93 * height), (0.985, height)], width, depth, 24
-        ),
+        turning([(0.0, 0.0), (0.62, 0.0), (0.96, 0.76 * height)], width, depth, 24),
         turning([(0.69, 0.55 * height), (0.62, sunk), (0.0, sunk)], width, depth, 24),
     )
-    builder.add(f"ceramic/{rim}", turning([(0.985, height), (0.69, 0.55 * height)], width, depth, 24))
-    if kind == "ring":
-        lift = 0.02 * height
-        ring = [(0.95, 0.95 * height + lift), (0.9, 0.88 * height + lift)]
+    lip = [(0.96, 0.76 * height), (0.99, 0.82 * height), (1.0, 0.93 * height), (0.985, height), (0.93, 0.92 * height)]
+    builder.add(f"ceramic/{edge}", turning(lip, width, depth, 24))
+    builder.add(f"ceramic/{rim}", turning([(0.93, 0.92 * height), (0.69, 0.55 * height)], width, depth, 24))
+    if kind in ("ring", "white"):
+        outer, inner = (0.86, 0.78) if kind == "ring" else (0.73, 0.69)
+        ring = [(r, (0.55 + (r - 0.69) * 1.5417) * height + 0.02 * height) for r in (outer, inner)]
         builder.add(f"ceramic/{tint}", turning(ring, width, depth, 24))
     builder.surface("top", (0, sunk, 0), (0.72 * width, 0.72 * depth))
     builder.octagon(width, depth, 0.0, sunk)

@@ -65,13 +65,16 @@ def aluminum_foil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]
 
 
 def dish_sponge(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a sponge with a scouring layer."""
+    """Returns a sponge with a waist for the fingers and a scouring layer on top."""
     builder = Builder("DishSponge", size)
     width, height, length = size
     name, tint = colour(rng, "yellow", "yellow", "blue", "pink", "orange")
-    soft = (width, 0.76 * height, length)
-    builder.add(f"foam/{tint}", shapes.rounded_box(soft, (0, 0.38 * height, 0), 0.12 * height))
-    builder.add("carpet/#2f6b3f", shapes.box((width, 0.24 * height, length), (0, 0.88 * height, 0), 0.04 * height))
+    sides = np.linspace(-0.5, 0.5, 11)
+    reach = width * (0.5 - 0.075 * (1 + np.cos(2 * np.pi * sides)))
+    right = np.c_[reach, sides * length]
+    outline = np.concatenate([right, right[::-1] * [-1, 1]])
+    builder.add(f"foam/{tint}", shapes.extrude(outline, 0, 0.72 * height))
+    builder.add("carpet/#2f6b3f", shapes.extrude(outline, 0.72 * height, height))
     return builder.build([f"{name} and green"])
 
 
