@@ -24,7 +24,7 @@ PULL_M = 0.2
 """Floor behind a dining chair to pull it back."""
 SEAT_ROOM_M = 0.3
 """Floor behind a chair to sit down."""
-BED_RUG_SHARE = 0.5
+BED_RUG_SHARE = 0.75
 """Share of beds with a rug at their foot, where it fits."""
 RUG_UNDER_BED_M = 0.25
 """How far the middle of that rug lies before the bed's foot."""

@@ -35,7 +35,7 @@ UNDER_CEILING_M = 0.1
 """Kept free under the ceiling, above what hangs on a wall."""
 PLACES_TRIED = 5
 """Along one wall, besides its middle."""
-PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (1, 4), "Bedroom": (1, 3), "Bathroom": (0, 1)}
+PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 5), "Bedroom": (2, 4), "Bathroom": (0, 2)}
 SHELF_LIKELY = {"LivingRoom": 0.35, "Bedroom": 0.35, "Bathroom": 0.5}
 BEDROOM_MIRROR_LIKELY, CEILING_LAMP_LIKELY, SHOWER_HEAD_LIKELY, TOWEL_LIKELY = 0.5, 0.85, 0.8, 0.85
 DRESSED_LIKELY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0.25, "Bathroom": 0.25}
@@ -72,6 +72,8 @@ BACK_REACH_M = 0.9
 """A wall is behind a piece whose middle is no farther from it."""
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
 """By how much curtains and blinds reach beyond their window."""
+FLOOR_LENGTH_M = 0.05
+"""Curtains that would end nearer above the floor reach it."""
 
 Span = tuple[float, float, float, float]
 """left, right along the wall; bottom, top (m)."""
@@ -305,7 +307,9 @@ class WallThingPlacer:
             wall, left, right = found
             if model.size.x < right - left + WINDOW_WIDER_M or not self.inventory.may_have(category):
                 continue
-            self._dress(wall, (left + right) / 2, opening.top + WINDOW_ABOVE_M - model.size.y / 2, model)
+            bottom = opening.top + WINDOW_ABOVE_M - model.size.y
+            bottom = 0.0 if bottom < FLOOR_LENGTH_M else bottom
+            self._dress(wall, (left + right) / 2, bottom + model.size.y / 2, model)
 
     def _dress(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
         """Hangs curtains or blinds before a window when nothing stands in their place."""
