@@ -90,6 +90,7 @@ LIKELY = {
     "kitchen table": 0.85,
     "armchair": 0.6,
     "rug": 0.85,
+    "rug under table": 0.5,
     "living room table": 0.75,
     "living room desk": 0.3,
     "bedroom desk": 0.65,
@@ -260,7 +261,8 @@ class Furnisher:
     def _dining(self) -> None:
         if self._may_have("table in the open"):
             for chairs in (4, 4, 3, 2) if self._has_room("table for four") else (3, 2):
-                if self._put_free(groups.dining_group(self.rng, chairs, False)):
+                with_rug = self.floor.room.kind == "LivingRoom" and self._has_luck("rug under table")
+                if self._put_free(groups.dining_group(self.rng, chairs, False, with_rug)):
                     return
         for chairs in (3, 3, 2, 2, 1):
             if self._put(groups.dining_group(self.rng, chairs, True), _along_walls("table")):

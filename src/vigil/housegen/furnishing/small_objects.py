@@ -41,12 +41,12 @@ HIGHEST_M = 1.75
 SURFACE_TOLERANCE = 0.03
 
 ON_TOP: dict[str, float] = {
-    "CounterTop": 12.0,
+    "CounterTop": 13.0,
     "DiningTable": 4.4,
     "CoffeeTable": 1.8,
     "Desk": 7.0,
     "SideTable": 1.7,
-    "Dresser": 4.5,
+    "Dresser": 5.0,
     "TVStand": 3.0,
     "ShelvingUnit": 1.3,
     "Shelf": 1.6,
