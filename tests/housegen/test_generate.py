@@ -8,7 +8,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.housegen import check_house, generate, spec_for
-from vigil.housegen.furnishing.inventory import LIMITS
+from vigil.housegen.furnishing.inventory import limit_of
 
 AGAIN = """
 from vigil.housegen import generate, spec_for
@@ -38,7 +38,7 @@ def test_rooms_have_what_makes_them(house):
 
 def test_few_things_come_twice(house):
     counts = Counter(categories(house))
-    assert all(number <= LIMITS.get(category, 1) for category, number in counts.items())
+    assert all(number <= limit_of(category) for category, number in counts.items())
 
 
 def test_ids_name_category_and_room(house):

@@ -8,7 +8,7 @@ import numpy as np
 
 from vigil.house import canonical_json
 
-GENERATOR_VERSION = "3"
+GENERATOR_VERSION = "4"
 """Changes whenever the same seed and spec would give another house."""
 
 Item = TypeVar("Item")

@@ -11,6 +11,7 @@ from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
 from vigil.house import House, HouseObject
+from vigil.housegen.checking.cuts import Cuts
 from vigil.housegen.checking.pairs import Pairs
 from vigil.housegen.checking.walkable import LEAST_SHARE, Walkable, walkable_of
 from vigil.scene.build import build_scene
@@ -270,9 +271,10 @@ def _start(house: House, ground: Walkable) -> list[Fault]:
 
 
 def _access(scene: Scene, ground: Walkable, pairs: Pairs) -> list[Fault]:
-    """Returns a fault for each openable thing whose leaf is blocked, or furniture before which nobody can stand."""
+    """Returns a fault for each openable thing whose leaf is blocked or cuts through another thing, or furniture before
+    which nobody can stand."""
     faults: list[Fault] = []
-    partitions, path = Partitions(scene), SWEEP.tolist()
+    partitions, path, cuts = Partitions(scene), SWEEP.tolist(), Cuts(scene)
     for thing in scene.things.values():
         if not thing.is_openable or not is_upright(thing):
             continue
@@ -281,6 +283,8 @@ def _access(scene: Scene, ground: Walkable, pairs: Pairs) -> list[Fault]:
             faults.append(Fault("blocked-opening", thing.id, f"cannot open: it would reach through {pierced!r}"))
         elif struck is not None:
             faults.append(Fault("blocked-opening", thing.id, f"cannot open: {struck.id!r} is in the way", struck.id))
+        elif (cut := cuts.cut_by(thing)) is not None:
+            faults.append(Fault("leaf-cuts", thing.id, f"a part of it passes through {cut.id!r} as it opens", cut.id))
         elif not thing.is_pickupable and not ground.can_serve(thing, REACH_M):
             faults.append(Fault("no-access", thing.id, "nobody can stand within reach of it clear of its leaf"))
     return faults

@@ -85,11 +85,12 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
 
 LIKELY = {
     "fridge in the run": 0.6,
-    "corner run": 0.3,
+    "corner run": 0.4,
     "island": 0.3,
     "kitchen table": 0.85,
     "armchair": 0.6,
-    "rug": 0.7,
+    "rug": 0.85,
+    "rug under table": 0.5,
     "living room table": 0.75,
     "living room desk": 0.3,
     "bedroom desk": 0.65,
@@ -108,6 +109,8 @@ ROOMY_M2 = {
     "table for four": 18.0,
 }
 """Only rooms larger than this have it."""
+LONG_RUNS, SHORT_RUNS = ((12,), (10,), (9,), (8,)), ((7,), (6,), (3, 3), (5,), (4,))
+"""Widths (ft) of a kitchen's counters; the short ones, one after the other, where no long one fits."""
 LIKES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
     "kitchen run": (0.2, 0.6),
@@ -190,10 +193,10 @@ class Furnisher:
 
     def _kitchen(self) -> None:
         with_fridge = self._has_luck("fridge in the run")
-        at_corner = [5, 6, 6] if self._may_have("corner run") else []
+        at_corner = [6, 7, 8] if self._may_have("corner run") else []
         corner = (groups.corner_run(self.rng, with_fridge, feet) for feet in shuffled(self.rng, at_corner))
         has_corner = any(self._put(group, _along_walls("corner run")) for group in corner)
-        for feet in () if has_corner else [*shuffled(self.rng, ((6, 6), (5, 5), (8,), (4, 4))), (3, 3), (5,), (4,)]:
+        for feet in () if has_corner else [*shuffled(self.rng, LONG_RUNS), *SHORT_RUNS]:
             if self._put(groups.kitchen_run(self.rng, with_fridge, feet), _along_walls("kitchen run")):
                 break
             if self._put(groups.kitchen_run(self.rng, False, feet), _along_walls("kitchen run")):
@@ -258,7 +261,8 @@ class Furnisher:
     def _dining(self) -> None:
         if self._may_have("table in the open"):
             for chairs in (4, 4, 3, 2) if self._has_room("table for four") else (3, 2):
-                if self._put_free(groups.dining_group(self.rng, chairs, False)):
+                with_rug = self.floor.room.kind == "LivingRoom" and self._has_luck("rug under table")
+                if self._put_free(groups.dining_group(self.rng, chairs, False, with_rug)):
                     return
         for chairs in (3, 3, 2, 2, 1):
             if self._put(groups.dining_group(self.rng, chairs, True), _along_walls("table")):

@@ -1,10 +1,12 @@
-"""What a house has of each kind: few things twice, so that an instruction names one thing."""
+"""What a house and each of its rooms have of a kind: few things twice, so that an instruction names one thing."""
 
 from collections import Counter
 
+from vigil.assets.catalog import CATALOG
+
 LIMITS = {
     "Chair": 8,
-    "Painting": 8,
+    "Painting": 12,
     "LightSwitch": 10,
     "CeilingLamp": 10,
     "CounterTop": 6,
@@ -16,10 +18,7 @@ LIMITS = {
     "GarbageCan": 2,
     "FloorLamp": 2,
     "DeskLamp": 2,
-    "Rug": 3,
-    "Pillow": 3,
-    "Book": 2,
-    "Plate": 2,
+    "Rug": 6,
     "Curtains": 3,
     "Blinds": 3,
     "Mirror": 2,
@@ -48,7 +47,17 @@ LIMITS = {
     "ShelvingUnit": 2,
     "Window": 99,
 }
-"""Most instances of a category in one house; 1 where nothing is said."""
+"""Most instances of a category in one house; where nothing is said, 1, or LOOSE_LIMIT of what can be picked up."""
+LOOSE_LIMIT = 3
+_DISHES_AND_FOOD = ("Plate", "Bowl", "Cup", "Mug", "Bottle", "Apple", "Tomato", "Potato", "Fork", "Spoon")
+_ODDS_AND_ENDS = ("Book", "Pen", "Pencil", "CD", "Candle", "Vase", "Cloth", "ToiletPaper")
+ROOM_LIMITS = {"Pillow": 3, "Egg": 3} | dict.fromkeys((*_DISHES_AND_FOOD, *_ODDS_AND_ENDS), 2)
+"""Most instances of a category that can be picked up in one room; 1 where nothing is said."""
+
+
+def limit_of(category: str) -> int:
+    """Returns how many of a category one house may have."""
+    return LIMITS.get(category, LOOSE_LIMIT if CATALOG[category].is_pickupable else 1)
 
 
 class Inventory:
@@ -59,7 +68,7 @@ class Inventory:
 
     def may_have(self, category: str) -> bool:
         """Whether the house may have one more of the category."""
-        return self._counts[category] < LIMITS.get(category, 1)
+        return self._counts[category] < limit_of(category)
 
     def count(self, category: str) -> int:
         """Returns how many there are."""

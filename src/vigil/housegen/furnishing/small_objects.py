@@ -1,19 +1,22 @@
 """Small things on and in furniture: on the real surfaces of the assets, clear of each other."""
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
-from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, draw_model, swept, turned_rect
+from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, draw_model, swept, swing_of, turned_rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
 from vigil.housegen.furnishing.floor import Floor
-from vigil.housegen.furnishing.inventory import Inventory
+from vigil.housegen.furnishing.inventory import ROOM_LIMITS, Inventory
 from vigil.housegen.furnishing.space import Space, apart
 from vigil.pose import Vec3, rotate_floor
 
-GAP = 0.02
+GAP = 0.03
+"""Between things on one surface, for each to be clicked."""
 EDGE = 0.012
 FULL_SHARE = 0.5
 """Share of a surface covered at which nothing more is put there: things must find a free place later."""
@@ -21,45 +24,54 @@ BASIN_SHARE = 0.75
 """The same for a counter with a basin, which takes much of it."""
 LEAST_LOOSE, ROUNDS = 6, 3
 """Fewer small things than this in a room, and more are looked for, so many times."""
-MESS = {"Kitchen": 0.8, "LivingRoom": 0.68, "Bedroom": 0.55, "Bathroom": 0.9}
-"""How much lies about in a room of the kind, in the middle; rooms differ."""
-MESS_SPREAD, MESS_RANGE = 0.5, (0.25, 2.0)
+MESS_SPREAD, MESS_RANGE = 0.3, (0.5, 1.6)
+"""How much rooms differ in what lies about: the spread of a factor's logarithm; its least and greatest."""
+TRIES = 2
+"""Things tried for each that is wanted on a surface: not each has room there."""
+REPEAT_SHARE = 0.25
+"""How much less likely something comes that the room already has."""
+COUNTER_M = 2.4
+"""Width of a counter with as much on it as ON_TOP says; longer ones have more, and shorter ones less."""
+SEEN_SHARE = 0.5
+"""Share of a thing's width that nothing taller may stand before."""
+SIGHT_SLOPE = 1.5
+"""A thing hides what is behind it to so many times its height: one looks down on furniture at less than that."""
 HIGHEST_M = 1.75
 """Surfaces above it are out of sight."""
 SURFACE_TOLERANCE = 0.03
 
 ON_TOP: dict[str, float] = {
-    "CounterTop": 8.0,
-    "DiningTable": 5.0,
-    "CoffeeTable": 1.6,
-    "Desk": 6.5,
-    "SideTable": 1.4,
-    "Dresser": 4.0,
-    "TVStand": 5.0,
-    "ShelvingUnit": 1.4,
-    "Shelf": 1.8,
-    "Sofa": 1.2,
-    "ArmChair": 0.35,
-    "Bed": 1.5,
-    "Toilet": 0.8,
-    "Bathtub": 0.3,
+    "CounterTop": 13.0,
+    "DiningTable": 4.4,
+    "CoffeeTable": 1.8,
+    "Desk": 7.0,
+    "SideTable": 1.7,
+    "Dresser": 5.0,
+    "TVStand": 3.0,
+    "ShelvingUnit": 1.3,
+    "Shelf": 1.6,
+    "Sofa": 1.1,
+    "ArmChair": 0.2,
+    "Bed": 3.0,
+    "Toilet": 1.0,
+    "Bathtub": 0.6,
     "Sink": 0.3,
-    "Cart": 1.0,
+    "Cart": 2.0,
     "Stove": 0.8,
     "Cabinet": 1.0,
-    "WashingMachine": 0.5,
-    "ClothesDryer": 0.5,
+    "WashingMachine": 1.0,
+    "ClothesDryer": 1.0,
     "Ottoman": 0.2,
 }
-"""How many small things lie on a category, on average."""
+"""How many small things lie on a category, on average, where they find room."""
 
 INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
-    "Fridge": (2.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
-    "Cabinet": (2.0, ("Bowl", "Plate", "Mug", "Cup", "Pot", "Pan", "Kettle", "SprayBottle", "PaperTowelRoll")),
-    "Dresser": (1.8, ("Watch", "Book", "CellPhone", "KeyChain", "CD", "CreditCard", "Pen", "Cloth", "RemoteControl")),
-    "SideTable": (1.1, ("Watch", "Pen", "Book", "CellPhone", "KeyChain", "CreditCard", "RemoteControl", "Pencil")),
-    "Desk": (1.3, ("Pen", "Pencil", "CD", "Watch", "CreditCard", "KeyChain", "CellPhone", "Book")),
-    "TVStand": (3.0, ("RemoteControl", "CD", "Book", "KeyChain", "Newspaper", "Statue", "Candle", "Box", "Vase")),
+    "Fridge": (1.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
+    "Cabinet": (1.6, ("Bowl", "Plate", "Mug", "Cup", "Pot", "Pan", "Kettle", "SprayBottle", "PaperTowelRoll")),
+    "Dresser": (1.0, ("Watch", "Book", "CellPhone", "KeyChain", "CD", "CreditCard", "Pen", "Cloth", "RemoteControl")),
+    "SideTable": (0.6, ("Watch", "Pen", "Book", "CellPhone", "KeyChain", "CreditCard", "RemoteControl", "Pencil")),
+    "Desk": (0.7, ("Pen", "Pencil", "CD", "Watch", "CreditCard", "KeyChain", "CellPhone", "Book")),
+    "TVStand": (1.0, ("RemoteControl", "CD", "Book", "KeyChain", "Newspaper", "Statue", "Candle", "Box", "Vase")),
     "Microwave": (0.6, ("Mug", "Bowl", "Potato", "Plate", "Cup", "Bread")),
     "Box": (1.0, ("Book", "CD", "KeyChain", "Candle", "Watch", "CellPhone", "TeddyBear", "Statue")),
     "Safe": (1.2, ("Watch", "CreditCard", "KeyChain", "CellPhone")),
@@ -72,11 +84,18 @@ INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
 """What lies inside a category: how many things on average, and which."""
 
 _DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
+_PERSONAL = ("RemoteControl", "KeyChain", "Watch", "CellPhone", "CreditCard", "Book", "Bowl", "Pencil", "Pen")
 _TOILETRIES = ("Cloth", "SoapBottle", "SprayBottle", "ToiletPaper", "TissueBox", "SoapBar", "Candle")
 ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Kitchen", "ShelvingUnit"): _DISHES,
     ("Kitchen", "Shelf"): _DISHES,
     ("Kitchen", "Cart"): (*_DISHES, "Apple", "Bread", "Tomato"),
+    ("LivingRoom", "TVStand"): (*_PERSONAL, "Candle", "TissueBox", "Newspaper", "Vase", "Statue"),
+    ("LivingRoom", "Desk"): ("Mug", "Watch", "Bowl", "RemoteControl", "Statue", "Vase"),
+    ("Bedroom", "TVStand"): (*_PERSONAL, "AlarmClock", "CD", "Vase", "Statue"),
+    ("Bedroom", "Desk"): ("Mug", "Watch", "Bowl", "RemoteControl", "Statue", "TissueBox", "AlarmClock"),
+    ("Bedroom", "Dresser"): ("RemoteControl", "Bowl", "Mug", "Laptop"),
+    ("Bedroom", "Bed"): ("RemoteControl", "AlarmClock", "Newspaper", "Box"),
     ("Bathroom", "Cart"): _TOILETRIES,
     ("Bathroom", "Shelf"): _TOILETRIES,
     ("Bathroom", "Cabinet"): _TOILETRIES,
@@ -84,6 +103,9 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Bathroom", "ClothesDryer"): _TOILETRIES,
 }
 """What lies on a support in one kind of room, besides what the catalogue says."""
+
+ALSO_WEIGHT = 0.5
+"""How likely these are, where the catalogue's first place for a thing is 0.67."""
 
 STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
@@ -102,6 +124,7 @@ STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "LivingRoom": (
         ("RemoteControl", ("CoffeeTable", "Sofa", "TVStand", "DiningTable"), 0.9),
         ("Pillow", ("Sofa",), 0.8),
+        ("Pillow", ("Sofa",), 0.3),
         ("Book", ("CoffeeTable", "ShelvingUnit", "Sofa", "DiningTable"), 0.8),
         ("Laptop", ("CoffeeTable", "DiningTable", "Desk", "Sofa"), 0.6),
         ("Candle", ("CoffeeTable", "DiningTable", "SideTable"), 0.6),
@@ -154,25 +177,28 @@ class SmallObjectPlacer:
         self.furniture = furniture
         self.inventory = inventory
         self.rng = rng
+        self.here = Counter(found.category for found in self._everything())
 
     def fill(self, clutter: float) -> None:
         """Puts the room's staples in their places, then more here and there, as children of the furniture."""
-        mess = float(np.clip(MESS[self.kind] * np.exp(MESS_SPREAD * self.rng.standard_normal()), *MESS_RANGE))
+        mess = float(np.clip(np.exp(MESS_SPREAD * self.rng.standard_normal()), *MESS_RANGE))
         least = LEAST_LOOSE * min(1.0, clutter)
         clutter *= mess
         for category, supports, probability in STAPLES[self.kind]:
             if chance(self.rng, probability * min(1.0, mess**0.5)):
                 self._put_on_one_of(category, supports)
-        for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
+        for piece in shuffled(self.rng, self._everything()):
             self._fill_inside(piece, clutter)
-        for piece in shuffled(self.rng, [found for top in self.furniture for found in top.all()]):
+        for piece in shuffled(self.rng, self._everything()):
             self._fill_top(piece, clutter)
         for _ in range(ROUNDS):
-            everything = [found for top in self.furniture for found in top.all()]
-            if sum(CATALOG[found.category].is_pickupable for found in everything) >= least:
+            if sum(CATALOG[found.category].is_pickupable for found in self._everything()) >= least:
                 break
-            for piece in shuffled(self.rng, everything):
+            for piece in shuffled(self.rng, self._everything()):
                 self._fill_top(piece, clutter)
+
+    def _everything(self) -> list[PlacedThing]:
+        return [found for top in self.furniture for found in top.all()]
 
     def _put_on_one_of(self, category: str, supports: Sequence[str]) -> None:
         for support in supports:
@@ -189,35 +215,44 @@ class SmallObjectPlacer:
             self._put(category, piece, True)
 
     def _fill_top(self, piece: PlacedThing, clutter: float) -> None:
+        """Puts things on a piece until it has as many as are drawn for it, staples counted."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
-            mean *= piece.model.size.x / 1.8
-        candidates = self._candidates(piece.category)
-        if not candidates or mean <= 0:
+            mean *= piece.model.size.x / COUNTER_M
+        if mean <= 0:
             return
-        for _ in range(int(self.rng.poisson(mean))):
+        lying = sum(CATALOG[child.category].is_pickupable for child in piece.children if _lies_on_top(child))
+        missing = int(self.rng.poisson(mean)) - lying
+        for _ in range(TRIES * missing):
+            candidates = self._candidates(piece.category)
+            if missing <= 0 or not candidates:
+                return
             names, weights = zip(*candidates, strict=True)
-            self._put(pick_weighted(self.rng, names, weights), piece, False)
+            missing -= self._put(pick_weighted(self.rng, names, weights), piece, False)
 
     def _candidates(self, support: str) -> list[tuple[str, float]]:
         also = ALSO_ON.get((self.kind, support), ())
-        found = [(name, 0.5) for name in also if self.inventory.may_have(name)]
+        found = [(name, ALSO_WEIGHT) for name in also if self._may_have(name)]
         for name, kind in CATALOG.items():
             if (
                 name in also
                 or (support in SOFT and kind.typical_size.y > TALLEST_ON_SOFT_M)
                 or support not in kind.rests_on
                 or self.kind not in kind.rooms
-                or not self.inventory.may_have(name)
+                or not self._may_have(name)
             ):
                 continue
             if kind.is_pickupable or name in AT_THE_BACK:
                 weight = 1.0 / (1.5 + kind.rests_on.index(support))
                 found.append((name, weight if kind.is_pickupable else 0.3 * weight))
-        return found
+        return [(name, weight * (REPEAT_SHARE if self.here[name] else 1.0)) for name, weight in found]
+
+    def _may_have(self, category: str) -> bool:
+        """Whether the house, and the room, may have one more of the category."""
+        return self.inventory.may_have(category) and self.here[category] < ROOM_LIMITS.get(category, 1)
 
     def _put(self, category: str, piece: PlacedThing, inside: bool) -> bool:
-        if not self.inventory.may_have(category) or category == piece.category:
+        if not self._may_have(category) or category == piece.category:
             return False
         accepts = CATALOG[piece.category].accepts
         if not CATALOG[piece.category].is_receptacle or (accepts is not None and category not in accepts):
@@ -230,6 +265,7 @@ class SmallObjectPlacer:
                 piece.children.append(child)
                 self.space.add(child)
                 self.inventory.add(category)
+                self.here[category] += 1
                 return True
         return False
 
@@ -242,23 +278,22 @@ def _place(
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
         return None
     taken = _taken(piece, surface)
-    covered = sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in taken)
+    covered = sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in (other.reach for other in taken))
     is_basin = any(child.category == "Sink" for child in piece.children)
     share = BASIN_SHARE if is_basin else FULL_SHARE
     if covered + model.size.x * model.size.z > share * surface.size_x * surface.size_z and taken:
         return None
     for _ in range(16):
         turn = 0.0 if model.category in STRAIGHT else pick(rng, (0.0, 90.0, 180.0, 270.0)) + float(rng.uniform(-14, 14))
-        half = (-model.size.x / 2, -model.size.z / 2, model.size.x / 2, model.size.z / 2)
-        x0, z0, x1, z1 = turned_rect(half, 0.0, 0.0, turn)
+        x0, z0, x1, z1 = turned_rect(_base(model), 0.0, 0.0, turn)
         free_x, free_z = surface.size_x / 2 - EDGE - x1, surface.size_z / 2 - EDGE - z1
         if free_x < 0 or free_z < 0:
             continue
         x = float(rng.uniform(-free_x, free_x))
         z = -free_z if _is_back(model, piece) else float(rng.uniform(-free_z, free_z))
-        rect = (x + x0, z + z0, x + x1, z + z1)
-        reach = turned_rect(_with_leaf(model), x, z, turn)
-        if all(apart(rect, other, GAP) and apart(reach, other, GAP) for other in taken):
+        new = _Standing((x + x0, z + z0, x + x1, z + z1), turned_rect(_with_leaf(model), x, z, turn), _height(model))
+        is_clear = all(apart(new.base, other.reach, GAP) and apart(new.reach, other.reach, GAP) for other in taken)
+        if is_clear and not _hides_any([*taken, new]):
             dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
             place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
             yaw = round((piece.yaw + turn) % 360.0, 2)
@@ -266,6 +301,48 @@ def _place(
             if space.admits(child, piece):
                 return child
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Standing:
+    """A thing on a surface, in its frame."""
+
+    base: Rect
+    reach: Rect
+    """Its base with the room that its lid or door needs."""
+    height: float
+
+
+def _hides_any(things: list[_Standing]) -> bool:
+    """Whether taller things stand before most of one, seen from the front."""
+    return any(_hidden_share(thing, things) > 1.0 - SEEN_SHARE for thing in things)
+
+
+def _hidden_share(thing: _Standing, others: list[_Standing]) -> float:
+    """Returns the share of a thing's width that taller things hide, which stand before it."""
+    left, _, right, front = thing.base
+    hidden, reached = 0.0, left
+    for other in sorted(others, key=lambda each: each.base[0]):
+        low, back, high, _ = other.base
+        if other.height > thing.height and 0.0 <= back - front < SIGHT_SLOPE * other.height:
+            low, high = max(low, reached), min(high, right)
+            if high > low:
+                hidden, reached = hidden + high - low, high
+    return hidden / (right - left)
+
+
+def _lies_on_top(child: PlacedThing) -> bool:
+    return child.surface is None or not child.surface.needs_opening
+
+
+def _base(model: AssetModel) -> Rect:
+    return -model.size.x / 2, -model.size.z / 2, model.size.x / 2, model.size.z / 2
+
+
+def _height(model: AssetModel) -> float:
+    """Returns how high it is with its lid or screen up."""
+    swing = swing_of(model)
+    return model.size.y / 2 + max(model.size.y / 2, swing[2] if swing else 0.0)
 
 
 def _with_leaf(model: AssetModel) -> Rect:
@@ -281,16 +358,17 @@ def _is_back(model: AssetModel, piece: PlacedThing) -> bool:
     )
 
 
-def _taken(piece: PlacedThing, surface: Surface) -> list[Rect]:
-    """Returns the rectangles (in the surface's frame) of what stands on it, or beside it at its height."""
+def _taken(piece: PlacedThing, surface: Surface) -> list[_Standing]:
+    """Returns what stands on the surface, or beside it at its height."""
     height = piece.position.y + surface.center.y
-    rects: list[Rect] = []
+    top = (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)
+    found: list[_Standing] = []
     for child in piece.children:
         if abs(child.bottom - height) > SURFACE_TOLERANCE:
             continue
         x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
-        half = _with_leaf(child.model)
-        rect = turned_rect(half, x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw)
-        if not apart(rect, (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2), GAP):
-            rects.append(rect)
-    return rects
+        place = x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw
+        base, reach = (turned_rect(rect, *place) for rect in (_base(child.model), _with_leaf(child.model)))
+        if not apart(reach, top, GAP):
+            found.append(_Standing(base, reach, _height(child.model)))
+    return found

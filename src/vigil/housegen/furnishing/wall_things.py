@@ -3,6 +3,7 @@
 import numpy as np
 from shapely import box
 
+from vigil.assets.kernel.pictures import KINDS, Drawing
 from vigil.housegen.base.models import AssetModel, PlacedThing, draw_model, most_alike
 from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.furnishing.floor import Floor, rect_of
@@ -35,7 +36,9 @@ UNDER_CEILING_M = 0.1
 """Kept free under the ceiling, above what hangs on a wall."""
 PLACES_TRIED = 5
 """Along one wall, besides its middle."""
-PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (1, 4), "Bedroom": (1, 3), "Bathroom": (0, 1)}
+PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 5), "Bedroom": (2, 4), "Bathroom": (0, 2)}
+PAINTINGS_DRAWN = 4
+"""Paintings looked at for one of another subject."""
 SHELF_LIKELY = {"LivingRoom": 0.35, "Bedroom": 0.35, "Bathroom": 0.5}
 BEDROOM_MIRROR_LIKELY, CEILING_LAMP_LIKELY, SHOWER_HEAD_LIKELY, TOWEL_LIKELY = 0.5, 0.85, 0.8, 0.85
 DRESSED_LIKELY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0.25, "Bathroom": 0.25}
@@ -72,6 +75,8 @@ BACK_REACH_M = 0.9
 """A wall is behind a piece whose middle is no farther from it."""
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
 """By how much curtains and blinds reach beyond their window."""
+FLOOR_LENGTH_M = 0.05
+"""Curtains that would end nearer above the floor reach it."""
 
 Span = tuple[float, float, float, float]
 """left, right along the wall; bottom, top (m)."""
@@ -112,7 +117,7 @@ class WallThingPlacer:
             self._anywhere("Mirror", MIRROR_MIDDLE_M)
         low, high = PAINTINGS[kind]
         for _ in range(int(self.rng.integers(low, high + 1))):
-            self._anywhere("Painting", float(self.rng.uniform(*PAINTING_MIDDLE_M)))
+            self._along_some_wall(self._painting(), float(self.rng.uniform(*PAINTING_MIDDLE_M)))
         if chance(self.rng, CEILING_LAMP_LIKELY):
             self._ceiling_lamp()
         return self.hung
@@ -207,6 +212,12 @@ class WallThingPlacer:
                 if piece is not None:
                     return piece
         return None
+
+    def _painting(self) -> AssetModel:
+        """Returns a painting, of something that no other of the room shows where that comes soon."""
+        shown = {_subject(piece.model) for piece in self.hung if piece.category == "Painting"}
+        models = (draw_model("Painting", self.rng) for _ in range(PAINTINGS_DRAWN))
+        return next((model for model in models if _subject(model) not in shown), draw_model("Painting", self.rng))
 
     def _switches(self) -> None:
         """Hangs a light switch beside one of the room's doors, on the wall."""
@@ -305,7 +316,9 @@ class WallThingPlacer:
             wall, left, right = found
             if model.size.x < right - left + WINDOW_WIDER_M or not self.inventory.may_have(category):
                 continue
-            self._dress(wall, (left + right) / 2, opening.top + WINDOW_ABOVE_M - model.size.y / 2, model)
+            bottom = opening.top + WINDOW_ABOVE_M - model.size.y
+            bottom = 0.0 if bottom < FLOOR_LENGTH_M else bottom
+            self._dress(wall, (left + right) / 2, bottom + model.size.y / 2, model)
 
     def _dress(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
         """Hangs curtains or blinds before a window when nothing stands in their place."""
@@ -346,3 +359,9 @@ class WallThingPlacer:
             return
         place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
         self._add(PlacedThing(model, place, 0.0, self.floor.room.number, is_on_wall=True))
+
+
+def _subject(painting: AssetModel) -> Drawing:
+    """Returns what draws the painting's picture: one for each subject."""
+    materials = [part.material.partition("/") for part in painting.asset.parts]
+    return next(KINDS[kind][number] for kind, _, number in materials if kind == "picture")
