@@ -213,6 +213,10 @@ def _bay(builder: Builder, material: str) -> None:
     builder.prism(floor, 0, height)
 
 
+SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
+"""How far apart slats are, how steep they stand when closed, and how deep they are for each metre between them."""
+
+
 def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Returns slatted blinds that cover a window while closed and gather under their rail when opened."""
     builder = Builder("Blinds", size)
@@ -222,9 +226,9 @@ def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.block(finish.material, (x0, x1), (height - rail, height), (z0, z1), 0.006)
     groups = 10
     tall = (height - rail) / groups
-    slats = max(1, round(tall / 0.035))
+    slats = max(1, round(tall / SLAT_M))
     stacked = 0.0035 * slats + 0.002
-    deep = min(0.9 * builder.depth, 1.05 * tall / slats)
+    deep = min(0.9 * builder.depth, SLAT_OVERLAP * tall / slats)
     half = 0.3 * deep
     for group in range(groups):
         joint = builder.slide(f"slats{group}", (0, 1, 0), group * (tall - stacked) + (tall - stacked) * 0.5)
@@ -232,7 +236,7 @@ def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
         for index in range(slats):
             y = height - rail - group * tall - (index + 0.5) * tall / slats
             slat = shapes.box((x1 - x0 - 0.012, 0.0025, deep), (0, y, 0))
-            builder.add(look, shapes.rotate(slat, "x", 62, (0, y, 0)))
+            builder.add(look, shapes.rotate(slat, "x", SLAT_TILT_DEG, (0, y, 0)))
         low = 0.0 if group == groups - 1 else height - rail - (group + 1) * tall
         builder.solid((x0 + 0.006, low, -half), (x1 - 0.006, height - rail - group * tall, half), joint)
         if group == groups - 1:
