@@ -60,11 +60,11 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     (x0, x1), z0 = builder.across, builder.through[0]
     base = _FRIDGE_BASE
     add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
-    builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body))
+    builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body - 0.006))
     slats = np.linspace(x0 + 0.05, x1 - 0.05, 16)
     builder.add(
         shell.material,
-        *(shapes.span((x - 0.004, 0.01, body), (x + 0.004, base - 0.01, body + 0.006)) for x in slats),
+        *(shapes.span((x - 0.004, 0.01, body - 0.006), (x + 0.004, base - 0.01, body)) for x in slats),
     )
     low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
     high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
