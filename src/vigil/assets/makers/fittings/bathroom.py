@@ -212,12 +212,12 @@ def soap_bar(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> 
     """Returns a bar of soap with a stamped oval."""
     builder = Builder("SoapBar", size)
     width, height, length = size
-    name, tint = colour(rng, "pink", "light green", "cream", "light blue", "white", "yellow")
+    name, tint = colour(rng, "pink", "light green", "beige", "light blue", "yellow")
     builder.add(
         f"wax/{tint}", shapes.rounded_box((width, height, length), (0, height / 2, 0), 0.42 * height, 0.1 * height)
     )
     stamp = shapes.scale(shapes.cylinder(0.5, 1, segments=14), (0.5 * width, 0.06 * height, 0.55 * length))
-    builder.add("wax/#ffffff" if name != "white" else "wax/#d9c8a9", shapes.translate(stamp, (0, 0.965 * height, 0)))
+    builder.add("wax/#ffffff", shapes.translate(stamp, (0, 0.965 * height, 0)))
     return builder.build([name])
 
 

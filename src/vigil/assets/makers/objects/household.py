@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, along_longest, creased, lengthwise
+from vigil.assets.kernel.arrange import Maker, along_longest, creased, lengthwise, turning
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour, one_of
@@ -15,7 +15,7 @@ DARK = "plastic/#1f2022"
 
 
 def paper_towel_roll(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a paper towel roll, mostly on a stand with a knob."""
+    """Returns a paper towel roll with a printed border, mostly on a stand with a knob."""
     builder = Builder("PaperTowelRoll", size)
     width, height, depth = size
     stands = rng.random() < 0.65
@@ -26,6 +26,13 @@ def paper_towel_roll(size: Vec3, rng: np.random.Generator, _levels: Sequence[flo
     for look, profile in (("dots/#f6f4ef" if rng.random() < 0.3 else "paper/#f6f4ef", roll), ("cardboard", core)):
         part = shapes.lathe([(r * share, y * height) for r, y in profile], segments=20)
         builder.add(look, shapes.scale(part, (width / 2, 1, depth / 2)))
+    _, ink = colour(rng, "light blue", "light green", "pink", "teal")
+    tall = high - low
+    for edge in (low + 0.02 * tall, high - 0.09 * tall):
+        border = turning(
+            [(1.004 * share, edge * height), (1.004 * share, (edge + 0.07 * tall) * height)], width, depth, 20
+        )
+        builder.add(f"paper/{ink}", border)
     sheet = (0.02 * width, (high - low) * height, 0.3 * depth)
     builder.add("paper/#ffffff", shapes.box(sheet, (0.49 * share * width, (low + high) / 2 * height, 0.17 * depth)))
     if stands:
@@ -35,6 +42,17 @@ def paper_towel_roll(size: Vec3, rng: np.random.Generator, _levels: Sequence[flo
         builder.add(wood, shapes.cylinder(0.05 * width, 0.92 * height, (0, 0.46 * height, 0), segments=8))
         builder.add(wood, shapes.ellipsoid((0.2 * width, 0.1 * height, 0.2 * depth), (0, 0.95 * height, 0), 10, 6))
     return builder.build(["white"])
+
+
+_FOIL = "metal/#a4aab0"
+_GLEAMS = (
+    ("plastic/#f6f8fa", 62.0, 82.0),
+    ("metal/#62686e", 84.0, 100.0),
+    ("plastic/#f6f8fa", 104.0, 112.0),
+    ("metal/#62686e", 136.0, 154.0),
+    ("metal/#62686e", 26.0, 44.0),
+)
+"""What a roll of bare metal mirrors, bright and dark, and between which angles (degrees) about it."""
 
 
 def aluminum_foil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -54,13 +72,18 @@ def aluminum_foil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]
         builder.add("print/foil", shapes.translate(words, (side * (width / 2 + 4e-4), 0.32 * height, 0.26 * length)))
     radius = 0.42 * width
     middle = (0.0, height - radius, 0.0)
-    builder.add("metal/aluminum", shapes.cylinder(radius, 0.94 * length, middle, "z", 18))
+    builder.add(_FOIL, shapes.cylinder(radius, 0.94 * length, middle, "z", 18))
+    for look, start, end in _GLEAMS:
+        angles = np.radians(np.linspace(start, end, 4))
+        arc = np.c_[np.cos(angles), np.sin(angles)] * radius
+        strip = np.concatenate([1.006 * arc, 0.99 * arc[::-1]]) + np.array(middle[:2])
+        builder.add(look, shapes.extrude(strip, -0.47 * length, 0.47 * length, "z"))
     for side in (-1, 1):
         core = shapes.cylinder(0.45 * radius, 0.01 * length, (0, middle[1], side * 0.47 * length), "z", 10)
         builder.add("cardboard", core)
     fall = [(-radius, middle[1]), (-0.5 * width, tall), (-0.5 * width - 1e-3, 0.25 * height)]
     outline = [*fall, *[(x - 0.02 * width, y) for x, y in reversed(fall)]]
-    builder.add("metal/aluminum", shapes.extrude(outline, -0.46 * length, 0.04 * length, "z"))
+    builder.add(_FOIL, shapes.extrude(outline, -0.46 * length, 0.04 * length, "z"))
     return builder.build([name])
 
 
@@ -74,7 +97,7 @@ def dish_sponge(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     right = np.c_[reach, sides * length]
     outline = np.concatenate([right, right[::-1] * [-1, 1]])
     builder.add(f"foam/{tint}", shapes.extrude(outline, 0, 0.72 * height))
-    builder.add("carpet/#2f6b3f", shapes.extrude(outline, 0.72 * height, height))
+    builder.add("carpet/#4a9a55", shapes.extrude(outline, 0.72 * height, height))
     return builder.build([f"{name} and green"])
 
 

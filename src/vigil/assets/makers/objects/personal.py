@@ -85,7 +85,8 @@ def pen(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     builder = Builder("Pen", size)
     width, height, length = size
     name, tint = colour(rng, "blue", "black", "red", "green", "purple")
-    barrel = one_of(rng, (f"plastic/{tint}", "plastic/#ecebe6", "metal/brushed"))
+    bright = ("plastic/#ecebe6", "metal/brushed")
+    barrel = one_of(rng, bright if name == "black" else (f"plastic/{tint}", *bright))
     thick = 0.86 * height
     pieces = (
         (f"plastic/{tint}", -0.5, -0.1, 1.0, 1.0),
