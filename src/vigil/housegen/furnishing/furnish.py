@@ -10,6 +10,8 @@ from vigil.housegen.furnishing import groups
 from vigil.housegen.furnishing.clusters import Anchor, Cluster, free_anchors, settle, single, wall_anchors
 from vigil.housegen.furnishing.floor import Floor
 from vigil.housegen.furnishing.inventory import Inventory
+from vigil.housegen.furnishing.space import apart
+from vigil.pose import Vec3
 
 FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
 """Share of the floor covered at which a room counts as full."""
@@ -261,12 +263,23 @@ class Furnisher:
     def _dining(self) -> None:
         if self._may_have("table in the open"):
             for chairs in (4, 4, 3, 2) if self._has_room("table for four") else (3, 2):
-                with_rug = self.floor.room.kind == "LivingRoom" and self._has_luck("rug under table")
-                if self._put_free(groups.dining_group(self.rng, chairs, False, with_rug)):
+                if self._put_free(groups.dining_group(self.rng, chairs, False)):
+                    if self.floor.room.kind == "LivingRoom" and self._has_luck("rug under table"):
+                        self._lay_rug(next(piece for piece in self.pieces if piece.category == "DiningTable"))
                     return
         for chairs in (3, 3, 2, 2, 1):
             if self._put(groups.dining_group(self.rng, chairs, True), _along_walls("table")):
                 return
+
+    def _lay_rug(self, table: PlacedThing) -> None:
+        """Lays a rug under a table where it stays in the room and out of the way of doors."""
+        model = draw_model("Rug", self.rng)
+        place = Vec3(table.position.x, model.size.y / 2, table.position.z)
+        rug = PlacedThing(model, place, table.yaw, self.floor.room.number)
+        kept_free = [*self.floor.outside, *self.floor.clear]
+        if self.inventory.may_have("Rug") and all(apart(rug.footprint(), rect, 0.0) for rect in kept_free):
+            self.pieces.append(rug)
+            self.inventory.add("Rug")
 
     def _put_single(self, category: str) -> bool:
         if not self.inventory.may_have(category) or (category != "SideTable" and self.has(category)):

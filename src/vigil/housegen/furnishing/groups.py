@@ -144,8 +144,8 @@ def media_group(rng: np.random.Generator) -> Cluster:
     return Cluster([Member(stand, 0.0, middle), Member(screen, 0.0, middle - SCREEN_BACK_M, on=0)], access)
 
 
-def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool, with_rug: bool = False) -> Cluster:
-    """Returns a table with chairs of one kind around it, maybe on a rug; at a wall its back side stays empty."""
+def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Cluster:
+    """Returns a table with chairs of one kind around it; at a wall its back side stays empty."""
     table, chair = draw_model("DiningTable", rng), draw_model("Chair", rng)
     half_x, half_z = table.size.x / 2, table.size.z / 2
     out = SEAT_GAP_M + chair.size.z / 2
@@ -159,11 +159,7 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool, with_rug:
     members.extend(Member(chair, x, z + rise, yaw) for x, z, yaw in seats[:chairs])
     half = chair.size.x / 2
     behind = (-half, -chair.size.z / 2 - PULL_M, half, -chair.size.z / 2)
-    kept = [turned_rect(behind, x, z + rise, yaw) for x, z, yaw in seats[:chairs]]
-    if with_rug:
-        members.append(Member(draw_model("Rug", rng), 0.0, rise))
-        kept.append(members[-1].rect())
-    return Cluster(members, open=kept)
+    return Cluster(members, open=[turned_rect(behind, x, z + rise, yaw) for x, z, yaw in seats[:chairs]])
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> Cluster:
