@@ -111,7 +111,7 @@ ROOMY_M2 = {
     "table for four": 18.0,
 }
 """Only rooms larger than this have it."""
-LONG_RUNS, SHORT_RUNS = ((12,), (10,), (9,), (8,)), ((7,), (6,), (3, 3), (5,), (4,))
+LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
 """Widths (ft) of a kitchen's counters; the short ones, one after the other, where no long one fits."""
 LIKES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
@@ -195,7 +195,7 @@ class Furnisher:
 
     def _kitchen(self) -> None:
         with_fridge = self._has_luck("fridge in the run")
-        at_corner = [6, 7, 8] if self._may_have("corner run") else []
+        at_corner = [6, 8] if self._may_have("corner run") else []
         corner = (groups.corner_run(self.rng, with_fridge, feet) for feet in shuffled(self.rng, at_corner))
         has_corner = any(self._put(group, _along_walls("corner run")) for group in corner)
         for feet in () if has_corner else [*shuffled(self.rng, LONG_RUNS), *SHORT_RUNS]:

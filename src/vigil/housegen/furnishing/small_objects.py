@@ -41,7 +41,7 @@ HIGHEST_M = 1.75
 SURFACE_TOLERANCE = 0.03
 
 ON_TOP: dict[str, float] = {
-    "CounterTop": 14.0,
+    "CounterTop": 16.0,
     "DiningTable": 4.4,
     "CoffeeTable": 1.8,
     "Desk": 7.0,
