@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker
+from vigil.assets.kernel.arrange import Maker, turning
 from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
@@ -251,16 +251,12 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
         base, radius, top = 0.06 * height, 0.34 * width, 0.82 * height
         dish = shapes.lathe([(r * width / 2, y * height) for r, y in _DISH], segments=18)
         builder.add(one_of(rng, ("metal/brass", "metal/black", "metal/copper")), shapes.scale(dish, (1, 1, ratio)))
-        for angle, reach in _DRIPS:
-            x, z = radius * np.cos(angle), ratio * radius * np.sin(angle)
-            drip = shapes.ellipsoid(
-                (0.3 * radius, reach * height, 0.3 * radius), (x, top - reach * height / 2, z), 6, 4
-            )
-            builder.add(f"wax/{tint}", drip)
     elif kind == "jar":
         top, radius = 0.62 * height, 0.44 * width
         jar = shapes.lathe([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.92, 1.0), (0.92, 0.06), (0.0, 0.06)], segments=16)
         builder.add(PartStyle("glass", is_glass=True), shapes.scale(jar, (width / 2, height, depth / 2)))
+        builder.add("metal/brass", turning([(1.0, 0.96 * height), (1.0, height), (0.9, height)], width, depth, 16))
+        builder.add("paper/#efe6cf", turning([(1.01, 0.14 * height), (1.01, 0.44 * height)], width, depth, 16))
         base = 0.06 * height
     split = base + 0.62 * (top - base)
     body = [(radius, base), (radius, split)]
@@ -268,6 +264,9 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     builder.add(f"wax/{tint}", shapes.scale(shapes.lathe([(0.0, base), *body], segments=16), (1, 1, ratio)))
     warm = PartStyle(f"wax/{tint}", on="glow/#ffb648", bears_toggle=True)
     builder.add(warm, shapes.scale(shapes.lathe([*tip, (0.0, top - 0.1 * radius)], segments=16), (1, 1, ratio)))
+    for angle, reach in _DRIPS if kind == "pillar" else ():
+        x, z, tall = radius * np.cos(angle), ratio * radius * np.sin(angle), reach * height
+        builder.add(warm, shapes.ellipsoid((0.3 * radius, tall, 0.3 * radius), (x, top - tall / 2, z), 6, 4))
     end = height if kind != "jar" else 0.78 * height
     wick = [(0, top - 0.12 * radius, 0), (0.01 * height, end, 0)]
     builder.add("plastic/#2b2622", shapes.tube(wick, max(0.016 * height, 0.0008), 5))

@@ -46,16 +46,12 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     for material, profile in zip(looks, (shell, inside), strict=True):
         builder.add(PartStyle(material, is_glass=kind == "glass"), turning(profile, width, depth))
     if kind == "banded":
-        for first, last in ((2, 4), (5, 6)):
-            band = [(outer[k][0] * 1.015, outer[k][1]) for k in (first, last)]
-            builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
+        band = [(outer[k][0] * 1.015, outer[k][1]) for k in (3, 4)]
+        builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
     if kind in ("banded", "glass"):
-        rim = [
-            (outer[-1][0], 0.96 * height),
-            (outer[-1][0], height),
-            (inner[-1][0], height),
-            (inner[-1][0], 0.96 * height),
-        ]
+        lip, hollow_edge = 1.012 * outer[-1][0], 0.985 * inner[-1][0]
+        top = 1.015 * height
+        rim = [(lip, 0.93 * height), (lip, top), (hollow_edge, top), (hollow_edge, 0.95 * height)]
         builder.add(f"ceramic/{tint}", turning(rim, width, depth))
     if kind == "glass":
         foot = [(0.0, 0.0), (0.46, 0.0), (0.48, 0.05 * height), (0.4, 0.1 * height), (0.0, 0.1 * height)]
@@ -73,7 +69,7 @@ def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
     """
     builder = Builder("Plate", size)
     width, height, depth = size
-    name, tint = colour(rng, "blue", "red", "green", "teal", "navy", "purple", "brown", "dark grey")
+    name, tint = colour(rng, "blue", "red", "green", "teal", "navy", "purple", "brown", "orange")
     kind = one_of(rng, ("white", "coloured", "rim", "ring"))
     base = tint if kind == "coloured" else COLOURS["white"]
     rim = tint if kind in ("coloured", "rim") else base
@@ -87,10 +83,11 @@ def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
     lip = [(0.96, 0.76 * height), (0.99, 0.82 * height), (1.0, 0.93 * height), (0.985, height), (0.93, 0.92 * height)]
     builder.add(f"ceramic/{edge}", turning(lip, width, depth, 24))
     builder.add(f"ceramic/{rim}", turning([(0.93, 0.92 * height), (0.69, 0.55 * height)], width, depth, 24))
-    if kind in ("ring", "white"):
-        outer, inner = (0.86, 0.78) if kind == "ring" else (0.73, 0.69)
-        ring = [(r, (0.55 + (r - 0.69) * 1.5417) * height + 0.02 * height) for r in (outer, inner)]
-        builder.add(f"ceramic/{tint}", turning(ring, width, depth, 24))
+    if kind != "rim":
+        far, near = (0.86, 0.78) if kind == "ring" else (0.73, 0.69)
+        slope = (0.92 - 0.55) / (0.93 - 0.69)
+        ring = [(radius, (0.57 + (radius - 0.69) * slope) * height) for radius in (far, near)]
+        builder.add(f"ceramic/{edge}", turning(ring, width, depth, 24))
     builder.surface("top", (0, sunk, 0), (0.72 * width, 0.72 * depth))
     builder.octagon(width, depth, 0.0, sunk)
     return builder.build([name] if kind == "coloured" else [kind])
