@@ -75,8 +75,8 @@ BACK_REACH_M = 0.9
 """A wall is behind a piece whose middle is no farther from it."""
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
 """By how much curtains and blinds reach beyond their window."""
-FLOOR_LENGTH_M = 0.05
-"""Curtains that would end nearer above the floor reach it."""
+FLOOR_LENGTH_M = 0.08
+"""Curtains that would end nearer above the floor reach it: the scene lets down what is as near."""
 
 Span = tuple[float, float, float, float]
 """left, right along the wall; bottom, top (m)."""
