@@ -121,7 +121,7 @@ def take_going(browser: Browser, runs: Path, out: Path) -> None:
 def take_packs(browser: Browser, out: Path) -> None:
     """Takes the strata of a pack, and its first frames."""
     with serving("view", "--pack", "starter") as base, page_of(browser) as page:
-        page.goto(f"{base}/packs/vigil_mini_v1_1")
+        page.goto(f"{base}/packs/vigil_mini_v1_2")
         keep(page, out / "pack.jpg")
         page.goto(f"{base}/packs/starter#samples")
         keep(page, out / "pack_frames.jpg")

@@ -14,7 +14,7 @@ import pytest
 
 from vigil.pack import Pack
 
-PACKS = ("starter", "vigil_smoke_v1_1", "vigil_mini_v1_1", "vigil_balanced_1000_v1_1")
+PACKS = ("starter", "vigil_smoke_v1_2", "vigil_mini_v1_2", "vigil_balanced_1000_v1_2")
 TABLES = ("episodes", "solutions", "facts")
 
 

@@ -15,7 +15,7 @@ from vigil.episode import FAMILIES
 from vigil.pack import MANIFEST, Pack
 from vigil.sim import make_simulator
 
-BUILT = {"vigil_smoke_v1_1": 1, "vigil_mini_v1_1": 10, "vigil_balanced_1000_v1_1": 125}
+BUILT = {"vigil_smoke_v1_2": 1, "vigil_mini_v1_2": 10, "vigil_balanced_1000_v1_2": 125}
 """Name -> episodes of each family."""
 MOST_MB = 10.0
 FOLDER = Path(vigil.__file__).parent / "packs"
@@ -28,7 +28,7 @@ def pack(request: pytest.FixtureRequest) -> Pack:
 
 
 def test_the_first_packs_are_there() -> None:
-    assert {"vigil_mini_v1_1", "vigil_smoke_v1_1"} <= set(HERE)
+    assert {"vigil_mini_v1_2", "vigil_smoke_v1_2"} <= set(HERE)
     size = sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file())
     assert size < MOST_MB * 2**20
 
@@ -93,4 +93,4 @@ def test_files_are_tables_for_other_tools(pack: Pack, name: str) -> None:
 
 def test_the_smoke_packs_solutions_hold() -> None:
     simulator = make_simulator("mujoco", assets=AssetDatabase.default())
-    assert validate_pack(Pack.load("vigil_smoke_v1_1"), simulator) == []
+    assert validate_pack(Pack.load("vigil_smoke_v1_2"), simulator) == []

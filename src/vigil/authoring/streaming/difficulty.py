@@ -1,6 +1,6 @@
 """Difficulty: one measured fact of an episode, cut in three.
 
-The bounds are those that part each family of `vigil_balanced_1000_v1_1` into three shares as equal as whole numbers of
+The bounds are those that part each family of `vigil_balanced_1000_v1_2` into three shares as equal as whole numbers of
 actions allow. Pointing is graded already, by the size of its target; a state is verified in one action, so that how far
 away it is grades it.
 """

@@ -194,7 +194,7 @@ def _run(rng: np.random.Generator, row: list[AssetModel]) -> Cluster:
         depth = min(model.size.z, COUNTER_DEPTH_M) if model.category == "CounterTop" else model.size.z
         if model.category == "CounterTop":
             if not basins:
-                basins = _basin(rng, index, middle, depth)
+                basins = _basin(rng, (index, len(row)), middle, depth)
             right = min(right, right + depth - model.size.z)
         access.append((left, depth, right, depth + max(COUNTER_FRONT_M, front_access(model))))
         left += model.size.x + RUN_GAP_M
@@ -228,18 +228,23 @@ def island_group(rng: np.random.Generator, stools: int, like: AssetModel) -> Clu
 
 
 def vanity_group(rng: np.random.Generator) -> Cluster:
-    """Returns a small counter with a basin on it and a faucet behind the basin."""
+    """Returns a small counter with a basin on it."""
     counter = model_of(f"Countertop_{int(rng.integers(COUNTER_LOOKS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
     return Cluster(
-        [Member(counter, 0.0, counter.size.z / 2), *_basin(rng, 0, 0.0, counter.size.z)],
+        [Member(counter, 0.0, counter.size.z / 2), *_basin(rng, (0, 1), 0.0, counter.size.z)],
         [(-counter.size.x / 2, counter.size.z, counter.size.x / 2, counter.size.z + VANITY_FRONT_M)],
     )
 
 
-def _basin(rng: np.random.Generator, index: int, x: float, depth: float) -> list[Member]:
-    """Returns a sink with its faucet for the counter that is member `index`: its middle, and its depth."""
+def _basin(rng: np.random.Generator, numbers: tuple[int, int], x: float, depth: float) -> list[Member]:
+    """Returns a sink with a faucet on its rear rim, for a counter's middle and depth.
+
+    `numbers` are those of the counter and of the sink among the members.
+    """
+    counter, basin = numbers
     sink, faucet = draw_model("Sink", rng), draw_model("Faucet", rng)
+    middle = depth - BASIN_EDGE_M - min(sink.size.z, depth - BASIN_MARGIN_M) / 2
     return [
-        Member(sink, x, depth - BASIN_EDGE_M - min(sink.size.z, depth - BASIN_MARGIN_M) / 2, on=index),
-        Member(faucet, x, BASIN_EDGE_M + faucet.size.z / 2, on=index),
+        Member(sink, x, middle, on=counter),
+        Member(faucet, x, middle - sink.size.z / 2 + faucet.size.z / 2, on=basin),
     ]

@@ -1,5 +1,7 @@
 """What hangs: switches beside doors, paintings, mirrors, shelves and cabinets, towels, curtains, ceiling lamps."""
 
+from typing import NamedTuple
+
 import numpy as np
 from shapely import box
 
@@ -78,8 +80,19 @@ WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
 FLOOR_LENGTH_M = 0.08
 """Curtains that would end nearer above the floor reach it: the scene lets down what is as near."""
 
-Span = tuple[float, float, float, float]
-"""left, right along the wall; bottom, top (m)."""
+SLIM = frozenset({"Faucet"})
+"""What stands on furniture and takes no more of the wall behind than its own width."""
+
+
+class Span(NamedTuple):
+    """A part of a wall (m) that is taken, or asked for."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+    gap: float = 0.0
+    """How far off the wall what takes it begins; what is flatter fits behind."""
 
 
 class WallThingPlacer:
@@ -133,28 +146,35 @@ class WallThingPlacer:
             ends = sorted((edge.along(wall.at(left)), edge.along(wall.at(right))))
             if ends[1] > -EDGE_M and ends[0] < edge.length + EDGE_M:
                 bottom, top = opening.bottom - FRAME_M, opening.top + FRAME_M
-                spans.append((ends[0] - FRAME_M, ends[1] + FRAME_M, bottom, top))
+                spans.append(Span(ends[0] - FRAME_M, ends[1] + FRAME_M, bottom, top))
         for piece in self.furniture:
             spans.extend(self._shadow(edge, piece))
         return spans
 
     def _shadow(self, edge: WallPiece, piece: PlacedThing) -> list[Span]:
-        x0, z0, x1, z1 = piece.footprint()
-        corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
-        depths = [edge.into(corner) for corner in corners]
-        along = [edge.along(corner) for corner in corners]
+        """Returns what a piece and all on it take of a wall: its whole width up to the top of each."""
+        along, depths = _extent(edge, piece)
         if not -IN_WALL_M <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
             return []
-        return [(min(along), max(along), found.bottom - TOUCH_M, found.top) for found in piece.all()]
+        spans = []
+        for found in piece.all():
+            is_slim = found.category in SLIM
+            wide, off_wall = _extent(edge, found) if is_slim else (along, [0.0])
+            spans.append(Span(min(wide), max(wide), found.bottom - TOUCH_M, found.top, min(off_wall)))
+        return spans
 
-    def _is_free(self, index: int, span: Span) -> bool:
-        left, right, bottom, top = span
+    def _is_free(self, index: int, span: Span, depth: float) -> bool:
+        """Whether nothing is in the way of what reaches so far into the room (m)."""
         edge = self.floor.edges[index]
-        if left < SIDE_GAP or right > edge.length - SIDE_GAP or top > self.height_m - UNDER_CEILING_M:
+        if span.left < SIDE_GAP or span.right > edge.length - SIDE_GAP or span.top > self.height_m - UNDER_CEILING_M:
             return False
         return all(
-            right + SIDE_GAP <= low or left - SIDE_GAP >= high or bottom >= up + ABOVE_GAP or top + SIDE_GAP <= down
-            for low, high, down, up in self._spans[index]
+            span.right + SIDE_GAP <= taken.left
+            or span.left - SIDE_GAP >= taken.right
+            or span.bottom >= taken.top + ABOVE_GAP
+            or span.top + SIDE_GAP <= taken.bottom
+            or depth < taken.gap
+            for taken in self._spans[index]
         )
 
     def _hang(
@@ -163,15 +183,14 @@ class WallThingPlacer:
         """Hangs a thing with its centre there, `under` in front of it; returns None where it does not fit."""
         size = model.size
         drop = size.y / 2 if under is None else max(size.y / 2, under.size.y - size.y / 2)
-        span = (along - size.x / 2, along + size.x / 2, middle - drop, middle + size.y / 2)
-        edge = self.floor.edges[index]
-        if not self._is_free(index, span) or not self.inventory.may_have(model.category):
+        span = Span(along - size.x / 2, along + size.x / 2, middle - drop, middle + size.y / 2)
+        edge, depth = self.floor.edges[index], size.z + (under.size.z if under else 0.0)
+        if not self._is_free(index, span, depth + OFF_WALL_M) or not self.inventory.may_have(model.category):
             return None
-        depth = size.z + (under.size.z if under else 0.0)
-        bump = rect_of(edge.at(span[0]), edge.at(span[1], depth))
+        bump = rect_of(edge.at(span.left), edge.at(span.right, depth))
         x, z = edge.at(along, size.z / 2 + OFF_WALL_M)
         piece = PlacedThing(model, Vec3(x, middle, z), edge.yaw, self.floor.room.number, is_on_wall=True)
-        if not self.space.admits(piece) or not self._leaves_room(bump, depth, span[2]):
+        if not self.space.admits(piece) or not self._leaves_room(bump, depth, span.bottom):
             return None
         self._spans[index].append(span)
         self._add(piece)
@@ -267,12 +286,12 @@ class WallThingPlacer:
         rail.children.append(cloth)
         self.inventory.add(towel)
 
-    def _behind(self, piece: PlacedThing, model: AssetModel, middle: float) -> PlacedThing | None:
-        """Hangs a thing on the wall behind `piece`."""
+    def _behind(self, piece: PlacedThing, model: AssetModel, middle: float, aside: float = 0.0) -> PlacedThing | None:
+        """Hangs a thing on the wall behind `piece`, so far (m) from its middle."""
         for index, edge in enumerate(self.floor.edges):
             along = edge.along((piece.position.x, piece.position.z))
             if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
-                return self._hang(model, index, along, middle)
+                return self._hang(model, index, along + aside, middle)
         return None
 
     def _is_behind(self, edge: WallPiece, piece: PlacedThing) -> bool:
@@ -300,8 +319,12 @@ class WallThingPlacer:
         middle = CABINET_BOTTOM_M + model.size.y / 2
         for counter in shuffled(self.rng, counters)[: pick(self.rng, (1, 2, 2))]:
             has_height = middle + model.size.y / 2 < self.height_m - CABINETS_UNDER_CEILING_M
-            if has_height and model.size.x <= counter.model.size.x + CABINET_WIDER_M:
-                self._behind(counter, model, middle)
+            spare = counter.model.size.x - model.size.x
+            if not has_height or spare < -CABINET_WIDER_M:
+                continue
+            for aside in (0.0, *shuffled(self.rng, (-spare / 2, spare / 2))):
+                if self._behind(counter, model, middle, aside) is not None:
+                    break
 
     def _window_dressing(self) -> None:
         for opening in self.floor.openings:
@@ -365,3 +388,10 @@ def _subject(painting: AssetModel) -> Drawing:
     """Returns what draws the painting's picture: one for each subject."""
     materials = [part.material.partition("/") for part in painting.asset.parts]
     return next(KINDS[kind][number] for kind, _, number in materials if kind == "picture")
+
+
+def _extent(edge: WallPiece, piece: PlacedThing) -> tuple[list[float], list[float]]:
+    """Returns where the corners of a piece's footprint are along a wall, and how far off it."""
+    x0, z0, x1, z1 = piece.footprint()
+    corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
+    return [edge.along(corner) for corner in corners], [edge.into(corner) for corner in corners]
