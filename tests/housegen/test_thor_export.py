@@ -27,7 +27,7 @@ def materials(thor_files):
 
 @pytest.fixture(scope="module", params=["kitchen", "bathroom", "2"])
 def pair(request, thor, materials):
-    house = generate(1, spec_for(request.param))
+    house = generate(4, spec_for(request.param))
     result = export_thor(house, thor, materials)
     return house, House("exported", result.data), result
 

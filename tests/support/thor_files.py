@@ -20,6 +20,18 @@ from vigil.housegen.thor_export import export_thor
 UNKNOWN_TO_THOR = {"Cabinet", "Drawer", "Shelf", "Stove", "Curtains", "Bathtub", "Mirror", "CeilingLamp", "Rug"}
 """Of what stands in our houses, the categories that THOR's database has no asset for."""
 SCALES = (0.85, 1.0, 1.2)
+COUNTERS_FT = {
+    "I_3x2": (3, 2),
+    "I_4x2": (4, 2),
+    "I_5x2": (5, 2),
+    "I_6x2": (6, 2),
+    "I_8x2": (8, 2),
+    "I_10x2": (10, 2),
+    "L_6x6": (6, 6),
+    "L_8x8": (8, 8),
+}
+"""Form of a counter, as its id tells it -> width and depth."""
+FOOT_M = 0.305
 MATERIALS = {
     "Wood": ["LightWoodFloor", "DarkWoodPlanks", "WoodGrain_Oak"],
     "Wall": ["BrickSmall", "PlasterDrywall", "CeramicTiles"],
@@ -56,7 +68,13 @@ def _assets() -> dict[str, list[dict[str, Any]]]:
 def _rows(category: str) -> list[dict[str, Any]]:
     size = CATALOG[category].typical_size
     boxes = [{axis: scale * side for axis, side in zip("xyz", size, strict=True)} for scale in SCALES]
-    return [{"assetId": f"{category}_{number}", "boundingBox": box} for number, box in enumerate(boxes, start=1)]
+    rows = [{"assetId": f"{category}_{number}", "boundingBox": box} for number, box in enumerate(boxes, start=1)]
+    if category == "CounterTop":
+        rows += [
+            {"assetId": f"Countertop_{form}", "boundingBox": {"x": wide * FOOT_M, "y": size.y, "z": deep * FOOT_M}}
+            for form, (wide, deep) in COUNTERS_FT.items()
+        ]
+    return rows
 
 
 def _house(name: str, spec: str, seed: int, thor: AssetDatabase) -> House:

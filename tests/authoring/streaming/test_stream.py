@@ -27,7 +27,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "ee5555b6a705d0bf77440590421bef0502322305a27e2fcac9539bd4439e377a"
+PINNED = "ebbf44cd52239984cde8ebee2bf88cb8306225d0b8c316014c8fe07b8baaebb4"
 WAIT_S = 60.0
 
 
