@@ -1,11 +1,9 @@
 """Sweeps over seeds: generates houses, checks each, counts what is in them and how long they take."""
 
 import hashlib
-import multiprocessing
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -18,6 +16,7 @@ from vigil.house import House, canonical_json
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.checking.check import check_house
 from vigil.housegen.generate import generate
+from vigil.processes import worker_pool
 
 PARTS = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
 """Categories that generated houses have as parts of dressers and stoves, never as things of their own."""
@@ -111,7 +110,7 @@ def _findings(wanted: list[tuple[int, int]], load: Load, workers: int) -> Iterat
     if workers == 1 or len(wanted) < 2:
         yield from (examine(load, each) for each in wanted)
         return
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as executor:
+    with worker_pool(workers) as executor:
         yield from executor.map(partial(examine, load), wanted, chunksize=8)
 
 

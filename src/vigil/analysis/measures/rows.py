@@ -9,10 +9,8 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 from typing import cast, get_args
 
@@ -26,6 +24,7 @@ from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
 from vigil.pack import count_rooms, find, frozen_episodes
+from vigil.processes import worker_pool
 from vigil.record import EPISODES_FILE, RunHeader, read_header
 from vigil.record_file import read_file
 from vigil.saved_run import RecordTable, open_run
@@ -113,7 +112,7 @@ def read_runs(folders: Sequence[Path], pack: str | Path | None = None, *, use_ca
     kept = {folder: _kept_run(folder) if use_cache else None for folder in unique}
     missing = [folder for folder in unique if kept[folder] is None]
     if len(missing) > 1 and sum(map(_size, missing)) > _PARALLEL_FROM_BYTES:
-        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        with worker_pool(2) as pool:
             settled = list(pool.map(_settled_run, missing, [pack] * len(missing), [use_cache] * len(missing)))
     else:
         settled = [_settled_run(folder, pack, use_cache) for folder in missing]

@@ -8,10 +8,9 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import islice
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -35,6 +34,7 @@ from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.goals import ReportStatus
 from vigil.house import House
+from vigil.processes import worker_pool
 from vigil.scene.outlines import room_floor
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -136,7 +136,7 @@ def _worked(
         for unit in units:
             yield generator.work(*unit)
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin_worker, initargs=(settings,)) as pool:
+    with worker_pool(workers, _begin_worker, settings) as pool:
         futures: list[Future[Found]] = [pool.submit(_work, *unit) for unit in units]
         try:
             for future in futures:

@@ -5,11 +5,10 @@ What has been verified can be kept in a log (one line an episode); the same comm
 
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from contextlib import nullcontext
 from dataclasses import dataclass
 from itertools import groupby
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from vigil.episode import Episode, Solution
 from vigil.house import House, canonical_json
 from vigil.jsonl import AppendFile, dump_line, parse
 from vigil.pack import Pack
+from vigil.processes import worker_pool
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -125,8 +125,7 @@ def verified(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iter
         for bundle in work:
             yield _verify(validator, bundle, settings.backend)
         return
-    pool = ProcessPoolExecutor(settings.workers, get_context("spawn"), initializer=_begin_worker, initargs=(settings,))
-    with pool:
+    with worker_pool(settings.workers, _begin_worker, settings) as pool:
         futures: list[Future[list[EpisodeFindings]]] = [
             pool.submit(_verify_here, bundle, settings.backend) for bundle in work
         ]
