@@ -145,6 +145,29 @@ def test_a_leaf_stops_light_unless_it_opens(scene: Scene) -> None:
     assert leaf in model_cache.model_of(scene).things["cabinet"].geoms
 
 
+def test_little_light_gets_into_what_is_shut_until_it_opens(scene: Scene) -> None:
+    cabinet = scene.things["cabinet"]
+    model = model_cache.model_of(scene)
+    lighting, every = Lighting(model), np.arange(model.native.ngeom)
+    body = model.things["cabinet"].geoms[0]
+    part = lighting.geometry.vertex_slices[body]
+
+    def behind_leaf() -> float:
+        lighting.follow(every)
+        points, normals = lighting.geometry.world(model, body)
+        return float(lighting.vertices[part, :3][(normals[:, 1] < -0.9) & (points[:, 0] > 0.0)].min())
+
+    shut = behind_leaf()
+    cabinet.openness = 1.0
+    model.place(cabinet)
+    model.settle()
+    assert behind_leaf() > 1.5 * shut
+    cabinet.openness = 0.0
+    model.place(cabinet)
+    model.settle()
+    assert behind_leaf() == shut
+
+
 def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> None:
     scene.things["cube"].is_pickupable = True
     model = model_cache.model_of(scene)
@@ -238,7 +261,7 @@ def test_a_mirror_shows_what_stands_before_it(scene: Scene) -> None:
 def test_what_is_held_is_between_the_fingers_of_a_hand(scene: Scene, quality) -> None:
     def orange(frame: np.ndarray) -> int:
         red, green, blue = (frame[300:, 120:520, number].astype(int) for number in range(3))
-        return int(((red > 140) & (green > 50) & (green < 0.72 * red) & (blue < 0.45 * red)).sum())
+        return int(((red > 140) & (green > 50) & (green < 0.6 * red) & (blue < 0.3 * red)).sum())
 
     empty = draw(scene, quality=quality)
     scene.things["cube"].is_held = True

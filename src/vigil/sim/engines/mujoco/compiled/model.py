@@ -54,6 +54,8 @@ class CompiledModel:
     geom_things: np.ndarray
     """(ngeom + 1,) int32: thing of each geom, -1 for structure and for "no geom" in the last place."""
     geom_roles: np.ndarray
+    body_things: np.ndarray
+    """(bodies,): thing of each body that is placed."""
     structure_kinds: dict[int, str]
     """Kind of each structural geom."""
     structure_rooms: dict[int, int]
@@ -87,6 +89,17 @@ class CompiledModel:
             groups = HELD if thing.is_held else placed.groups
             self.native.geom_group[placed.geoms] = np.where(shown, groups, HIDDEN)
         self.native.geom_matid[placed.geoms] = placed.looks_on if thing.is_toggled else placed.looks_off
+
+    def moved(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """Returns which things (things + 1,) have a part whose place differs between two lists (bodies, ...) of places.
+
+        The last, which never has, stands for what is no thing.
+        """
+        changed = np.flatnonzero((before != after).any(axis=1))
+        has_moved = np.zeros(len(self.things) + 1, dtype=bool)
+        if len(changed):
+            has_moved[self.body_things[changed]] = True
+        return has_moved
 
     def copy(self) -> "CompiledModel":
         """Returns a model of the same scene, everything where it is now, that changes by itself."""
@@ -130,6 +143,7 @@ def build(scene: Scene) -> CompiledModel:
         things,
         np.array([*draft.geom_things, -1], dtype=np.int32),
         np.array([*draft.geom_roles, 0], dtype=np.uint8),
+        np.array([index for index, placed in enumerate(things.values()) for _ in placed.bodies], dtype=int),
         kinds,
         rooms,
         lights.lamps_of(scene),

@@ -91,9 +91,15 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
     return corners, max(top + row, 1)
 
 
-def smoothed(light: np.ndarray) -> np.ndarray:
-    """Returns the light (height, width, 3) of one plane, averaged over neighbours."""
-    tall, wide = light.shape[:2]
-    padded = np.pad(light, ((2, 2), (2, 2), (0, 0)), mode="edge")
+def smoothed(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
+    """Returns the light (height, width, 3) of one plane, averaged over neighbours where it is known (height, width)."""
+    sums = _blurred(np.where(is_known[..., None], light, 0.0))
+    known = _blurred(is_known[..., None].astype(np.float32))
+    return np.where(known > 0.0, sums / np.maximum(known, 1e-6), light)
+
+
+def _blurred(values: np.ndarray) -> np.ndarray:
+    tall, wide = values.shape[:2]
+    padded = np.pad(values, ((2, 2), (2, 2), (0, 0)), mode="edge")
     rows = np.tensordot(_BLUR, [padded[row : row + tall] for row in range(len(_BLUR))], 1)
     return np.tensordot(_BLUR, [rows[:, column : column + wide] for column in range(len(_BLUR))], 1)

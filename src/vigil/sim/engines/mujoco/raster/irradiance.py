@@ -23,7 +23,9 @@ FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
 """What ceilings, walls and floors send back."""
 SKY, LAWN = (1.7, 1.85, 2.05), (0.6, 0.65, 0.6)
 """What comes through a window from above and from below the horizon."""
-AMBIENT, LAMP = 0.5, 0.95
+AMBIENT, LAMP = 0.42, 0.9
+ASIDE = np.array([0.2, 0.12, 0.0], np.float32)
+"""By how much more comes from one side than from all: walls that meet differ."""
 LAMP_RADIUS_M = 0.3
 FALLOFF = 0.045
 WRAP = 0.15
@@ -64,7 +66,7 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
         weights[chosen] += share
         stopped[chosen] += share * (far < BURIED_M)
     weights = np.maximum(weights, 1e-6)
-    return total * (AMBIENT / weights)[:, None], stopped > BURIED_SHARE * weights
+    return total * (AMBIENT * (1.0 + samples.normals @ ASIDE) / weights)[:, None], stopped > BURIED_SHARE * weights
 
 
 def _sphere() -> np.ndarray:

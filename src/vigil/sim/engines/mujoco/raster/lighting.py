@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
-from vigil.sim.engines.mujoco.raster import charts, irradiance
+from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.occluders import Occluders
+from vigil.sim.engines.mujoco.raster.occluders import occluders_of
 from vigil.sim.engines.mujoco.raster.smoothing import smoothed
 
 BRIGHTEST = 2.0
@@ -21,6 +21,8 @@ GRID_M = 0.03
 """Vertices this near to each other that face the same way get the same light."""
 FACINGS = 4
 """Steps of a normal's coordinates between 0 and 1, within which it faces the same way."""
+SHUT_AWAY = 0.1
+"""Share of the light that reaches into what is shut, and into gaps."""
 IN_HAND = 0.75
 """Light on the sides of what is held."""
 
@@ -49,6 +51,11 @@ class Cast:
         light = np.where(np.isnan(near), means[owners], near)
         return Cast(light[:, :3], light[:, 3:].T)
 
+    def dimmed(self, is_shut_away: np.ndarray) -> "Cast":
+        """Returns the light with little of it left where it is shut away (n,)."""
+        share = np.where(is_shut_away, SHUT_AWAY, 1.0)
+        return Cast(self.ambient * share[:, None], self.reach * share)
+
     def under(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
         """Returns the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
         return self.ambient[part].astype(np.float32) + self.reach[:, part].astype(np.float32).T @ strengths
@@ -59,13 +66,15 @@ class Baked:
 
     def __init__(self, model: CompiledModel) -> None:
         self.geometry = geometry_of(model)
-        self.poses = _poses(model)
+        self.places = _places(model)
         self.charts, self._samples = _charts(model, self.geometry)
         self._lamps = list(model.lamps.places)
-        self._occluders = _occluders(model, self.geometry)
+        self._occluders = occluders_of(model, self.geometry, model.still)
         self._is_cast = np.zeros(model.native.ngeom, dtype=bool)
         self.vertices = Cast.none(len(self._lamps), len(self.geometry.vertices))
         self.planes = Cast.none(len(self._lamps), self.charts.is_used.size)
+        self.is_open = np.zeros(self.charts.is_used.size, dtype=bool)
+        """Which places on the planes lie behind nothing."""
 
     def ensure(self, model: CompiledModel, geoms: np.ndarray) -> None:
         """Casts light on geoms, which are where they were at first, unless that was done before."""
@@ -89,6 +98,7 @@ class Baked:
         samples = Samples(points[first], normals[first])
         cast, is_buried = self._cast(samples)
         cast = cast.smoothed(samples, ~is_buried, which[self._edges(geoms, counts)], owners[first])
+        cast = cast.dimmed(gaps.shut_away(model, self.geometry, geoms[owners[first]], samples))
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
@@ -119,7 +129,8 @@ class Baked:
         chosen = np.concatenate(
             [numbers[top : top + tall, left : left + wide].ravel() for top, left, tall, wide in boxes]
         )
-        cast, _ = self._cast(Samples(self._samples.points[chosen], self._samples.normals[chosen]))
+        cast, is_buried = self._cast(Samples(self._samples.points[chosen], self._samples.normals[chosen]))
+        self.is_open[chosen] = ~is_buried
         self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
 
     def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
@@ -144,7 +155,12 @@ class Lighting:
         self.geometry = self._baked.geometry
         count = len(self.geometry.vertices)
         self._cast = Cast.none(len(model.lamps.places), count)
-        self._poses = np.full_like(self._baked.poses, np.nan)
+        self._places = _places(model)
+        self._things = np.append(model.geom_things[:-1], np.full(len(self.geometry.hand), -1))
+        self._turns = np.zeros(len(model.things) + 1, dtype=int)
+        """How often each thing has moved, or a part of it; the last is for what is no thing."""
+        self._lit = np.full(len(self._things), -1)
+        """The turn of its thing in which each geom was lit; -1 where it was not."""
         self._strengths = np.zeros(0)
         self.vertices = np.zeros((count, 4), np.uint8)
         """(n, 4): the square root of the light on each vertex, and nothing."""
@@ -166,13 +182,16 @@ class Lighting:
         strengths = self._model.lamps.strengths()
         if not np.array_equal(strengths, self._strengths):
             self._strengths = strengths
-            self._poses[:] = np.nan
-        poses = _poses(self._model)
+            self._lit[:] = -1
+        places = _places(self._model)
+        self._turns += self._model.moved(places, self._places)
+        self._places = places
+        things = self._things[shown]
         is_free = self._model.native.geom_group[shown] != HELD
-        stale = shown[is_free & (poses[shown] != self._poses[shown]).any(axis=1)]
-        self._poses[stale] = poses[stale]
+        stale = shown[is_free & (self._lit[shown] != self._turns[things])]
+        self._lit[stale] = self._turns[self._things[stale]]
         is_charted = self.geometry.is_charted[stale]
-        is_moved = (poses[stale] != self._baked.poses[stale]).any(axis=1)
+        is_moved = self._model.moved(places, self._baked.places)[self._things[stale]]
         self._baked.ensure(self._model, stale[~is_moved])
         self._baked.cast_on(self._model, stale[is_moved], self._cast)
         for geom, moved in zip(stale[~is_charted].tolist(), is_moved[~is_charted].tolist(), strict=True):
@@ -186,7 +205,7 @@ class Lighting:
         """Lights what is held, from above the one who holds it. Returns which vertices have changed."""
         for geom in geoms.tolist():
             self._light_by_hand(geom, self.geometry.world(self._model, geom)[1] @ up)
-            self._poses[geom] = np.nan
+            self._lit[geom] = -1
         return [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
 
     def _light_by_hand(self, geom: int, rising: np.ndarray) -> None:
@@ -199,7 +218,8 @@ class Lighting:
         for top, left, tall, wide in self._baked.boxes_of(geoms):
             numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
             light = self._baked.planes.under(self._strengths, numbers).reshape(tall, wide, 3)
-            self.planes[top : top + tall, left : left + wide, :3] = encoded(charts.smoothed(light))
+            smooth = charts.smoothed(light, self._baked.is_open[numbers].reshape(tall, wide))
+            self.planes[top : top + tall, left : left + wide, :3] = encoded(smooth)
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
@@ -207,8 +227,9 @@ def encoded(light: np.ndarray) -> np.ndarray:
     return (np.sqrt(np.clip(light / BRIGHTEST, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
-def _poses(model: CompiledModel) -> np.ndarray:
-    return np.concatenate([model.data.geom_xpos, model.data.geom_xmat], axis=1).astype(np.float32)
+def _places(model: CompiledModel) -> np.ndarray:
+    """Returns where the parts of things are: (bodies, 7) places and quaternions."""
+    return np.concatenate([model.data.mocap_pos, model.data.mocap_quat], axis=1)
 
 
 def _alike(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -219,17 +240,6 @@ def _alike(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple
             key = key * steps + column % steps
     _, first, which = np.unique(key, return_index=True, return_inverse=True)
     return first, which.reshape(-1)
-
-
-def _occluders(model: CompiledModel, geometry: Geometry) -> Occluders:
-    vertices = np.concatenate([geometry.world(model, geom)[0] for geom in model.still])
-    counts = [geometry.vertex_slices[geom].stop - geometry.vertex_slices[geom].start for geom in model.still]
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    faces = [
-        geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start + start
-        for geom, start in zip(model.still, starts, strict=True)
-    ]
-    return Occluders(vertices, np.concatenate(faces))
 
 
 def _charts(model: CompiledModel, geometry: Geometry) -> tuple[charts.Charts, Samples]:

@@ -10,6 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.binding import mujoco
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+from vigil.sim.engines.mujoco.raster.geometry import Geometry
 
 TriangleMesh: Any = None
 EmbreeScene: Any = None
@@ -84,3 +86,15 @@ class Occluders:
         way = end - origins
         length = np.sqrt(np.einsum("ij,ij->i", way, way))
         return self.distances(origins, way / length[:, None]) < length - _SHORT_M
+
+
+def occluders_of(model: CompiledModel, geometry: Geometry, geoms: np.ndarray) -> Occluders:
+    """Returns the triangles of geoms where they are now."""
+    vertices = np.concatenate([geometry.world(model, geom)[0] for geom in geoms])
+    counts = [geometry.vertex_slices[geom].stop - geometry.vertex_slices[geom].start for geom in geoms]
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    faces = [
+        geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start + start
+        for geom, start in zip(geoms, starts, strict=True)
+    ]
+    return Occluders(vertices, np.concatenate(faces))

@@ -51,7 +51,7 @@ class Painter:
         if not self._has_shade:
             return _read(canvas.flat, viewer)
         shade = self._shade(viewer)
-        shade.apply(canvas, viewer)
+        shade.apply(canvas, viewer, lamp)
         return _read(shade.shaded, viewer)
 
     def identify(self, viewer: Viewer, held: Held | None = None) -> tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from vigil.sim.engines.mujoco.raster.context import moderngl, program
 from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, Viewer
 
@@ -41,8 +43,8 @@ class Shade:
         self._programs = [program(backend, "screen.vert", f"{name}.frag") for name in names]
         self._screens = [context.vertex_array(each, []) for each in self._programs]
 
-    def apply(self, canvas: Canvas, viewer: Viewer) -> None:
-        """Darkens what is on the canvas, into `shaded`."""
+    def apply(self, canvas: Canvas, viewer: Viewer, lamp: np.ndarray) -> None:
+        """Darkens what is on the canvas, into `shaded`; `lamp` is the place of the room's."""
         self._context.enable_only(moderngl.NOTHING)
         distance, nearness, smooth, combine = self._programs
         canvas.depth.use(4)
@@ -50,6 +52,8 @@ class Shade:
         for each in (distance, combine):
             each["depth"].value, each["planes"].value = 4, (NEAR_M, FAR_M)
         nearness["distances"].value, nearness["slopes"].value = 6, viewer.slopes
+        ahead = viewer.axes * np.array([1.0, 1.0, -1.0])
+        nearness["upward"].value, nearness["lamp"].value = tuple(ahead[2]), tuple((lamp - viewer.eye) @ ahead)
         smooth["nearness"].value = combine["nearness"].value = 6
         combine["picture"].value = 5
         first, second = self._halves

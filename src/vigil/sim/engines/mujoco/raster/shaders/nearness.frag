@@ -1,16 +1,53 @@
 #version 330
-// How open the surroundings of each point are: 1, or less where something is near and in front of it.
+// How open the surroundings of each point are: 1, or less where something is near and in front of it, above all where
+// that keeps off light from above; and less where something small stands between the point and the lamp.
 const int TAPS = 9;
-const float REACH = 0.18;  // metres
-const float STRENGTH = 1.9;
+const float REACH = 0.2;  // metres
+const float STRENGTH = 1.7;
+const int STEPS = 10;
+const float SHADE_REACH = 0.6;  // metres towards the lamp
+const float SHADE = 0.55;
+const float THICKNESS = 0.25;  // metres: what is farther in front of a point is no neighbour
 uniform sampler2D distances;
 uniform vec2 slopes;  // half of what is seen across and up, at one metre
+uniform vec3 upward;  // as the eye sees it: right, up, ahead
+uniform vec3 lamp;
 in vec2 place;
 out vec2 seen;
 
 vec3 at(vec2 p) {
     float z = textureLod(distances, p, 0.0).g;
     return vec3((p * 2.0 - 1.0) * slopes * z, z);
+}
+
+float nearness(vec3 here, vec3 normal, float turn) {
+    vec2 radius = min(REACH / (here.z * slopes) * 0.5, vec2(0.12));
+    float hidden = 0.0;
+    for (int i = 0; i < TAPS; i++) {
+        float angle = (float(i) * 0.381966 + turn) * 6.2831853;
+        vec3 way = at(place + vec2(cos(angle), sin(angle)) * pow((float(i) + 0.5) / float(TAPS), 1.6) * radius) - here;
+        float square = dot(way, way) + 1e-6;
+        float inverse = inversesqrt(square);
+        float rising = smoothstep(-0.6, 0.5, dot(way, upward) * inverse);
+        hidden += max(dot(way, normal) * inverse - 0.12, 0.0) * max(1.0 - square * inverse / REACH, 0.0)
+                * mix(0.3, 1.0, rising);
+    }
+    return hidden * STRENGTH / float(TAPS);
+}
+
+// Follows the way to the lamp, as far as it can be seen.
+float shade(vec3 here, vec3 normal, float turn) {
+    vec3 way = normalize(lamp - here);
+    float facing = smoothstep(0.0, 0.35, dot(way, normal));
+    float least = 0.008 + 0.006 * here.z, stopped = 0.0;
+    for (int i = 0; i < STEPS; i++) {
+        float far = SHADE_REACH * (float(i) + 0.3 + turn) / float(STEPS);
+        vec3 point = here + normal * least + way * far;
+        float before = point.z - textureLod(distances, point.xy / (point.z * slopes) * 0.5 + 0.5, 0.0).g;
+        float is_between = step(least, before) * step(before, THICKNESS);
+        stopped = max(stopped, is_between * (1.0 - far / SHADE_REACH));
+    }
+    return facing * SHADE * smoothstep(0.0, 0.6, stopped);
 }
 
 void main() {
@@ -21,16 +58,8 @@ void main() {
     vec3 across = abs(right.z) < abs(left.z) ? right : left;
     vec3 up = abs(above.z) < abs(below.z) ? above : below;
     vec3 normal = normalize(cross(up, across));
-    vec2 radius = min(REACH / (here.z * slopes) * 0.5, vec2(0.12));
     ivec2 pixel = ivec2(gl_FragCoord.xy) & 3;
-    float turn = float((pixel.x * 4 + pixel.y * 7) & 15) / 16.0 * 6.2831853;
-    float hidden = 0.0;
-    for (int i = 0; i < TAPS; i++) {
-        float angle = float(i) * 2.399963 + turn;
-        vec3 way = at(place + vec2(cos(angle), sin(angle)) * pow((float(i) + 0.5) / float(TAPS), 1.6) * radius) - here;
-        float square = dot(way, way) + 1e-6;
-        float inverse = inversesqrt(square);
-        hidden += max(dot(way, normal) * inverse - 0.12, 0.0) * max(1.0 - square * inverse / REACH, 0.0);
-    }
-    seen = vec2(clamp(1.0 - hidden * STRENGTH / float(TAPS), 0.0, 1.0), here.z);
+    float turn = float((pixel.x * 4 + pixel.y * 7) & 15) / 16.0;
+    float open = clamp(1.0 - nearness(here, normal, turn), 0.0, 1.0);
+    seen = vec2(open * (1.0 - shade(here, normal, turn)), here.z);
 }

@@ -29,8 +29,8 @@ vec3 surroundings(vec3 way) {
 
 // From the square root of light to what is shown: bright places keep their form.
 vec3 toned(vec3 root) {
-    root = min(root, 1.36);
-    return min(root * (1.12 - 0.2 * root * root), 1.0);
+    root = min(root * (1.13 - 0.16 * root * root), 1.0);
+    return mix(root, root * root * (3.0 - 2.0 * root), 0.2);
 }
 
 void main() {
@@ -62,7 +62,7 @@ void main() {
     float fresnel = grazing * grazing;
     fresnel *= fresnel;
     float metal = finish.w, gloss = finish.z;
-    vec3 reflectance = mix(vec3(0.04), albedo, metal) + (1.0 - mix(0.04, 1.0, metal)) * fresnel * gloss * 0.6;
+    vec3 reflectance = mix(vec3(0.025), albedo, metal) + (1.0 - mix(0.025, 1.0, metal)) * fresnel * gloss * 0.6;
     float spark = pow(max(dot(mirrored, normalize(lamp - world)), 0.0), mix(8.0, 90.0, gloss)) * gloss * 2.5;
     vec3 shine = reflectance * (surroundings(mirrored) * mix(0.6, 1.3, gloss) + spark) * dot(light, vec3(0.33))
                * mix(gloss, 1.0, metal);
