@@ -16,10 +16,10 @@ Difficulty = Literal["easy", "medium", "hard"]
 DIFFICULTIES: tuple[Difficulty, ...] = get_args(Difficulty)
 OF_SIZE: dict[Size, Difficulty] = {"large": "easy", "medium": "medium", "small": "hard"}
 MOST_ACTIONS: dict[Family, tuple[int, int]] = {
-    "DA": (4, 6), "VS": (2, 5), "AI": (5, 7), "SI": (7, 11), "SM": (8, 12), "CR": (5, 9),
+    "DA": (4, 6), "VS": (2, 5), "AI": (5, 7), "SI": (5, 9), "SM": (8, 11), "CR": (5, 8),
 }  # fmt: skip
 """Family -> actions of the longest solution that is easy, and of the longest that is medium; the report counts."""
-MOST_DISTANCE_M = (1.0, 1.9)
+MOST_DISTANCE_M = (1.1, 2.0)
 """Of state verification: from the start to the farthest target that is easy, and to the farthest that is medium."""
 
 
