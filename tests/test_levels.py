@@ -75,7 +75,7 @@ def test_names_of_levels() -> None:
     assert levels_named(["extreme", "hard,easy"]) == ("easy", "hard", "extreme")
     assert levels_named(["all"]) == LEVELS
     assert levels_named([]) == ()
-    with pytest.raises(SettingError, match="'hrad' does not exist. Did you mean 'hard'"):
+    with pytest.raises(SettingError, match=r"'hrad' does not exist\. Did you mean 'hard'"):
         levels_named(["hrad"])
 
 

@@ -74,16 +74,16 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> Calibration:
     houses, families, levels, indices = (np.array(each, dtype=object) for each in zip(*_ordered(facts), strict=True))
     indices, is_known = indices.astype(float), np.isfinite(indices.astype(float))
     groups = families.astype(str)
-    known = fitted.difficulty[is_known], indices[is_known]
-    inner = [without_group_means(each, groups[is_known]) for each in known]
+    clusters, own = houses[is_known].astype(str), groups[is_known]
+    difficulty, index = fitted.difficulty[is_known], indices[is_known]
     return Calibration(
         fitted,
         groups,
         levels,
         indices,
         discriminations(fitted),
-        _correlation(*known, houses[is_known].astype(str)),
-        _correlation(*inner, houses[is_known].astype(str)),
+        _correlation(difficulty, index, clusters),
+        _correlation(without_group_means(difficulty, own), without_group_means(index, own), clusters),
     )
 
 
