@@ -9,10 +9,12 @@ from pathlib import Path
 
 from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
+from vigil.authoring.ways.limited import LIMITED
 from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.exports.steps import STEP_COLUMNS
 from vigil.glossary import SECTIONS
 from vigil.integrations.gymnasium import Options
+from vigil.levels import BOUNDS, COSTS, LEVELS
 from vigil.profile import COORDINATES_BY_MODEL
 from vigil.runner.inspect_task import TASK_SETTINGS
 from vigil.runner.models.providers import named
@@ -25,6 +27,7 @@ PAGES = (
     "agents.md",
     "ai2thor.md",
     "analysis.md",
+    "difficulty.md",
     "export.md",
     "glossary.md",
     "gymnasium.md",
@@ -67,6 +70,22 @@ def aliases() -> str:
 def columns() -> str:
     """Returns what the columns of rows.csv and rows.parquet say."""
     return _markdown(("column", "says"), [(f"`{name}`", says) for name, says in COLUMNS.items()])
+
+
+def level_costs() -> str:
+    """Returns what each figure of an episode adds to its index of difficulty."""
+    return _markdown(("figure", "adds"), [(f"`{name}`", cost.formula) for name, cost in COSTS.items()])
+
+
+def level_bounds() -> str:
+    """Returns up to which index each level reaches, by family."""
+    rows = [(family, *(f"{bound:g}" for bound in bounds), "above") for family, bounds in BOUNDS.items()]
+    return _markdown(("family", *LEVELS), rows)
+
+
+def limited_agents() -> str:
+    """Returns the agents of limited skill, and what each lacks."""
+    return _markdown(("`--agent`", "lacks"), [(f"`{name}`", limits.lacks) for name, limits in LIMITED.items()])
 
 
 def step_columns() -> str:
@@ -127,6 +146,9 @@ TABLES: dict[str, Callable[[], str]] = {
     "aliases": aliases,
     "columns": columns,
     "step_columns": step_columns,
+    "level_costs": level_costs,
+    "level_bounds": level_bounds,
+    "limited_agents": limited_agents,
     "thor_actions": thor_actions,
     "thor_differences": thor_differences,
     "glossary": glossary,

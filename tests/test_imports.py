@@ -28,6 +28,7 @@ PURE = [
     "goal_check",
     "episode",
     "strata",
+    "levels",
     "pack",
     "freezing",
     "shards",

@@ -119,6 +119,10 @@ _CONDITIONS = (
          "interact, SM sequential manipulation, CR constraint resolving. The two groups are the tiers.",
          ("Family",)),
     Term("pack", "a frozen folder of episodes, houses and solutions, identified by its hash", "", ("Pack",)),
+    Term("level", "how difficult an episode is among those of its family: easy, medium, hard or extreme", "It follows "
+         "from the index; nothing that is scored depends on it.", ("Level",)),
+    Term("index", "what makes an episode difficult, measured and added up", "Walk, turns, doors, rooms, look-alikes, "
+         "pixels of the target, containers, occlusion, budget, words: `docs/difficulty.md`.", ("Index",)),
     Term("profile", "the published condition under which an agent is evaluated", "What it is shown and how its "
          "replies are read; the paper's baseline unless another is named.", ("Profile",)),
     Term("action feedback", "the profile in which each observation also says whether the last action was too far or "
@@ -158,6 +162,8 @@ _STATISTICS = (
 )  # fmt: skip
 _CODE = (
     Term("agent", "what answers an observation with a reply: a model, a program, a script, a person"),
+    Term("ability, difficulty", "in logits, what item response fits to plays: the log-odds of success are an agent's "
+         "ability minus an episode's difficulty"),
     Term("assignment", "one attempt at one episode, given to a simulator worker", "`Assignment` in "
          "`vigil.runner.workers.messages`."),
     Term("asset, maker", "a kind of thing as meshes, joints, surfaces and solids; the function that makes it at a "
@@ -184,6 +190,9 @@ _CODE = (
          "`vigil.scene` holds the geometry."),
     Term("house context", "a house with what proposing in it needs: inventory, seeded starts, referring expressions"),
     Term("leaf", "what swings or slides: a door, lid or drawer"),
+    Term("limited agent", "a solver without one skill, to calibrate how difficult episodes are", "Privileged, and "
+         "never a baseline."),
+    Term("look-alike", "another thing that the target's bare name may mean"),
     Term("macro action", "several actions with one purpose, done with privileged access", "Walk to, click so that it "
          "works, put down."),
     Term("oracle", "privileged access to a simulator: shortest paths, visibility from any pose, actions tried and "

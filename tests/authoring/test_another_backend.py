@@ -9,6 +9,7 @@ from another_backend import with_nothing_besides
 from vigil.authoring.drafting import proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
+from vigil.authoring.ways.limited import LIMITED
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.pack import Pack
@@ -39,4 +40,5 @@ def test_privileged_agents_play(agent: str, starter: Pack, backend: PrivilegedSi
     player.start(episode.instruction)
     while observation is not None:
         observation = env.step(player.act(observation))
-    assert settle(episode, env.record()).B is (agent == "solver")
+    is_solved = settle(episode, env.record()).B
+    assert is_solved is (agent == "solver") or agent in LIMITED

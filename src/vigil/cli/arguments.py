@@ -15,3 +15,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")]
 Epoch = Annotated[int, typer.Option(min=1, help="Which play of the episode.")]
+LevelsFile = Annotated[
+    Path | None,
+    typer.Option(help="Levels of the episodes, as `vigil pack levels` writes them.", show_default="the pack's own"),
+]

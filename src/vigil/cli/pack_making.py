@@ -19,7 +19,8 @@ from vigil.authoring.drafting.generation import (
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
 from vigil.authoring.drafting.sources import Filed, Source, drawn, drawn_of, filed, seeded
-from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble
+from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble, candidates
+from vigil.authoring.packing.levels import measured_levels
 from vigil.authoring.packing.recipes import (
     Recipe,
     check_assets,
@@ -38,6 +39,7 @@ from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
 from vigil.freezing import check_free
 from vigil.house import House
+from vigil.levels import LEVELS, EpisodeLevel, levels_named
 from vigil.pack import Pack
 from vigil.runner.models.completion import completing
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
@@ -52,6 +54,12 @@ HousePlaces = Annotated[
 Name = Annotated[str, typer.Option(help="The pack's name.")]
 PerFamily = Annotated[int, typer.Option(min=1, help="Episodes of each family.")]
 HouseUses = Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")]
+LevelNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--level", help=f"{', '.join(LEVELS)} or all: shared out evenly; may be repeated.", show_default="any"
+    ),
+]
 Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", help="Review file; may be repeated.")]
 
 
@@ -109,6 +117,7 @@ def build(
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
     house_uses: HouseUses = HOUSE_USES,
+    level: LevelNames = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
@@ -129,6 +138,7 @@ def build(
         aliases=tuple(alias or []),
         families=families or tuple(FAMILIES),
         asset_database_sha256=file_sha256(assets),
+        levels=levels_named(level or []),
     )
     _freeze(
         out,
@@ -149,12 +159,31 @@ def _freeze(
     *,
     kept: DraftsFile | None = None,
 ) -> Pack:
-    pack, bad = assemble(out, files, given, pack_request, checker(files, verification), kept=kept)
+    levels = _levels(files, given, pack_request, verification, kept)
+    check = checker(files, verification)
+    pack, bad = assemble(out, files, given, pack_request, check, kept=kept, levels=levels)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
     print(f"reviewed: {pack.manifest.meta['reviews']}")
     return pack
+
+
+def _levels(
+    files: list[DraftsFile],
+    given: list[Review],
+    pack_request: PackRequest,
+    verification: VerificationSettings,
+    kept: DraftsFile | None,
+) -> dict[str, EpisodeLevel] | None:
+    """Returns the level of every draft that may enter; None where the pack does not ask for levels."""
+    if not pack_request.levels:
+        return None
+    pool = [each for each in candidates(files, given, kept) if each.episode.family in pack_request.families]
+    solved = {candidate.episode.id: candidate.draft.actions for candidate in pool}
+    work = bundles([candidate.episode for candidate in pool], solved, house_finder(files))
+    with progress("levels") as show:
+        return {found.episode_id: found for found in measured_levels(work, verification, show)}
 
 
 SECRET_FROM = 2**64
@@ -177,6 +206,7 @@ def make(
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
     house_uses: HouseUses = HOUSE_USES,
+    level: LevelNames = None,
     reviews: Reviews = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -206,6 +236,7 @@ def make(
         families=families or tuple(FAMILIES),
         is_seed_secret=not houses,
         asset_database_sha256=file_sha256(assets),
+        levels=levels_named(level or []),
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers))
     given = [review for path in reviews or [] for review in _reviews(path)]
@@ -274,14 +305,21 @@ def _make(
     return _freeze(out, [file], given, pack_request, verification)
 
 
-def checker(
-    files: Sequence[DraftsFile], verification: VerificationSettings
-) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
-    """Returns the function that replays candidates, and gives back what does not hold."""
+def house_finder(files: Sequence[DraftsFile]) -> Callable[[Episode], House]:
+    """Returns the function that finds an episode's house beside one of some drafts files."""
 
     def house_of(episode: Episode) -> House:
         name = episode.house.name
         return next((file for file in files if (file.houses / f"{name}.json").is_file()), files[0]).house(name)
+
+    return house_of
+
+
+def checker(
+    files: Sequence[DraftsFile], verification: VerificationSettings
+) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
+    """Returns the function that replays candidates, and gives back what does not hold."""
+    house_of = house_finder(files)
 
     def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
         solved = {candidate.episode.id: candidate.draft.actions for candidate in chosen}

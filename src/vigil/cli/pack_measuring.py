@@ -1,25 +1,37 @@
-"""`vigil pack baselines` and `vigil pack sheet`: what a frozen pack comes to, in figures and to the eye."""
+"""`vigil pack baselines`, `levels`, `difficulty`, `sheet`: what a frozen pack comes to, in figures and to the eye."""
 
+import json
+from collections import Counter
 from contextlib import closing
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
+from rich.table import Table
 
 import vigil
+from vigil.analysis.measures.calibration import Calibration, Correlation, Success, calibrate
+from vigil.analysis.measures.rows import read_runs
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.baselines import AGENTS, BASELINES, baselines_table, broken_promises, guess_lines, measured
 from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.packing.levels import pack_levels
+from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
-from vigil.cli.arguments import PackArgument
-from vigil.cli.progress import run_progress
-from vigil.cli.text import say
+from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, RunArguments
+from vigil.cli.progress import progress, run_progress
+from vigil.cli.text import console, say
+from vigil.episode import FAMILIES
 from vigil.errors import SettingError, SimulatorError
+from vigil.levels import COSTS, LEVELS, EpisodeLevel, levels_bytes, read_levels
 from vigil.pack import Pack
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
-from vigil.runner.shared_settings import AssetFile, Workers
+from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
+from vigil.runner.workers.pool import worker_count
 from vigil.sim import make_simulator
 from vigil.summary import settle_run, summarise
 
@@ -65,6 +77,119 @@ def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: 
             f"{result.errors} episodes of {agent!r} ended as errors; the same command plays them again."
         )
     return summarise(settle_run(result.episodes, result.records))
+
+
+def levels(
+    pack: PackArgument,
+    out: Annotated[Path | None, typer.Option(help="File to write a line for each episode into.")] = None,
+    workers: Workers = None,
+    assets: AssetFile = None,
+) -> None:
+    """Example: vigil pack levels vigil_mini --out mini.levels.jsonl
+
+    A file `levels.jsonl` in a pack's folder is found by `vigil report`; any other is given to it with --levels.
+    """
+    loaded = Pack.load(pack)
+    say(loaded.manifest.version_notes)
+    settings = VerificationSettings(assets=AssetDatabase.of(assets), workers=worker_count(workers))
+    with progress("levels") as show:
+        found = pack_levels(loaded, settings, show)
+    _print_levels(loaded, found)
+    if out is not None:
+        out.write_bytes(levels_bytes(found))
+        print(out)
+
+
+def _print_levels(pack: Pack, found: list[EpisodeLevel]) -> None:
+    """Prints how many episodes of each family are of each level, and the means of what the index adds up."""
+    family_of = {episode.id: episode.family for episode in pack.episodes}
+    counts = Counter((family_of[each.episode_id], each.level) for each in found)
+    table = Table("family", *LEVELS, "index", *COSTS)
+    for family in FAMILIES:
+        own = [each for each in found if family_of[each.episode_id] == family]
+        if own:
+            means = [f"{np.mean([getattr(each.measures, name) for each in own]):.2f}" for name in COSTS]
+            index = f"{np.mean([each.index for each in own]):.2f}"
+            table.add_row(family, *(str(counts[family, level]) for level in LEVELS), index, *means)
+    console().print(table)
+
+
+def difficulty(
+    runs: RunArguments,
+    pack: PackPlace = None,
+    levels: LevelsFile = None,
+    of: Annotated[Success, typer.Option(help="What counts as success.")] = "B",
+    as_json: AsJson = False,
+) -> None:
+    """Example: vigil pack difficulty runs/* --levels mini.levels.jsonl
+
+    Give runs of one pack by as many models or agents as there are; repeats of one model are taken together.
+    """
+    given = None if levels is None else read_levels(levels)
+    found = calibrate(read_runs(runs, pack, levels=given), of)
+    if as_json:
+        print(json.dumps(_calibration_json(found)))
+    else:
+        _print_calibration(found, of)
+
+
+def _calibration_json(found: Calibration) -> dict[str, object]:
+    fitted = found.fit
+    abilities = zip(fitted.plays.agents, fitted.ability.tolist(), fitted.ability_se.tolist(), strict=True)
+    of_episodes = [fitted.difficulty, fitted.difficulty_se, found.indices, found.discriminations]
+    columns = [[_number(value) for value in column.tolist()] for column in of_episodes]
+    names = ("difficulty", "se", "index", "discrimination")
+    texts = zip(fitted.plays.episodes, found.families.tolist(), found.levels.tolist(), strict=True)
+    return {
+        "agents": [{"agent": agent, "ability": ability, "se": error} for agent, ability, error in abilities],
+        "episodes": [
+            {"episode_id": name, "family": family, "level": level, **dict(zip(names, row, strict=True))}
+            for (name, family, level), row in zip(texts, zip(*columns, strict=True), strict=True)
+        ],
+        "index": {
+            "overall": _correlation_json(found.overall),
+            "within_families": _correlation_json(found.within_families),
+        },
+        "suspects": found.suspects,
+    }
+
+
+def _correlation_json(found: Correlation) -> dict[str, object]:
+    return {**asdict(found), "value": _number(found.value)}
+
+
+def _number(value: float) -> float | None:
+    """Returns a number as JSON has it: none for NaN."""
+    return value if np.isfinite(value) else None
+
+
+def _print_calibration(found: Calibration, of: Success) -> None:
+    fitted = found.fit
+    hits, plays = fitted.plays.hits.sum(axis=1), fitted.plays.plays.sum(axis=1)
+    abilities = Table("agent", "plays", f"{of} %", "ability (logits)", "standard error")
+    for at in np.argsort(-fitted.ability, kind="stable"):
+        share, ability, error = 100 * hits[at] / plays[at], fitted.ability[at], fitted.ability_se[at]
+        abilities.add_row(fitted.plays.agents[at], f"{plays[at]:.0f}", f"{share:.1f}", f"{ability:.2f}", f"{error:.2f}")
+    console().print(abilities)
+    by_level = Table("level", "episodes", "mean index", "mean difficulty (logits)", "their mean standard error")
+    for level in LEVELS:
+        is_own = found.levels == level
+        if is_own.any():
+            columns = (found.indices, fitted.difficulty, fitted.difficulty_se)
+            by_level.add_row(level, str(is_own.sum()), *(f"{column[is_own].mean():.2f}" for column in columns))
+    if by_level.row_count:
+        console().print(by_level)
+    for words, one in (("all episodes", found.overall), ("within families", found.within_families)):
+        print(f"index and fitted difficulty, rank correlation, {words}: {_correlation_words(one)}")
+    for name in found.suspects:
+        print(f"look at {name}: the abler agents fail it")
+
+
+def _correlation_words(found: Correlation) -> str:
+    if not np.isfinite(found.value):
+        return f"unknown ({found.n} episodes with a level)"
+    between = "" if found.interval is None else f" [{found.interval[0]:.2f}, {found.interval[1]:.2f}]"
+    return f"{found.value:.2f}{between} ({found.n} episodes)"
 
 
 def sheet(

@@ -14,9 +14,10 @@ from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.plots.style import saved
 from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, track, trajectory_animation, trajectory_figure
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
-from vigil.cli.arguments import Epoch, RunArguments, WithPaper
+from vigil.cli.arguments import Epoch, LevelsFile, RunArguments, WithPaper
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError, SettingError, did_you_mean
+from vigil.levels import read_levels
 from vigil.pack import Pack
 from vigil.runner.shared_settings import AssetFile, PackPlace
 from vigil.runner.workers.frames import first_frames, frames_of
@@ -36,6 +37,7 @@ def report(
     episode: Annotated[list[str] | None, typer.Option(help="Show its trajectories too; may be repeated.")] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="Show the diagram of the protocol too.")] = False,
     assets: AssetFile = None,
+    levels: LevelsFile = None,
     check: Annotated[bool, typer.Option("--check", help="Settle anew, assert the identities, and stop there.")] = False,
 ) -> None:  # fmt: skip
     """Examples:
@@ -47,7 +49,8 @@ def report(
         _check(runs, pack)
         return
     formats = _formats(format_ or [])
-    found = study(read_runs(runs, pack, use_cache=use_cache), with_paper=with_paper)
+    settled = read_runs(runs, pack, use_cache=use_cache, levels=None if levels is None else read_levels(levels))
+    found = study(settled, with_paper=with_paper)
     if out is None and format_:
         raise SettingError(f"--format {' '.join(format_)} writes files: say where with --out FOLDER.")
     if out is None:

@@ -88,6 +88,14 @@ PACK = {
         "pack_measuring:baselines",
         "Plays a pack with agents without skill or sight, and with the solver; exits with 2 on a broken promise.",
     ),
+    "levels": Verb(
+        "pack_measuring:levels",
+        "Measures how difficult each episode is, and grades it: easy, medium, hard, extreme.",
+    ),
+    "difficulty": Verb(
+        "pack_measuring:difficulty",
+        "Fits episodes' difficulties and models' abilities to runs (item response), beside the index of the levels.",
+    ),
     "sheet": Verb(
         "pack_measuring:sheet",
         "Draws contact sheets: episodes with the frame that they start with and their instruction.",

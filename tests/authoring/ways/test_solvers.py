@@ -3,6 +3,7 @@
 import pytest
 
 from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.ways.limited import LIMITED
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode
@@ -56,7 +57,7 @@ def test_premature_claims_success_half_way(family: str, starter: Pack, simulator
 def test_an_unknown_name_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
     with pytest.raises(SettingError, match="solver"):
         privileged_agent("genius", starter.episodes[0], simulator)
-    assert set(PRIVILEGED) == {"solver", "never_report", "premature"}
+    assert set(PRIVILEGED) == {"solver", "never_report", "premature", *LIMITED}
 
 
 def test_a_rehearsal_leaves_no_trace(starter: Pack, simulator: PrivilegedSimulator) -> None:

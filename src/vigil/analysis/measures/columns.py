@@ -85,5 +85,7 @@ COLUMNS: dict[str, str] = {
     "is_reported": "the agent closed the episode itself",
     "zero_progress": "nothing had advanced at the report",
     "rooms": "rooms of the house",
+    "level": "`easy`, `medium`, `hard` or `extreme`; empty where the pack's levels were not measured",
+    "level_index": "index of difficulty that the level follows from; empty likewise",
 }
 """By name, in order; KIND and POLICY stand for several columns."""

@@ -23,6 +23,7 @@ import vigil
 from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
+from vigil.levels import EpisodeLevel, levels_of
 from vigil.pack import count_rooms, find, frozen_episodes
 from vigil.processes import worker_pool
 from vigil.record import EPISODES_FILE, RunHeader, read_header
@@ -32,7 +33,7 @@ from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
 KEPT_FILE = "settled.parquet"
-ROWS_VERSION = 4
+ROWS_VERSION = 5
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
@@ -101,10 +102,17 @@ class Run:
         return tuple(f"{self.name}: {fault}." for fault in (*found, *self.remarks))
 
 
-def read_runs(folders: Sequence[Path], pack: str | Path | None = None, *, use_cache: bool = True) -> list[Run]:
+def read_runs(
+    folders: Sequence[Path],
+    pack: str | Path | None = None,
+    *,
+    use_cache: bool = True,
+    levels: Mapping[str, EpisodeLevel] | None = None,
+) -> list[Run]:
     """Returns the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
 
-    `pack` is where their pack is now, when not where they say. Raises RecordError or PackMismatch.
+    `pack` is where their pack is now, when not where they say; `levels` stand in for those in the pack's own folder.
+    Raises RecordError or PackMismatch.
     """
     if pack is not None:
         find(pack)  # rows kept beside a run need no pack, but a mistyped one is to be named all the same
@@ -117,7 +125,8 @@ def read_runs(folders: Sequence[Path], pack: str | Path | None = None, *, use_ca
     else:
         settled = [_settled_run(folder, pack, use_cache) for folder in missing]
     found = {**kept, **dict(zip(missing, settled, strict=True))}
-    return _named(run for run in found.values() if run is not None)
+    runs = [run for run in found.values() if run is not None]
+    return _named(runs if levels is None else [replace(run, rows=_with_levels(run.rows, levels)) for run in runs])
 
 
 def _kept_run(folder: Path) -> Run | None:
@@ -132,6 +141,7 @@ def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
     table, facts = _settle(run.table, data)
     table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
+    table = _with_levels(table, _levels(run.pack_folder))
     if keep:
         facts = _keep(folder / KEPT_FILE, _key(run.header, data), table, facts)
     return _run(folder, run.header, table, facts)
@@ -149,6 +159,13 @@ def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> R
         remarks=(*_unended(header.version_notes), *facts["remarks"]),
         name=model.name,
     )
+
+
+def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.DataFrame:
+    """Returns the rows with the level and the index of each episode; empty where there is none."""
+    found = [levels.get(name) for name in values(table, "episode_id", str)]
+    texts = pd.Series([None if one is None else one.level for one in found], dtype=object)
+    return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
 
 
 def _unended(notes: Iterable[str]) -> list[str]:
@@ -223,7 +240,8 @@ def _schema() -> dict[str, str]:
         else:
             kinds[field.name] = "object"
     credits = {f"credit.{policy}": "float64" for policy in REPORT_POLICIES}
-    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool", "rooms": "float64"}
+    of_pack = {"rooms": "float64", "level": "object", "level_index": "float64"}
+    return {**kinds, **credits, "is_reported": "bool", "zero_progress": "bool", **of_pack}
 
 
 _SCHEMA = _schema()
@@ -241,7 +259,7 @@ def _settle(table: RecordTable, data: bytes) -> tuple[pd.DataFrame, dict]:
 
 _frozen = cache(frozen_episodes)
 """Many runs of a report are of one pack."""
-_rooms = cache(count_rooms)
+_rooms, _levels = cache(count_rooms), cache(levels_of)
 
 
 def _key(header: RunHeader, data: bytes) -> str:

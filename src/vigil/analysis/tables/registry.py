@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
 from vigil.analysis.tables import comparison, interventions, own, paired, protocol, results
+from vigil.analysis.tables.levels import levels
 from vigil.analysis.tables.strata import strata
 from vigil.analysis.tables.table import Table
 
@@ -54,6 +55,7 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "models": own.models,
         "family_rates": own.family_rates,
         "strata": strata,
+        "levels": levels,
         "after_goal": own.after_goal,
         "sv_statuses": own.sv_statuses,
         "composition": own.composition,

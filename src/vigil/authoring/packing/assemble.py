@@ -8,7 +8,7 @@ import hashlib
 import zlib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from vigil.errors import EpisodeError
 from vigil.freezing import check_free, freeze
 from vigil.house import House, canonical_json
 from vigil.housegen.document import generators_of
+from vigil.levels import LEVELS_FILE, EpisodeLevel, Level, levels_bytes
 from vigil.pack import Pack
 
 HOUSE_USES = 3
@@ -42,6 +43,8 @@ class Candidate:
     reviewer_kinds: tuple[str, ...] = ()
     is_kept: bool = False
     """It comes from an earlier version of the pack."""
+    level: Level | None = None
+    """None where the pack does not ask for levels."""
 
     @property
     def stratum(self) -> str:
@@ -76,6 +79,14 @@ class PackRequest:
     """Whether the pack tells no more of the seed than its hash."""
     asset_database_sha256: str | None = None
     """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
+    levels: tuple[Level, ...] = ()
+    """Levels of difficulty that each family is shared out over evenly; none where they do not matter."""
+
+    @property
+    def quotas(self) -> dict[Level, int]:
+        """Level -> how many of a family are to be of it; what cannot be shared out goes to the easier ones."""
+        each, left = divmod(self.per_family, max(len(self.levels), 1))
+        return {level: each + (place < left) for place, level in enumerate(self.levels)}
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
@@ -83,11 +94,15 @@ CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
 
 
 def candidates(
-    files: Iterable[DraftsFile], reviews: Sequence[Review], kept: DraftsFile | None = None
+    files: Iterable[DraftsFile],
+    reviews: Sequence[Review],
+    kept: DraftsFile | None = None,
+    levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Candidate]:
     """Returns all drafts that no reviewer rejects, each id once; `kept` is the one of `files` to keep from.
 
-    Raises EpisodeError on an id with two contents.
+    `levels` are those of the drafts by id, where the pack asks for them. Raises EpisodeError on an id with two
+    contents.
     """
     by_id: dict[str, list[Review]] = defaultdict(list)
     for review in reviews:
@@ -99,7 +114,12 @@ def candidates(
                 raise EpisodeError(f"Two drafts have the id {draft.episode.id!r} and differ; leave one file out.")
     old = {draft.episode.id for draft in kept.read().drafts} if kept else set()
     wanted = [_candidate(draft, by_id[name], is_kept=name in old) for name, draft in sorted(found.items())]
-    return [candidate for candidate in wanted if candidate.episode.provenance.reviewed != "rejected"]
+    found_levels = {name: found.level for name, found in (levels or {}).items()}
+    return [
+        replace(candidate, level=found_levels.get(candidate.episode.id))
+        for candidate in wanted
+        if candidate.episode.provenance.reviewed != "rejected"
+    ]
 
 
 def _candidate(draft: Draft, reviews: Sequence[Review], *, is_kept: bool) -> Candidate:
@@ -126,13 +146,16 @@ class _SelectionCounts:
         self.rooms[facts.rooms] += 1
         keys = [("stratum", candidate.stratum), ("category", facts.category), ("house", episode.house.name)]
         keys += [("turn", str(facts.is_seen_by_turning)), ("label", facts.category, facts.label or "")]
-        keys += [("thing", episode.house.name, episode.goal.object_id)]
+        keys += [("thing", episode.house.name, episode.goal.object_id), ("level", candidate.level or "")]
         self.of_family.update((episode.family, *key) for key in keys)
 
     def takes(self, candidate: Candidate, pack_request: PackRequest) -> bool:
         """Whether the pack's limits allow a candidate."""
         episode, family = candidate.episode, candidate.episode.family
         if self.of_family[family, "house", episode.house.name] >= pack_request.house_uses:
+            return False
+        level, quotas = candidate.level, pack_request.quotas
+        if quotas and (level is None or self.of_family[family, "level", level] >= quotas.get(level, 0)):
             return False
         turned = self.of_family[family, "turn", "True"]
         is_search = family in ("VS", "SI") and candidate.draft.facts.is_seen_by_turning
@@ -147,6 +170,7 @@ class _SelectionCounts:
         is_ahead = family in ("VS", "SI") and turned >= FOUND_BY_TURNING * (turned + walked + 1)
         return (
             is_ahead and facts.is_seen_by_turning,
+            0 if candidate.level is None else self.of_family[family, "level", candidate.level],
             self.of_family[family, "stratum", candidate.stratum],
             candidate.stratum,
             lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
@@ -173,7 +197,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
         for number in range(pack_request.per_family):
             left = [candidate for candidate in left if tally.takes(candidate, pack_request)]
             if not left:
-                short.append(f"{family} {number} (of {offered} drafts)")
+                short += _missing(tally, family, pack_request, pool) or [f"{family} {number} (of {offered} drafts)"]
                 break
             best = min(left, key=lambda candidate: tally.cost(candidate, pack_request.seed))
             tally.add(best)
@@ -185,6 +209,19 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
             f"only {', '.join(short)}. Propose in more houses (more seeds, a larger --count), or ask for fewer."
         )
     return sorted(tally.chosen, key=lambda candidate: candidate.episode.id)
+
+
+def _missing(
+    tally: _SelectionCounts, family: Family, pack_request: PackRequest, pool: Sequence[Candidate]
+) -> list[str]:
+    """Returns which levels of a family cannot be filled; none where levels do not matter."""
+    offered = Counter(candidate.level for candidate in pool if candidate.episode.family == family)
+    chosen = {level: tally.of_family[family, "level", level] for level in pack_request.levels}
+    return [
+        f"{family} {level} {chosen[level]} of {quota} (of {offered[level]} drafts)"
+        for level, quota in pack_request.quotas.items()
+        if chosen[level] < quota
+    ]
 
 
 def select_holding(
@@ -212,18 +249,23 @@ def assemble(
     check: CandidateCheck,
     *,
     kept: DraftsFile | None = None,
+    levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
     """Freezes a pack into `out`. Returns it with what was left out because its solution does not hold.
 
-    Of `kept`, one of `files`, episodes enter first.
+    Of `kept`, one of `files`, episodes enter first. `levels` are those of the drafts by id, which a request for levels
+    needs; the pack then holds those of its episodes.
 
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
     check_free(out, pack_request.name)
-    chosen, bad = select_holding(candidates(files, reviews, kept), pack_request, check)
+    chosen, bad = select_holding(candidates(files, reviews, kept, levels), pack_request, check)
     houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
     meta = _meta(chosen, files, pack_request) | {"house_generator": generators_of(houses)}
     facts = [{"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json")} for c in chosen]
+    extra = {FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)}
+    if levels is not None:
+        extra[LEVELS_FILE] = levels_bytes(levels[candidate.episode.id] for candidate in chosen)
     pack = freeze(
         out,
         [candidate.episode for candidate in chosen],
@@ -233,7 +275,7 @@ def assemble(
         version=pack_request.version,
         description=pack_request.description,
         meta=meta,
-        extra={FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)},
+        extra=extra,
     )
     write_card(pack)
     return pack, bad
@@ -255,6 +297,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         **_house_facts(chosen, origins, pack_request),
         "aliases": list(pack_request.aliases),
         "authors": sorted({header.author for header in headers}),
+        **_level_facts(chosen, pack_request),
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
         "reviews": review_counts(chosen),
         **_seed_facts(pack_request),
@@ -278,6 +321,15 @@ def _house_facts(
     sources = {name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names}
     facts = {"asset_database_sha256": pack_request.asset_database_sha256, "house_sources": sources}
     return {name: fact for name, fact in facts.items() if fact}
+
+
+def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict[str, Any]:
+    """Returns how many episodes of each family are of each level; nothing where levels do not matter."""
+    counts = Counter((candidate.episode.family, candidate.level) for candidate in chosen)
+    levels = {
+        family: {level: counts[family, level] for level in pack_request.levels} for family in pack_request.families
+    }
+    return {"levels": levels} if pack_request.levels else {}
 
 
 def seed_sha256(name: str, seed: int) -> str:

@@ -12,10 +12,11 @@ from vigil.actions import SKILLS
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.episode import FAMILIES
+from vigil.levels import LEVELS
 from vigil.pack import Pack
 
 CARD = "README.md"
-TABLES = ("episodes", "solutions", "facts")
+TABLES = ("episodes", "solutions", "facts", "levels")
 """Files of one row a line (`<table>.jsonl`) that a pack may have; the first one is what HF `datasets` loads unasked."""
 
 _HEAD = """---
@@ -43,6 +44,7 @@ before it starts), `instruction`, `goal`, `bindings` (role to object), \
 `max_steps`, `max_invalid`, `difficulty`, `provenance` |
 | `solutions.jsonl` | the actions that solve an episode: W = W_strict = B = 1 when replayed |
 | `facts.jsonl` | what the pack is balanced over: category, rooms, area, distance, label |
+| `levels.jsonl` | how difficult an episode is: the figures that are measured, their index, the level |
 | `houses/<name>.json` | a house in ProcTHOR's format |
 | `manifest.json` | counts, strata, how it was made, and the SHA-256 of each file above |
 
@@ -74,7 +76,7 @@ def card_of(pack: Pack) -> str:
     head = _HEAD.format(name=manifest.name, description=description, configs=_configs(pack))
     parts = [head, _distribution(pack), _skills(pack)]
     if "strata" in manifest.meta:
-        parts += [_strata(manifest.meta), _making(manifest.meta)]
+        parts += [_levels(manifest.meta), _strata(manifest.meta), _making(manifest.meta)]
     return "\n".join(part for part in [*parts, _measured(pack), _fields(pack), _LIMITS] if part)
 
 
@@ -109,6 +111,22 @@ def _skills(pack: Pack) -> str:
     rows += [f"| family | {' | '.join(SKILLS)} |", f"|{'---|' * (len(SKILLS) + 1)}"]
     for family, shares in skill_shares(pack).items():
         rows.append(f"| {family} | {' | '.join(f'{100 * shares.get(skill, 0.0):.0f}' for skill in SKILLS)} |")
+    return "\n".join(rows) + "\n"
+
+
+def _levels(meta: Mapping[str, Any]) -> str:
+    """Returns how many episodes of each family are of each level; nothing for a pack that did not ask for levels."""
+    found: Mapping[str, Mapping[str, int]] = meta.get("levels", {})
+    if not found:
+        return ""
+    names = [level for level in LEVELS if any(level in counts for counts in found.values())]
+    rows = [
+        "Episodes by level of difficulty:",
+        "",
+        f"| family | {' | '.join(names)} |",
+        f"|{'---|' * (len(names) + 1)}",
+    ]
+    rows += [f"| {family} | {' | '.join(str(counts[name]) for name in names)} |" for family, counts in found.items()]
     return "\n".join(rows) + "\n"
 
 

@@ -21,6 +21,7 @@ from vigil.authoring.drafting.sources import Filed, dataset_houses, read_all
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.episode import Family
 from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
+from vigil.levels import Level
 from vigil.pack import NAME_PATTERN
 from vigil.strict_json import read_json
 from vigil.versions import PackVersions, reads_schema
@@ -56,6 +57,8 @@ class Recipe(BaseModel):
     """How many of the houses, drawn by the seed, episodes are proposed in; None for all."""
     is_spread: bool = False
     """Whether each is asked for one family alone, in turn."""
+    levels: tuple[Level, ...] = ()
+    """Levels of difficulty that each family is shared out over; none where they do not matter."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1)
 
     @property
@@ -68,6 +71,7 @@ class Recipe(BaseModel):
             self.house_uses,
             families=self.families,
             asset_database_sha256=self.asset_database_sha256,
+            levels=self.levels,
         )
 
     def notes(self) -> list[str]:
@@ -129,6 +133,7 @@ def recipe_of(
         pack_sha256=pack_sha256,
         drafted_in=drafted_in,
         is_spread=is_spread,
+        levels=pack_request.levels,
         houses=tuple(origins),
     )
 

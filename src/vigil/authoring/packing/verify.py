@@ -44,6 +44,10 @@ class VerificationSettings:
     assets: AssetDatabase | None = None
     workers: int = 1
 
+    def simulator(self) -> PrivilegedSimulator:
+        """Returns a simulator of its own."""
+        return make_simulator(self.backend, assets=self.assets or AssetDatabase.default())
+
 
 class EpisodeFindings(BaseModel):
     """What was found about one episode."""
@@ -121,7 +125,7 @@ def bundles(
 def verified(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
     """Yields what was found, house by house, in the order of the work."""
     if settings.workers == 1 or len(work) < 2:
-        validator = Validator(_simulator(settings))
+        validator = Validator(settings.simulator())
         for bundle in work:
             yield _verify(validator, bundle, settings.backend)
         return
@@ -147,15 +151,11 @@ _validators: list[Validator] = []
 
 
 def _begin_worker(settings: VerificationSettings) -> None:
-    _validators.append(Validator(_simulator(settings)))
+    _validators.append(Validator(settings.simulator()))
 
 
 def _verify_here(bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:
     return _verify(_validators[0], bundle, backend)
-
-
-def _simulator(settings: VerificationSettings) -> PrivilegedSimulator:
-    return make_simulator(settings.backend, assets=settings.assets or AssetDatabase.default())
 
 
 def _verify(validator: Validator, bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:

@@ -7,14 +7,15 @@ those.
 
 from collections.abc import Callable
 
-from vigil.actions import Action, Intent, InteractPixel, Reply, Report
+from vigil.actions import Action, InteractPixel, Reply, Report
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, is_doable, reach
+from vigil.authoring.ways.constraints import lift
+from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, reach
+from vigil.authoring.ways.limited import LIMITED, play_limited
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
-from vigil.goals import Constraint, Goal, ObjectHeld
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -29,24 +30,9 @@ def solve(episode: Episode, oracle: Oracle) -> Steps:
     for link in goal.chain:
         yield from achieve(link, macro_actions)
     if goal.constraint is not None:
-        yield from _lift(goal.constraint, goal, macro_actions)
+        yield from lift(goal.constraint, goal, macro_actions)
     yield from reach(goal, macro_actions)
     yield Report(status=closing_status(goal, oracle), summary="Done.")
-
-
-def _lift(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yields what resolves a constraint, so that the goal can be gone for with what is then in the hand."""
-    intents: dict[str, Intent] = {
-        "object_open": "open_access",
-        "object_closed": "close_access",
-        "object_on": "activate",
-        "object_off": "deactivate",
-        "object_moved": "pick",
-    }
-    if constraint.kind in intents:
-        yield from macro_actions.act(intents[constraint.kind], constraint.object_id)
-    if constraint.kind == "object_released" or (constraint.kind == "object_moved" and isinstance(goal, ObjectHeld)):
-        yield from macro_actions.put_down(lambda: is_doable(goal, macro_actions))
 
 
 def solution(episode: Episode, oracle: Oracle) -> tuple[Action, ...]:
@@ -81,7 +67,12 @@ def _never_report(episode: Episode, oracle: Oracle) -> Steps:
         yield last or InteractPixel(intent="ground", x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
 
 
-PRIVILEGED: dict[str, PrivilegedScript] = {"solver": solve, "never_report": _never_report, "premature": _premature}
+PRIVILEGED: dict[str, PrivilegedScript] = {
+    "solver": solve,
+    "never_report": _never_report,
+    "premature": _premature,
+    **{name: play_limited(limits) for name, limits in LIMITED.items()},
+}
 """Agents with privileged sight, by name."""
 
 

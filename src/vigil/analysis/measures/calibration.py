@@ -1,0 +1,119 @@
+"""Calibration: the index of difficulty beside the difficulties that item response fits to the plays of runs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from vigil.analysis.measures.item_response import (
+    Fit,
+    Plays,
+    discriminations,
+    fit,
+    rank_correlation,
+    rank_correlation_interval,
+    without_group_means,
+)
+from vigil.analysis.measures.rows import Run, values
+from vigil.errors import RecordError
+from vigil.rates import Interval
+
+Success = Literal["W", "B"]
+LEAST_DISCRIMINATION = 0.0
+"""Episodes below it are for a reader to look at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Correlation:
+    """How two columns go together over episodes, by rank."""
+
+    value: float
+    """Spearman's; NaN where it says nothing."""
+    interval: Interval | None
+    """Of resampled houses."""
+    n: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """What the plays of runs on one pack say of its episodes."""
+
+    fit: Fit
+    families: np.ndarray
+    """(episodes,)"""
+    levels: np.ndarray
+    """(episodes,) of text; None where no level was measured."""
+    indices: np.ndarray
+    """(episodes,) the index; NaN likewise."""
+    discriminations: np.ndarray
+    """(episodes,)"""
+    overall: Correlation
+    """Of the index with the fitted difficulty."""
+    within_families: Correlation
+    """The same, both less the mean of their family."""
+
+    @property
+    def suspects(self) -> list[str]:
+        """The episodes at which the abler agents fail, sorted by how clearly."""
+        order = np.argsort(self.discriminations, kind="stable")
+        return [self.fit.plays.episodes[at] for at in order if self.discriminations[at] < LEAST_DISCRIMINATION]
+
+
+def calibrate(runs: Sequence[Run], success: Success = "B") -> Calibration:
+    """Returns the calibration by some runs of one pack. Raises RecordError for runs of several."""
+    packs = {run.header.spec.pack_sha256: run.header.spec.pack for run in runs}
+    if len(packs) > 1:
+        raise RecordError(
+            f"These runs were played on {len(packs)} packs ({', '.join(sorted(packs.values()))}): their episodes "
+            "cannot be fitted together. Give runs of one pack."
+        )
+    facts = {name: row for run in runs for name, row in _facts(run).items()}
+    plays = plays_of(runs, sorted(facts), success)
+    fitted = fit(plays)
+    houses, families, levels, indices = (np.array(each, dtype=object) for each in zip(*_ordered(facts), strict=True))
+    indices, is_known = indices.astype(float), np.isfinite(indices.astype(float))
+    groups = families.astype(str)
+    clusters, own = houses[is_known].astype(str), groups[is_known]
+    difficulty, index = fitted.difficulty[is_known], indices[is_known]
+    return Calibration(
+        fitted,
+        groups,
+        levels,
+        indices,
+        discriminations(fitted),
+        _correlation(difficulty, index, clusters),
+        _correlation(without_group_means(difficulty, own), without_group_means(index, own), clusters),
+    )
+
+
+def plays_of(runs: Sequence[Run], episodes: Sequence[str], success: Success) -> Plays:
+    """Returns who succeeded how often where; repeats of one model under one condition are one agent."""
+    agents = sorted({run.marked_name for run in runs})
+    column = {name: at for at, name in enumerate(episodes)}
+    hits, plays = (np.zeros((len(agents), len(episodes))) for _ in range(2))
+    for run in runs:
+        row = agents.index(run.marked_name)
+        at = [column[name] for name in values(run.rows, "episode_id", str)]
+        np.add.at(hits[row], at, values(run.rows, success, float))
+        np.add.at(plays[row], at, 1.0)
+    return Plays(tuple(agents), tuple(episodes), hits, plays)
+
+
+_Facts = tuple[str, str, str | None, float]
+
+
+def _facts(run: Run) -> dict[str, _Facts]:
+    """Returns the house, family, level and index of each episode."""
+    columns = [values(run.rows, name, object) for name in ("house", "family", "level", "level_index")]
+    return dict(zip(values(run.rows, "episode_id", str), zip(*columns, strict=True), strict=True))
+
+
+def _ordered(facts: dict[str, _Facts]) -> list[_Facts]:
+    return [facts[name] for name in sorted(facts)]
+
+
+def _correlation(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> Correlation:
+    value = rank_correlation(first, second)
+    interval = rank_correlation_interval(first, second, houses) if np.isfinite(value) else None
+    return Correlation(value, interval, len(first))

@@ -1,0 +1,99 @@
+"""Calibration: runs of one pack become plays, and the index is held against what they say."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from published import EpisodeCourse, Write, good, played, small_records, thousand, write_pack, write_run
+
+from vigil.analysis.measures.calibration import calibrate, plays_of
+from vigil.analysis.measures.rows import read_runs
+from vigil.episode import FAMILIES, Episode
+from vigil.errors import RecordError
+from vigil.levels import LEVELS, EpisodeLevel, Measures, levels_bytes
+
+PLAIN = Measures(
+    path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,
+    reference_words=1,
+)  # fmt: skip
+PER_FAMILY = 8
+
+
+def bad(family: str) -> EpisodeCourse:
+    return EpisodeCourse(family, w=False, end="NR")
+
+
+def levels_by_number(episodes: list[Episode]) -> dict[str, EpisodeLevel]:
+    """Levels and an index that rise with the last number of the ids."""
+    found = {}
+    for one in episodes:
+        number = int(one.id[-3:])
+        level = LEVELS[min(number // 2, 3)]
+        found[one.id] = EpisodeLevel(episode_id=one.id, level=level, index=float(number), measures=PLAIN)
+    return found
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> list[Path]:
+    """Six models; the model n completes the episodes whose number is below n + 1."""
+    episodes = thousand(PER_FAMILY)
+    write_pack(tmp_path / "pack", episodes)
+    (tmp_path / "pack/levels.jsonl").write_bytes(levels_bytes(levels_by_number(episodes).values()))
+    plots = {family: (played(good(family)), played(bad(family))) for family in FAMILIES}
+    return [
+        write_run(
+            tmp_path / f"run{skill}",
+            tmp_path / "pack",
+            f"vllm/model{skill}",
+            {one.id: plots[one.family][int(one.id[-3:]) > skill] for one in episodes},
+        )
+        for skill in range(1, 7)
+    ]
+
+
+def test_abilities_and_difficulties_stand_in_their_order(runs: list[Path]) -> None:
+    found = calibrate(read_runs(runs))
+    assert found.fit.plays.agents == tuple(f"model{skill}" for skill in range(1, 7))
+    assert list(found.fit.ability) == sorted(found.fit.ability)
+    numbers = np.array([int(name[-3:]) for name in found.fit.plays.episodes])
+    assert found.fit.difficulty[numbers == 6].min() > found.fit.difficulty[numbers == 2].max()
+
+
+def test_the_index_is_held_against_the_fit(runs: list[Path]) -> None:
+    found = calibrate(read_runs(runs))
+    assert found.overall.n == PER_FAMILY * len(FAMILIES)
+    assert found.overall.value > 0.95
+    assert found.within_families.value > 0.95
+    assert found.overall.interval is not None
+    assert found.suspects == []
+
+
+def test_levels_from_elsewhere_stand_in_for_the_packs_own(runs: list[Path]) -> None:
+    backwards = {
+        name: one.model_copy(update={"index": -one.index})
+        for name, one in levels_by_number(thousand(PER_FAMILY)).items()
+    }
+    assert calibrate(read_runs(runs, levels=backwards)).overall.value < -0.95
+    none = calibrate(read_runs(runs, levels={}))
+    assert np.isnan(none.overall.value)
+    assert none.overall.n == 0
+
+
+def test_repeats_of_a_model_are_one_agent(runs: list[Path], tmp_path: Path) -> None:
+    again = write_run(
+        tmp_path / "again",
+        tmp_path / "pack",
+        "vllm/model1",
+        {one.id: played(good(one.family)) for one in thousand(PER_FAMILY)},
+    )
+    settled = read_runs([runs[0], again])
+    plays = plays_of(settled, [one.id for one in thousand(PER_FAMILY)], "B")
+    assert plays.agents == ("model1",)
+    assert set(plays.plays.ravel()) == {2.0}
+    assert set(plays.hits.ravel()) == {1.0, 2.0}
+
+
+def test_runs_of_two_packs_are_refused(runs: list[Path], write: Write) -> None:
+    other = write("other", small_records())
+    with pytest.raises(RecordError, match=r"on 2 packs .*Give runs of one pack"):
+        calibrate(read_runs([runs[0], other]))
