@@ -76,6 +76,8 @@ class PackRequest:
     """Whether the pack tells no more of the seed than its hash."""
     asset_database_sha256: str | None = None
     """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
+    is_robust: bool = False
+    """Whether episodes must hold by the rules about robustness, too, which the check of candidates then includes."""
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
@@ -258,6 +260,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
         "reviews": review_counts(chosen),
         **_seed_facts(pack_request),
+        **({"is_robust": True} if pack_request.is_robust else {}),
         "simulator": sorted({header.simulator for header in headers}),
         "solution_steps": {
             family: {"mean": round(sum(steps) / len(steps), 2), "max": max(steps)}

@@ -56,6 +56,8 @@ class Recipe(BaseModel):
     """How many of the houses, drawn by the seed, episodes are proposed in; None for all."""
     is_spread: bool = False
     """Whether each is asked for one family alone, in turn."""
+    is_robust: bool = False
+    """Whether every episode holds by the rules about robustness."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1)
 
     @property
@@ -68,6 +70,7 @@ class Recipe(BaseModel):
             self.house_uses,
             families=self.families,
             asset_database_sha256=self.asset_database_sha256,
+            is_robust=self.is_robust,
         )
 
     def notes(self) -> list[str]:
@@ -129,6 +132,7 @@ def recipe_of(
         pack_sha256=pack_sha256,
         drafted_in=drafted_in,
         is_spread=is_spread,
+        is_robust=pack_request.is_robust,
         houses=tuple(origins),
     )
 
