@@ -5,7 +5,7 @@ made anew when one more thing comes into view.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 import numpy as np
 import shapely
@@ -24,6 +24,10 @@ SQUEEZE_M = 0.17
 ROOM_M = (SQUEEZE_M, 0.2, 0.22, 0.25, 0.3, 0.35)
 DISLIKE = (40.0, 12.0, 6.0, 2.5, 1.3, 1.0)
 """How many times longer a way seems that leaves so much room."""
+STRAIGHT, TRIED_CORNERS = 1.15, 40
+"""How much more disliked a straight line may be than the way that it cuts short, and how many such lines are tried."""
+ENTRY_CELLS, NEXT_CELLS = 5, 5
+"""How far, in cells, one may stand from a way, and how far along it one looks at least."""
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
@@ -46,14 +50,22 @@ class ClearanceGrid:
             np.minimum(shapely.distance(shapely.points(grid_x, grid_z), walls), WIDEST_M),
             0.0,
         )
-        self._things: dict[tuple, tuple[tuple[slice, slice], np.ndarray]] = {}
+        self._things: dict[tuple, tuple[tuple[int, int], np.ndarray]] = {}
 
-    def room(self, things: Iterable[Thing]) -> np.ndarray:
-        """Returns the distance (m) of every cell to the nearest wall or named thing, at most WIDEST_M."""
+    def room(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
+        """Returns the distance (m) of every cell to the nearest wall or thing, at most WIDEST_M.
+
+        `shifts_m` says by how much (x, z) things are taken to stand elsewhere; it is rounded to cells.
+        """
         found = self._bare.copy()
-        for thing in things:
-            window, gaps = self._around(thing)
-            np.minimum(found[window], gaps, out=found[window])
+        for name, thing in things.items():
+            (left, low), gaps = self._around(thing)
+            across, up = (round(shift / CELL_M) for shift in (shifts_m or {}).get(name, (0.0, 0.0)))
+            left, low = left + across, low + up
+            cut_left, cut_low = max(-left, 0), max(-low, 0)
+            gaps = gaps[cut_left : self.shape[0] - left, cut_low : self.shape[1] - low]
+            window = found[left + cut_left :, low + cut_low :][: gaps.shape[0], : gaps.shape[1]]
+            np.minimum(window, gaps, out=window)
         return found
 
     def cells(self, points: np.ndarray) -> np.ndarray:
@@ -64,15 +76,15 @@ class ClearanceGrid:
         """Returns the place (x, z) of a cell."""
         return float(self._x[cell[0]]), float(self._z[cell[1]])
 
-    def _around(self, thing: Thing) -> tuple[tuple[slice, slice], np.ndarray]:
+    def _around(self, thing: Thing) -> tuple[tuple[int, int], np.ndarray]:
+        """Returns a thing's distances (m) around it, and the cell where they begin."""
         key = thing.id, thing.position, thing.rotation, thing.openness
         if key not in self._things:
             shape = shapely.unary_union(thing_shapes(thing))
             reach = np.array([-WIDEST_M, WIDEST_M])
             first, last = self.cells(np.array(shape.bounds).reshape(2, 2) + reach[:, None])
-            window = slice(first[0], last[0] + 1), slice(first[1], last[1] + 1)
-            x, z = np.meshgrid(self._x[window[0]], self._z[window[1]], indexing="ij")
-            self._things[key] = window, shapely.distance(shapely.points(x, z), shape)
+            x, z = np.meshgrid(self._x[first[0] : last[0] + 1], self._z[first[1] : last[1] + 1], indexing="ij")
+            self._things[key] = (int(first[0]), int(first[1])), shapely.distance(shapely.points(x, z), shape)
         return self._things[key]
 
 
@@ -81,54 +93,53 @@ class WaysTo:
 
     def __init__(self, grid: ClearanceGrid, room: np.ndarray, place: Point2) -> None:
         self._grid = grid
-        self._dislike = np.interp(room, ROOM_M, DISLIKE)
-        self._is_open = room >= SQUEEZE_M
-        self._goal = grid.cells(np.array([place]))[0]
-        self._is_open[tuple(self._goal)] = True
+        goal = tuple(int(index) for index in grid.cells(np.array([place]))[0])
+        is_open = room >= SQUEEZE_M
+        is_open[goal] = True
         costs, self._next = dijkstra(
-            self._graph(), directed=False, indices=int(np.ravel_multi_index(tuple(self._goal), grid.shape)),
+            _graph(is_open, np.interp(room, ROOM_M, DISLIKE)),
+            directed=False,
+            indices=int(np.ravel_multi_index(goal, grid.shape)),
             return_predecessors=True,
-        )  # fmt: skip
+        )
         self.costs = costs.reshape(grid.shape)
 
-    def leads_from(self, place: Point2) -> bool:
-        """Whether there is a way from a place."""
-        return self._entry(place) is not None
+    def waypoint(self, place: Point2, room: np.ndarray) -> Point2 | None:
+        """Returns the farthest place on the way from a place that one may as well go straight to; None without a way.
 
-    def waypoint(self, place: Point2) -> Point2 | None:
-        """Returns the farthest place on the way from `place` that one may as well go straight to; None without a way."""
+        `room` is what one takes the room to be.
+        """
         entry = self._entry(place)
         if entry is None:
             return None
         trail = self._trail(entry)
-        best = trail[min(1, len(trail) - 1)]
-        for cell in trail[:: max(1, len(trail) // 40)]:
-            along = self.costs[tuple(trail[0])] - self.costs[tuple(cell)]
-            if self._straight_cost(place, self._grid.place(cell)) <= 1.15 * along + CELL_M:
+        best = trail[min(NEXT_CELLS, len(trail) - 1)]
+        for cell in [*trail[:: max(1, len(trail) // TRIED_CORNERS)], trail[-1]]:
+            along = float(self.costs[tuple(trail[0])] - self.costs[tuple(cell)])
+            if self._straight_cost(place, self._grid.place(cell), room) <= STRAIGHT * along + CELL_M:
                 best = cell
-        if self._straight_cost(place, self._grid.place(trail[-1])) <= 1.15 * self.costs[tuple(trail[0])] + CELL_M:
-            best = trail[-1]
         return self._grid.place(best)
 
-    def cost_of(self, start: Point2, end: Point2) -> float:
+    def cost_of(self, start: Point2, end: Point2, room: np.ndarray) -> float:
         """Returns how long the way is by going straight to `end` first; inf where one cannot."""
         cell = self._grid.cells(np.array([end]))[0]
-        return self._straight_cost(start, end) + float(self.costs[tuple(cell)])
+        return self._straight_cost(start, end, room) + float(self.costs[tuple(cell)])
 
-    def _straight_cost(self, start: Point2, end: Point2) -> float:
+    def _straight_cost(self, start: Point2, end: Point2, room: np.ndarray) -> float:
         length = math.dist(start, end)
         count = max(2, math.ceil(length / CELL_M) + 1)
         points = np.linspace(start, end, count)
         cells = self._grid.cells(points)[1:]
-        if not self._is_open[cells[:, 0], cells[:, 1]].all():
+        along = room[cells[:, 0], cells[:, 1]]
+        if (along < SQUEEZE_M).any():
             return math.inf
-        return length * float(self._dislike[cells[:, 0], cells[:, 1]].mean())
+        return length * float(np.interp(along, ROOM_M, DISLIKE).mean())
 
     def _entry(self, place: Point2) -> np.ndarray | None:
         """Returns the cell nearest to a place from which there is a way, within a step of it; None without."""
         cell = self._grid.cells(np.array([place]))[0]
-        low = np.maximum(cell - 5, 0)
-        window = self.costs[low[0] : cell[0] + 6, low[1] : cell[1] + 6]
+        low, end = np.maximum(cell - ENTRY_CELLS, 0), cell + ENTRY_CELLS + 1
+        window = self.costs[low[0] : end[0], low[1] : end[1]]
         found = np.argwhere(np.isfinite(window)) + low
         if not len(found):
             return None
@@ -142,20 +153,19 @@ class WaysTo:
             at = int(self._next[at])
         return trail
 
-    def _graph(self) -> coo_array:
-        index = np.arange(self._is_open.size).reshape(self._is_open.shape)
-        sources, targets, lengths = [], [], []
-        for down, aside in _STEPS:
-            here, there = _pair(index, down, aside)
-            is_open = _pair(self._is_open, down, aside)
-            dislike = _pair(self._dislike, down, aside)
-            joined = is_open[0] & is_open[1]
-            sources.append(here[joined])
-            targets.append(there[joined])
-            lengths.append(CELL_M * math.hypot(down, aside) * (dislike[0] + dislike[1])[joined] / 2)
-        count = self._is_open.size
-        pairs = np.concatenate(sources), np.concatenate(targets)
-        return coo_array((np.concatenate(lengths), pairs), shape=(count, count))
+
+def _graph(is_open: np.ndarray, dislike: np.ndarray) -> coo_array:
+    """Returns how long the way seems from each open cell to the open ones beside it."""
+    index = np.arange(is_open.size).reshape(is_open.shape)
+    sources, targets, lengths = [], [], []
+    for down, aside in _STEPS:
+        here, there = _pair(index, down, aside)
+        joined = np.logical_and(*_pair(is_open, down, aside))
+        sources.append(here[joined])
+        targets.append(there[joined])
+        lengths.append(CELL_M * math.hypot(down, aside) * np.add(*_pair(dislike, down, aside))[joined] / 2)
+    pairs = np.concatenate(sources), np.concatenate(targets)
+    return coo_array((np.concatenate(lengths), pairs), shape=(is_open.size, is_open.size))
 
 
 def _pair(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:

@@ -12,19 +12,21 @@ import numpy as np
 from vigil.actions import REACH_M, STEP_M, Action, Intent, InteractPixel, Navigate
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import in_frame, surface_points
-from vigil.authoring.solving.clearance import ClearanceGrid, WaysTo
+from vigil.authoring.solving.clearance import WaysTo
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.noisy_body import NoisyBody
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.paths import Point2
 from vigil.authoring.solving.viewpoints import Viewpoint, view_ahead
 from vigil.pose import Pose, Vec3, heading, turn_between, yaw_towards
+from vigil.scene.geometry import box_of
 from vigil.scene.outlines import thing_shapes
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import project
 
 SLACK_M = 0.3
-ARRIVED_M = 0.2
+ARRIVED_M, EXACTLY_M = 0.2, 0.06
+"""How near a place is as good as there, at first and where that was not enough."""
 FACED_DEG, TILTED_DEG = 6.0, 5.0
 ASIDE_DEG = 15
 CLEAR_PX = 8
@@ -44,7 +46,7 @@ class NoisyMacroActions(MacroActions):
     def __init__(self, oracle: Oracle, rng: np.random.Generator) -> None:
         super().__init__(oracle, may_tilt=True)
         self._body = NoisyBody(rng)
-        self._known = KnownFloor(oracle)
+        self._known = KnownFloor(oracle, self._body)
         self._refused: float | None = None
         """The heading in which the last walk got nowhere."""
 
@@ -62,9 +64,9 @@ class NoisyMacroActions(MacroActions):
                 return
             yield from self._body.turn(self.oracle.agent.rotation, self.oracle.agent.rotation + angle)
 
-    def _approach(self, view: Viewpoint, is_there: Callable[[], bool]) -> Iterator[Action]:
+    def _approach(self, view: Viewpoint, is_there: Callable[[], bool], within_m: float = ARRIVED_M) -> Iterator[Action]:
         here = self.oracle.agent.position
-        yield from self._walk_to(view.corners[-1] if view.corners else (here.x, here.z), is_there)
+        yield from self._walk_to(view.corners[-1] if view.corners else (here.x, here.z), is_there, within_m)
         for _ in range(LOOKS):
             faced = [] if is_there() else list(self._face(view.pose))
             yield from faced
@@ -130,13 +132,15 @@ class NoisyMacroActions(MacroActions):
             yield self.click(intent, pixel)
 
     def _go_on(self, view: Viewpoint, is_there: Callable[[], bool]) -> Iterator[Action]:
-        """Yields what brings one to a view; at least one action: who stands right already turns a little."""
-        is_idle = True
-        for action in self._approach(view, is_there):
-            is_idle = False
-            yield action
-        if is_idle and not is_there():
-            yield Navigate(mode="turn_right", magnitude=float(ASIDE_DEG))
+        """Yields what brings one to a view; at least one action: who stands about right goes nearer, or turns."""
+        for within_m in (ARRIVED_M, EXACTLY_M):
+            is_idle = True
+            for action in self._approach(view, is_there, within_m):
+                is_idle = False
+                yield action
+            if not is_idle or is_there():
+                return
+        yield Navigate(mode="turn_right", magnitude=float(ASIDE_DEG))
 
     def _pixel_of(self, intent: Intent, thing: Thing) -> tuple[int, int] | None:
         """Returns where a click would work now."""
@@ -145,24 +149,24 @@ class NoisyMacroActions(MacroActions):
         pixel = self.oracle.clickable(thing.id)
         return pixel if pixel is not None and self.oracle.trial(moves.click(intent, pixel)) is None else None
 
-    def _walk_to(self, place: Point2, is_there: Callable[[], bool]) -> Iterator[Action]:
+    def _walk_to(self, place: Point2, is_there: Callable[[], bool], within_m: float) -> Iterator[Action]:
         while True:
             self._known.look()
             here = self.oracle.agent
-            if is_there() or math.dist((here.position.x, here.position.z), place) <= ARRIVED_M:
+            if is_there() or math.dist((here.position.x, here.position.z), place) <= within_m:
                 return
-            yield from self._move(here, self._known.ways_to(place))
+            yield from self._move(here, self._known.ways_to(place), self._known.judged_room())
 
-    def _move(self, here: Pose, ways: WaysTo) -> Iterator[Action]:
+    def _move(self, here: Pose, ways: WaysTo, room: np.ndarray) -> Iterator[Action]:
         """Yields one turn or one walk on the way. Raises Unsolvable when there is no way."""
         at = here.position.x, here.position.z
-        corner = ways.waypoint(at)
+        corner = ways.waypoint(at, room)
         if corner is None:
             raise Unsolvable("What is known of the floor leaves no way.")
         wanted = yaw_towards(here.position, Vec3(corner[0], here.position.y, corner[1]))
         length = math.dist(at, corner)
         if self._refused is not None:
-            wanted, length = self._heading_aside(at, wanted, ways), STEP_M
+            wanted, length = self._heading_aside(at, wanted, lambda end: ways.cost_of(at, end, room)), STEP_M
         if abs(turn_between(here.rotation, wanted)) > FACED_DEG:
             yield from self._body.turn(here.rotation, wanted)
             return
@@ -173,14 +177,14 @@ class NoisyMacroActions(MacroActions):
         self._known.learn(effect.blocked_by)
         self._refused = None if effect.moved_m else here.rotation
 
-    def _heading_aside(self, at: Point2, wanted: float, ways: WaysTo) -> float:
+    def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
         """Returns the best heading for one step that is not the refused one."""
         headings = [(wanted + turn) % 360.0 for turn in range(-180, 180, ASIDE_DEG)]
         refused = self._refused or 0.0
 
         def cost(yaw: float) -> float:
             x, z = heading(yaw)
-            return ways.cost_of(at, (at[0] + STEP_M * x, at[1] + STEP_M * z))
+            return cost_of((at[0] + STEP_M * x, at[1] + STEP_M * z))
 
         others = [yaw for yaw in headings if abs(turn_between(refused, yaw)) > FACED_DEG]
         return min(others, key=cost)
@@ -194,12 +198,18 @@ class NoisyMacroActions(MacroActions):
 
 
 class KnownFloor:
-    """What one knows of the floor: all walls, and the things that the frames have shown or one has run into."""
+    """What one knows of the floor: all walls, and the things that the frames have shown or one has run into.
 
-    def __init__(self, oracle: Oracle) -> None:
+    How far away those stand is misjudged, anew from each place: a little near by, more from afar.
+    """
+
+    def __init__(self, oracle: Oracle, body: NoisyBody) -> None:
         self._oracle = oracle
+        self._body = body
         self._known: set[str] = set()
         self._ways: tuple[object, WaysTo] | None = None
+        self._judged_at: Vec3 | None = None
+        self._shifts_m: dict[str, Point2] = {}
 
     def look(self) -> None:
         """Takes in the things near by of which the frame shows something."""
@@ -221,13 +231,29 @@ class KnownFloor:
 
     def ways_to(self, place: Point2) -> WaysTo:
         """Returns the ways to a place over what is known."""
-        things = [thing for thing in self._oracle.scene.things.values() if thing.id in self._known]
-        things = [thing for thing in things if _is_in_the_way(thing)]
-        key = place, tuple((thing.id, thing.position, thing.rotation, thing.openness) for thing in things)
+        things = self._things()
+        key = place, tuple((thing.id, thing.position, thing.rotation, thing.openness) for thing in things.values())
         if self._ways is None or self._ways[0] != key:
-            grid: ClearanceGrid = self._oracle.clearance()
+            grid = self._oracle.clearance()
             self._ways = key, WaysTo(grid, grid.room(things), place)
         return self._ways[1]
+
+    def judged_room(self) -> np.ndarray:
+        """Returns the room that one takes there to be, as `ClearanceGrid.room`."""
+        here, things = self._oracle.agent.position, self._things()
+        if here != self._judged_at:
+            self._judged_at, self._shifts_m = here, {}
+        for thing in things.values():
+            if thing.id not in self._shifts_m:
+                gap_m = box_of(thing).floor_distance(here)
+                x, z = heading(yaw_towards(here, thing.position))
+                error_m = self._body.judged(gap_m) - gap_m
+                self._shifts_m[thing.id] = error_m * x, error_m * z
+        return self._oracle.clearance().room(things, self._shifts_m)
+
+    def _things(self) -> dict[str, Thing]:
+        things = self._oracle.scene.things
+        return {name: things[name] for name in sorted(self._known) if _is_in_the_way(things[name])}
 
 
 def _is_in_the_way(thing: Thing) -> bool:

@@ -1,4 +1,4 @@
-"""A body that errs: turns, walks and clicks that miss what was meant by a little, as those of any reader of pictures."""
+"""A body that errs: turns, walks and clicks that miss what was meant by a little, as any reader of pictures does."""
 
 import math
 from collections.abc import Iterator
