@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.authoring.review.pocket import house_with_gap, to_the_lamp
 from vigil.actions import Navigate, Report
 from vigil.authoring.review import robustness
 from vigil.authoring.review.robustness import NEEDED, ROBUST_RULES, TRIES, noisy_try
@@ -37,6 +38,19 @@ def test_a_fair_episode_is_robust(family: str, starter: Pack, simulator: Privile
 def test_a_budget_for_exact_walks_alone_is_not_robust(starter: Pack, simulator: PrivilegedSimulator) -> None:
     episode = first_of(starter, "AI").model_copy(update={"max_steps": 2})
     assert rules_broken(episode, starter, simulator) == {"robust"}
+
+
+def test_a_narrow_way_costs_a_body_that_errs_more_than_a_wide_one(
+    starter: Pack, simulator: PrivilegedSimulator
+) -> None:
+    steps: dict[float, int] = {}
+    for gap_m in (0.47, 0.9):
+        house = house_with_gap(gap_m)
+        episode = to_the_lamp(first_of(starter, "AI"), house)
+        env = Env(simulator, lambda _episode, house=house: house, Profile())
+        steps[gap_m] = sum(len(noisy_try(episode, Oracle(simulator), env, number).steps) for number in range(4))
+    assert steps[0.9] < steps[0.47]
+    assert Validator(simulator).robustness(episode, house) == ()
 
 
 def test_one_try_in_ten_may_fail(

@@ -63,7 +63,7 @@ class ClearanceGrid:
             across, up = (round(shift / CELL_M) for shift in (shifts_m or {}).get(name, (0.0, 0.0)))
             left, low = left + across, low + up
             cut_left, cut_low = max(-left, 0), max(-low, 0)
-            gaps = gaps[cut_left : self.shape[0] - left, cut_low : self.shape[1] - low]
+            gaps = gaps[cut_left : max(self.shape[0] - left, 0), cut_low : max(self.shape[1] - low, 0)]
             window = found[left + cut_left :, low + cut_low :][: gaps.shape[0], : gaps.shape[1]]
             np.minimum(window, gaps, out=window)
         return found
