@@ -34,7 +34,7 @@ CLEAR_PX = 8
 SEEN_POINTS = 16
 SIGHT_M = 4.0
 LOOKS = 3
-LOOK_ABOUT_DEG = (25.0, -50.0, 75.0, -100.0, 145.0, 60.0, 60.0)
+LOOK_ABOUT_DEG = (25.0, -50.0)
 """Turns, one after the other, when what should be in view is not."""
 
 
@@ -51,14 +51,15 @@ class NoisyMacroActions(MacroActions):
         """The heading in which the last walk got nowhere."""
 
     def go(self, view: Viewpoint, is_there: Callable[[], bool] | None = None) -> Iterator[Action]:
-        """Walks to a view and faces it; with `is_there` stops as soon as that holds, else looks about for it.
+        """Walks to a view and faces it; with `is_there` stops as soon as that holds, else goes nearer and looks about.
 
-        Raises Unsolvable.
+        Raises Unsolvable when there is no way.
         """
         if is_there is None:
             yield from self._approach(view, lambda: False)
             return
-        yield from self._approach(view, is_there)
+        for within_m in (ARRIVED_M, EXACTLY_M):
+            yield from self._approach(view, is_there, within_m)
         for angle in LOOK_ABOUT_DEG:
             if is_there():
                 return

@@ -181,6 +181,9 @@ def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
     thing = oracle.scene.things[goal.object_id]
     box = box_of(thing)
 
+    def is_seen() -> bool:
+        return is_observable(oracle.state_of(thing.id))
+
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
         return np.where((distances >= SEE_NEAR_M) & (distances <= SEE_FAR_M), 0.0, np.inf)
@@ -193,8 +196,9 @@ def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
             with oracle.standing_at(view.pose):
                 state = oracle.state_of(thing.id)
             if state.visible and state.visible_px >= CLEAR_PX and is_observable(state):
-                yield from macro_actions.go(view, lambda: is_observable(oracle.state_of(thing.id)))
-                return
+                yield from macro_actions.go(view, is_seen)
+                if is_seen():
+                    return
     raise Unsolvable(f"No reachable place from which {thing.id!r} is clearly seen.")
 
 
