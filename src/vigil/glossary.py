@@ -198,6 +198,10 @@ _CODE = (
     Term("oracle", "privileged access to a simulator: shortest paths, visibility from any pose, actions tried and "
          "undone"),
     Term("outcome, label", "the verdict on one record; its class: B, FR, NR, IL or Other"),
+    Term("noisy solver", "the solver with a body that errs: turns, walks and clicks a little beside what it wants, and "
+         "sees obstacles only as frames show them", "Agent `noisy_solver`."),
+    Term("robust", "an episode that the noisy solver completes and reports in at least 9 of 10 tries",
+         "`vigil pack verify --robust`."),
     Term("rehearsal", "actions tried on a simulator, and undone"),
     Term("referring expression", "words that mean exactly one thing in a house"),
     Term("render service", "what the pages ask for pictures: it keeps them, and has a worker draw them"),

@@ -11,6 +11,7 @@ PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name 
 RunArgument = Annotated[Path, typer.Argument(help="Folder of a run.")]
 RunArguments = Annotated[list[Path], typer.Argument(help="Folders of runs.")]
 OneHouse = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
+Robust = Annotated[bool, typer.Option("--robust", help="Also ask that a body that errs succeeds: seconds an episode.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")]

@@ -33,6 +33,7 @@ from vigil.authoring.packing.recipes import (
 from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
+from vigil.cli.arguments import Robust
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES, Episode
@@ -118,6 +119,7 @@ def build(
     seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
+    robust: Robust = False,
     workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
@@ -139,13 +141,14 @@ def build(
         families=families or tuple(FAMILIES),
         asset_database_sha256=file_sha256(assets),
         levels=levels_named(level or []),
+        is_robust=robust,
     )
     _freeze(
         out,
         files,
         given,
         pack_request,
-        VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers)),
+        VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust),
         kept=old,
     )
 
@@ -207,6 +210,7 @@ def make(
     families: Families = (),
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
+    robust: Robust = False,
     reviews: Reviews = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -237,8 +241,9 @@ def make(
         is_seed_secret=not houses,
         asset_database_sha256=file_sha256(assets),
         levels=levels_named(level or []),
+        is_robust=robust,
     )
-    verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers))
+    verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     given = [review for path in reviews or [] for review in _reviews(path)]
     pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
     if origins:
@@ -265,7 +270,9 @@ def remake(
     with progress("houses read") as show:
         check_houses(wanted, sources, lambda number: show(number, len(sources)))
     print(f"{len(sources)} houses are those of recipe {wanted.name!r}")
-    verification = VerificationSettings(wanted.backend, AssetDatabase.of(assets), worker_count(workers))
+    verification = VerificationSettings(
+        wanted.backend, AssetDatabase.of(assets), worker_count(workers), wanted.is_robust
+    )
     chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
     pack = _make(out, chosen, wanted.request, [], verification, is_spread=wanted.is_spread)
     if pack.sha256 != wanted.pack_sha256:

@@ -3,6 +3,7 @@
 import json
 import os
 from collections import Counter
+from collections.abc import Iterable
 from contextlib import ExitStack, closing
 from dataclasses import asdict
 from pathlib import Path
@@ -17,10 +18,11 @@ from vigil.authoring.packing.compare_backends import KINDS, BackendComparison, c
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
 from vigil.authoring.packing.verify import VerificationSettings, verify_pack
-from vigil.cli.arguments import AsJson, PackArgument
+from vigil.authoring.review.validate import Finding
+from vigil.cli.arguments import AsJson, PackArgument, Robust
 from vigil.cli.progress import progress
 from vigil.cli.text import console, say
-from vigil.episode import FAMILIES
+from vigil.episode import FAMILIES, Family
 from vigil.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
 from vigil.pack_names import stem_of
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
@@ -113,19 +115,29 @@ def verify(
     log: Annotated[Path | None, typer.Option(help="Keeps what was verified; the same command continues.")] = None,
     assets: AssetFile = None,
     backend: Backend = "mujoco",
+    robust: Robust = False,
 ) -> None:
     """Example: vigil pack verify starter"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
-    settings = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers))
+    settings = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     with progress("verify") as show:
         findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
     for finding in findings:
         print(finding)
+    for (family, rule), count in sorted(_faulty_of(loaded, findings).items()):
+        print(f"{family}: {count} break {rule}")
     faulty = len({finding.episode_id for finding in findings})
     print(f"{len(loaded.episodes) - faulty} of {len(loaded.episodes)} episodes of pack {loaded.name!r} hold")
     if findings:
         raise typer.Exit(2)
+
+
+def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family, str]]:
+    """Returns how many episodes of each family break each rule."""
+    family_of = {episode.id: episode.family for episode in pack.episodes}
+    broken = {(found.episode_id, found.rule) for found in findings}
+    return Counter((family_of[name], rule) for name, rule in broken)
 
 
 def compare_back_ends(

@@ -6,11 +6,14 @@ import pytest
 
 from vigil.actions import Report
 from vigil.authoring.packing.compare import compare
-from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, verify_pack
+from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, key_of, verify_pack
+from vigil.authoring.review import robustness
 from vigil.episode import Solution
 from vigil.errors import RecordError
 from vigil.freezing import freeze
 from vigil.pack import Pack
+
+CLAIM = Report(status="success", summary="")
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +34,24 @@ def test_what_does_not_hold_is_found_by_any_number_of_workers(small: Pack, worke
     assert {finding.rule for finding in findings} == {"solution_holds"}
     assert len({finding.episode_id for finding in findings}) == 1
     assert (said[-1].done, said[-1].of, said[-1].faulty) == (4, 4, 1)
+
+
+def test_robustness_is_checked_only_when_asked_for(small: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(robustness, "solve_noisily", lambda episode, oracle, number: iter([CLAIM]))
+    quick = {finding.episode_id for finding in verify_pack(small, VerificationSettings())}
+    found = verify_pack(small, VerificationSettings(is_robust=True))
+    pointing = {episode.id for episode in small.episodes if episode.family == "PG"}
+    asking = {episode.id for episode in small.episodes if episode.family == "SV"}
+    assert {each.episode_id for each in found if each.rule == "robust"} == (pointing | asking) - quick
+    assert {each.rule for each in found} == {"robust", "solution_holds"}
+
+
+def test_a_log_of_the_quick_verification_says_nothing_of_robustness(small: Pack) -> None:
+    episode = small.episodes[0]
+    actions = small.solutions[episode.id].actions
+    quick, robust = VerificationSettings(), VerificationSettings(is_robust=True)
+    assert key_of(episode, actions, quick) != key_of(episode, actions, robust)
+    assert key_of(episode, actions, quick) == key_of(episode, actions, VerificationSettings(workers=2))
 
 
 def test_a_log_is_continued(small: Pack, tmp_path: Path) -> None:

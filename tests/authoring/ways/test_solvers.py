@@ -2,6 +2,7 @@
 
 import pytest
 
+from vigil.actions import Navigate
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.limited import LIMITED
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
@@ -42,6 +43,14 @@ def test_solver_completes_and_reports(family: str, starter: Pack, simulator: Pri
 
 
 @pytest.mark.parametrize("family", FAMILIES)
+def test_a_body_that_errs_completes_and_reports(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
+    record, outcome = play("noisy_solver", first_of(starter, family), starter, simulator)
+    assert (outcome.W, outcome.B) == (True, True)
+    walks = [a.magnitude for a in (step.action for step in record.steps) if isinstance(a, Navigate)]
+    assert all(magnitude == int(magnitude) for magnitude in walks)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
 def test_never_report_keeps_what_it_reached(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
     _, outcome = play("never_report", first_of(starter, family), starter, simulator)
     assert (outcome.W, outcome.B, outcome.label) == (True, False, "NR")
@@ -57,7 +66,7 @@ def test_premature_claims_success_half_way(family: str, starter: Pack, simulator
 def test_an_unknown_name_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
     with pytest.raises(SettingError, match="solver"):
         privileged_agent("genius", starter.episodes[0], simulator)
-    assert set(PRIVILEGED) == {"solver", "never_report", "premature", *LIMITED}
+    assert set(PRIVILEGED) == {"solver", "noisy_solver", "never_report", "premature", *LIMITED}
 
 
 def test_a_rehearsal_leaves_no_trace(starter: Pack, simulator: PrivilegedSimulator) -> None:

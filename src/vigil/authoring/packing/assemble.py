@@ -81,6 +81,8 @@ class PackRequest:
     """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
     levels: tuple[Level, ...] = ()
     """Levels of difficulty that each family is shared out over evenly; none where they do not matter."""
+    is_robust: bool = False
+    """Whether episodes must hold by the rules about robustness, too, which the check of candidates then includes."""
 
     @property
     def quotas(self) -> dict[Level, int]:
@@ -301,6 +303,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
         "reviews": review_counts(chosen),
         **_seed_facts(pack_request),
+        **({"is_robust": True} if pack_request.is_robust else {}),
         "simulator": sorted({header.simulator for header in headers}),
         "solution_steps": {
             family: {"mean": round(sum(steps) / len(steps), 2), "max": max(steps)}

@@ -59,6 +59,8 @@ class Recipe(BaseModel):
     """Whether each is asked for one family alone, in turn."""
     levels: tuple[Level, ...] = ()
     """Levels of difficulty that each family is shared out over; none where they do not matter."""
+    is_robust: bool = False
+    """Whether every episode holds by the rules about robustness."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1)
 
     @property
@@ -72,6 +74,7 @@ class Recipe(BaseModel):
             families=self.families,
             asset_database_sha256=self.asset_database_sha256,
             levels=self.levels,
+            is_robust=self.is_robust,
         )
 
     def notes(self) -> list[str]:
@@ -134,6 +137,7 @@ def recipe_of(
         drafted_in=drafted_in,
         is_spread=is_spread,
         levels=pack_request.levels,
+        is_robust=pack_request.is_robust,
         houses=tuple(origins),
     )
 

@@ -43,6 +43,8 @@ class VerificationSettings:
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     workers: int = 1
+    is_robust: bool = False
+    """Whether the rules about robustness are checked, too, of what is right by all others."""
 
     def simulator(self) -> PrivilegedSimulator:
         """Returns a simulator of its own."""
@@ -55,7 +57,7 @@ class EpisodeFindings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     key: str
-    """Hash of the episode, its solution and the backend."""
+    """Hash of the episode, its solution, the backend, and of what is checked besides."""
     episode_id: str
     findings: tuple[tuple[str, str], ...] = ()
     """(rule, message)."""
@@ -97,7 +99,7 @@ def _results(
 ) -> list[EpisodeFindings]:
     solved = {name: solution.actions for name, solution in pack.solutions.items()}
     known = _known(log)
-    keys = {episode.id: key_of(episode, solved.get(episode.id), settings.backend) for episode in pack.episodes}
+    keys = {episode.id: key_of(episode, solved.get(episode.id), settings) for episode in pack.episodes}
     missing = [episode for episode in pack.episodes if keys[episode.id] not in known]
     results = [known[key] for key in keys.values() if key in known]
     for found in verified(bundles(missing, solved, pack.house_of), settings):
@@ -127,12 +129,10 @@ def verified(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iter
     if settings.workers == 1 or len(work) < 2:
         validator = Validator(settings.simulator())
         for bundle in work:
-            yield _verify(validator, bundle, settings.backend)
+            yield _verify(validator, bundle, settings)
         return
     with worker_pool(settings.workers, _begin_worker, settings) as pool:
-        futures: list[Future[list[EpisodeFindings]]] = [
-            pool.submit(_verify_here, bundle, settings.backend) for bundle in work
-        ]
+        futures: list[Future[list[EpisodeFindings]]] = [pool.submit(_verify_here, bundle, settings) for bundle in work]
         try:
             for future in futures:
                 yield future.result()
@@ -140,10 +140,12 @@ def verified(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iter
             pool.shutdown(cancel_futures=True)
 
 
-def key_of(episode: Episode, actions: tuple[Action, ...] | None, backend: str) -> str:
+def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: VerificationSettings) -> str:
     """Returns the hash by which a log names what was verified."""
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
-    return hashlib.sha256(canonical_json([episode.model_dump(mode="json"), solution, backend])).hexdigest()
+    besides = ["robust"] if settings.is_robust else []
+    facts = [episode.model_dump(mode="json"), solution, settings.backend, *besides]
+    return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 
 _validators: list[Validator] = []
@@ -154,19 +156,22 @@ def _begin_worker(settings: VerificationSettings) -> None:
     _validators.append(Validator(settings.simulator()))
 
 
-def _verify_here(bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:
-    return _verify(_validators[0], bundle, backend)
+def _verify_here(bundle: HouseBatch, settings: VerificationSettings) -> list[EpisodeFindings]:
+    return _verify(_validators[0], bundle, settings)
 
 
-def _verify(validator: Validator, bundle: HouseBatch, backend: str) -> list[EpisodeFindings]:
+def _verify(validator: Validator, bundle: HouseBatch, settings: VerificationSettings) -> list[EpisodeFindings]:
     house = House(bundle.name, bundle.document)
     found: list[EpisodeFindings] = []
     for episode, actions in bundle.episodes:
         if actions is None:
             findings = (("solvable", "no solution is recorded"),)
         else:
-            findings = tuple((each.rule, each.message) for each in validator.validate(episode, house, actions).findings)
-        found.append(EpisodeFindings(key=key_of(episode, actions, backend), episode_id=episode.id, findings=findings))
+            faults = validator.validate(episode, house, actions).findings
+            if settings.is_robust and not faults:
+                faults = validator.robustness(episode, house)
+            findings = tuple((each.rule, each.message) for each in faults)
+        found.append(EpisodeFindings(key=key_of(episode, actions, settings), episode_id=episode.id, findings=findings))
     return found
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from vigil.actions import REACH_M, Action, InteractPixel, Report
 from vigil.authoring.review.blind_trials import blind_trials
+from vigil.authoring.review.robustness import ROBUST_RULES, robust_faults
 from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, EpisodeStart, broken_by
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import Unsolvable
@@ -57,7 +58,7 @@ class Finding:
 
 def reason_of(rule: str) -> str:
     """Returns why a rule is there."""
-    return RULES[rule].reason if rule in RULES else OTHER_RULES[rule]
+    return RULES[rule].reason if rule in RULES else {**OTHER_RULES, **ROBUST_RULES}[rule]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +106,14 @@ class Validator:
         return ValidationResult(
             tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways)
         )
+
+    def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
+        """Returns which rules of `vigil.authoring.review.robustness` an episode breaks that `validate` finds valid."""
+        fault = self._begin_fault(episode, house)
+        if fault is not None:
+            return (fault,)
+        case = EpisodeStart(episode, house, self._oracle)
+        return tuple(Finding(episode.id, *broken) for broken in robust_faults(case, self._env))
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
         """Returns the record of actions played through the contract; what comes after its end is left out."""

@@ -5,6 +5,8 @@ Every click is tried out first (and undone), so what is planned is what the simu
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -47,6 +49,9 @@ class Unsolvable(EpisodeError):
 class MacroActions:
     """The macro actions of an agent with privileged access."""
 
+    slacks_m: tuple[float, ...] = (0.0,)
+    """How much nearer than need be one wants to stand, the most wanted first."""
+
     def __init__(self, oracle: Oracle, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
         """An exhaustive search tries every place without margins: what it does not find cannot be done."""
         self.oracle = oracle
@@ -55,8 +60,9 @@ class MacroActions:
         self._tried = MOST_TRIED_EXHAUSTIVE if is_exhaustive else MOST_TRIED
         self._is_exhaustive = is_exhaustive
 
-    def go(self, view: Viewpoint) -> Iterator[Action]:
-        """Walks to a view and faces it."""
+    def go(self, view: Viewpoint, is_there: Callable[[], bool] | None = None) -> Iterator[Action]:
+        """Walks to a view and faces it; a body that does not walk exactly stops as soon as it `is_there`."""
+        del is_there
         yield from self._walk(view)
         yield from moves.turn(self.oracle.agent.rotation, view.pose.rotation)
         yield from moves.tilt(self.oracle.agent.horizon, view.pose.horizon)
@@ -65,12 +71,18 @@ class MacroActions:
         """Goes to where a click on the thing works, and clicks. Raises Unsolvable."""
         view, pixel = self.find(intent, thing_id)
         yield from self.go(view)
-        yield self._click(intent, self.oracle.clickable(thing_id) or pixel)
+        yield self.click(intent, self.oracle.clickable(thing_id) or pixel)
 
     def find(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
         """Returns the nearest view from which a click on the thing works. Raises Unsolvable."""
+        for slack_m in self.slacks_m:
+            found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
+            if found is not None:
+                return found
+        raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
+
+    def _view_to_click(self, intent: Intent, thing_id: str, reach_m: float) -> tuple[Viewpoint, tuple[int, int]] | None:
         thing = self.oracle.scene.things[thing_id]
-        reach_m = REACH_M - self._margin_m
         query = ViewpointQuery(
             thing_id, surface_points(thing), within(box_of(thing), reach_m), self.may_tilt, least_seen=2
         )
@@ -80,36 +92,50 @@ class MacroActions:
                 break
             with self.oracle.standing_at(view.pose):
                 pixel = self.oracle.clickable(thing_id)
-                refusal = None if pixel is None else self.oracle.trial(self._click(intent, pixel))
+                refusal = None if pixel is None else self.oracle.trial(moves.click(intent, pixel))
             if pixel is not None and refusal is None:
                 return view, pixel
             if refusal in ANYWHERE:
                 raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
-        raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
+        return None
 
     def place(self, receptacle_id: str, *, inside: bool) -> Iterator[Action]:
         """Puts what is in the hand inside a receptacle, or on it (in it where it has no top). Raises Unsolvable."""
-        oracle, held = self.oracle, self.oracle.held
-        receptacle = oracle.scene.things[receptacle_id]
+        view, pixel = self.find_place(self.spots_of(receptacle_id, inside=inside))
+        yield from self.go(view)
+        yield self.click("place", pixel)
+
+    def spots_of(self, receptacle_id: str, *, inside: bool) -> "Spots":
+        """Returns where something may be put. Raises Unsolvable when a receptacle has no such surfaces."""
+        receptacle = self.oracle.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
         points = _surface_grid(surfaces)
         if inside:
             points = np.concatenate([points, _hollow_points(receptacle, surfaces)])
-        query = ViewpointQuery(
-            receptacle_id, points, near_any(points, REACH_M - REACH_MARGIN_M), self.may_tilt, least_seen=1
-        )
-        for number, view in enumerate(viewpoints(oracle, oracle.walks(), query)):
-            if number >= MOST_TRIED or held is None:
-                break
-            pixel = self._placing_pixel(view, held, receptacle_id, {surface.name for surface, _ in surfaces})
-            if pixel is not None:
-                yield from self.go(view)
-                yield self._click("place", pixel)
-                return
-        raise Unsolvable(f"No reachable place from which {held!r} can be put on {receptacle.id!r}.")
+        return Spots(receptacle_id, frozenset(surface.name for surface, _ in surfaces), points)
+
+    def find_place(self, spots: "Spots") -> tuple[Viewpoint, tuple[int, int]]:
+        """Returns the nearest view from which what is in the hand can be put there. Raises Unsolvable."""
+        for slack_m in self.slacks_m:
+            tried = islice(viewpoints(self.oracle, self.oracle.walks(), self.query_of(spots, slack_m)), MOST_TRIED)
+            for view in tried:
+                pixel = self.placing_pixel(view, spots)
+                if pixel is not None:
+                    return view, pixel
+        raise Unsolvable(f"No reachable place from which {self.oracle.held!r} can be put on {spots.receptacle_id!r}.")
+
+    def query_of(self, spots: "Spots", slack_m: float) -> ViewpointQuery:
+        """Returns what to look for to put something there."""
+        places = near_any(spots.points, REACH_M - REACH_MARGIN_M - slack_m)
+        return ViewpointQuery(spots.receptacle_id, spots.points, places, self.may_tilt, least_seen=1)
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
         """Drops what is in the hand near by, where `is_good` says that it is out of the way. Raises Unsolvable."""
+        yield from self.go(self.find_drop(is_good))
+        yield InteractPixel(intent="drop")
+
+    def find_drop(self, is_good: Callable[[], bool]) -> Viewpoint:
+        """Returns where to drop what is in the hand so that `is_good`, near by. Raises Unsolvable."""
         oracle = self.oracle
         here = oracle.agent
         for view in [Viewpoint(here, (), np.empty((0, 2)), 0), *_strolls(oracle)]:
@@ -118,9 +144,7 @@ class MacroActions:
                 with oracle.standing_at(pose):
                     is_free = oracle.trial(InteractPixel(intent="drop"), lambda _: is_good()) is None
                 if is_free:
-                    yield from self.go(Viewpoint(pose, view.corners, view.pixels, view.seen))
-                    yield InteractPixel(intent="drop")
-                    return
+                    return Viewpoint(pose, view.corners, view.pixels, view.seen)
         raise Unsolvable(f"No place near by to put down {oracle.held!r}.")
 
     def _walk(self, view: Viewpoint) -> Iterator[Action]:
@@ -136,29 +160,43 @@ class MacroActions:
             corners = self.oracle.corners_to(view.corners[-1])
         raise Unsolvable(f"The way to {view.corners[-1]} is blocked.")
 
-    def _placing_pixel(
-        self, view: Viewpoint, held: str, receptacle_id: str, surfaces: set[str]
-    ) -> tuple[int, int] | None:
-        oracle = self.oracle
+    def placing_pixel(self, view: Viewpoint, spots: "Spots") -> tuple[int, int] | None:
+        """Returns a pixel of a view on which a click puts what is in the hand there; None without one."""
+        oracle, held = self.oracle, self.oracle.held
+        if held is None:
+            return None
 
         def rests(effect: Effect) -> bool:
             is_near = effect.click_m is not None and effect.click_m <= REACH_M - self._margin_m
-            thing = oracle.scene.things[held]
-            return is_near and thing.parent == receptacle_id and thing.surface in surfaces
+            return is_near and spots.hold(oracle.scene.things[held])
 
         with oracle.standing_at(view.pose):
             for x, y in view.pixels[:PLACE_PIXELS]:
                 pixel = int(x), int(y)
                 if (
-                    oracle.object_at(pixel) == receptacle_id
-                    and oracle.trial(self._click("place", pixel), rests) is None
+                    oracle.object_at(pixel) == spots.receptacle_id
+                    and oracle.trial(moves.click("place", pixel), rests) is None
                 ):
                     return pixel
         return None
 
-    @staticmethod
-    def _click(intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
+    def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
+        """Returns the click on a pixel."""
         return moves.click(intent, pixel)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spots:
+    """Where on or in a receptacle something may be put."""
+
+    receptacle_id: str
+    surfaces: frozenset[str]
+    points: np.ndarray
+    """(n, 3) points that are looked at and clicked."""
+
+    def hold(self, thing: Thing) -> bool:
+        """Whether a thing rests there."""
+        return thing.parent == self.receptacle_id and thing.surface in self.surfaces
 
 
 def within(box: Box, most_m: float) -> Places:

@@ -9,6 +9,7 @@ from scipy.ndimage import distance_transform_edt
 from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import InteractPixel, PhysicalAction
+from vigil.authoring.solving.clearance import ClearanceGrid
 from vigil.authoring.solving.free_space import Obstacles
 from vigil.authoring.solving.paths import Point2, ShortestPaths, WalkableMap
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
@@ -27,6 +28,7 @@ class Oracle:
         self._simulator = simulator
         self._obstacles: Obstacles | None = None
         self._plans: dict[tuple, WalkableMap] = {}
+        self._clearance: ClearanceGrid | None = None
 
     @property
     def scene(self) -> Scene:
@@ -65,6 +67,12 @@ class Oracle:
         if self._obstacles is None or self._obstacles.scene is not self.scene:
             self._obstacles, self._plans = Obstacles(self.scene), {}
         return self._obstacles
+
+    def clearance(self) -> ClearanceGrid:
+        """Returns the distances on the floor of the scene, whatever stands on it."""
+        if self._clearance is None or self._clearance.scene is not self.scene:
+            self._clearance = ClearanceGrid(self.scene)
+        return self._clearance
 
     def walks(self, *, is_exact: bool = False) -> ShortestPaths:
         """Returns the shortest walks from where the agent is; exact ones keep no margin from obstacles."""

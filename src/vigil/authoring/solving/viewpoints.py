@@ -66,6 +66,14 @@ def viewpoints(oracle: Oracle, walks: ShortestPaths, query: ViewpointQuery) -> I
             yield Viewpoint(view.pose, tuple(corners), view.pixels, view.seen)
 
 
+def view_ahead(oracle: Oracle, query: ViewpointQuery) -> Viewpoint:
+    """Returns what is seen of a thing from where the agent stands and looks now; perhaps nothing."""
+    here = oracle.agent
+    seen = query.points[oracle.sees(here.eye, query.points, query.thing_id, through_glass=query.through_glass)]
+    pixels = _in_frame(here, seen)
+    return Viewpoint(here, (), pixels, len(pixels))
+
+
 def _cells(walks: ShortestPaths, query: ViewpointQuery) -> np.ndarray:
     """Returns the acceptable cells in order of cost, thinned out."""
     cells = walks.plan.cells
@@ -86,13 +94,20 @@ def _view_from(
     if len(seen) < query.least_seen:
         return None
     for turned in _turned(pose, seen, query.may_tilt):
-        found = project(turned, seen)
-        pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
+        pixels = _in_frame(turned, seen)
         if len(pixels) >= query.least_seen:
-            middle = np.median(pixels, axis=0)
-            order = np.argsort(np.linalg.norm(pixels - middle, axis=1), kind="stable")
-            return Viewpoint(turned, corners or (), pixels[order], len(pixels))
+            return Viewpoint(turned, corners or (), pixels, len(pixels))
     return None
+
+
+def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
+    """Returns the pixels (n, 2) of those points (m, 3) that lie in the frame, those nearest to their middle first."""
+    found = project(pose, points)
+    pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
+    if not len(pixels):
+        return pixels
+    middle = np.median(pixels, axis=0)
+    return pixels[np.argsort(np.linalg.norm(pixels - middle, axis=1), kind="stable")]
 
 
 def _turned(pose: Pose, seen: np.ndarray, may_tilt: bool) -> Iterator[Pose]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from vigil.actions import Action, Intent, Report, Status
 from vigil.assets.catalog import CATALOG
-from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
@@ -147,24 +146,27 @@ def _ground(goal: TargetGrounded, macro_actions: MacroActions) -> Steps:
     pixel = macro_actions.oracle.clickable(goal.object_id)
     if pixel is None:
         raise Unsolvable(f"{goal.object_id!r} is not in the frame.")
-    yield moves.click("ground", pixel)
+    yield macro_actions.click("ground", pixel)
 
 
 def _approach(goal: AgentNearTarget, macro_actions: MacroActions) -> Steps:
     oracle = macro_actions.oracle
     thing = oracle.scene.things[goal.object_id]
     walks = oracle.walks()
-    query = ViewpointQuery(thing.id, surface_points(thing), _beside(oracle, goal), least_seen=1)
-    view = next(viewpoints(oracle, walks, query), None)
-    if view is None:
-        raise Unsolvable(f"No reachable place near enough to {thing.id!r}.")
-    yield from macro_actions.go(view)
+    for slack_m in macro_actions.slacks_m:
+        places = _beside(oracle, goal, NEAR_MARGIN_M + slack_m)
+        query = ViewpointQuery(thing.id, surface_points(thing), places, least_seen=1)
+        view = next(viewpoints(oracle, walks, query), None)
+        if view is not None:
+            yield from macro_actions.go(view)
+            return
+    raise Unsolvable(f"No reachable place near enough to {thing.id!r}.")
 
 
-def _beside(oracle: Oracle, goal: AgentNearTarget) -> Places:
+def _beside(oracle: Oracle, goal: AgentNearTarget, margin_m: float) -> Places:
     """Returns the places that are near enough to a target by both distances, with a margin."""
     thing = oracle.scene.things[goal.object_id]
-    box, most = box_of(thing), goal.threshold_m - NEAR_MARGIN_M
+    box, most = box_of(thing), goal.threshold_m - margin_m
 
     def cost(places: np.ndarray) -> np.ndarray:
         edge = box_distances(box, places)
@@ -179,6 +181,9 @@ def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
     thing = oracle.scene.things[goal.object_id]
     box = box_of(thing)
 
+    def is_seen() -> bool:
+        return is_observable(oracle.state_of(thing.id))
+
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
         return np.where((distances >= SEE_NEAR_M) & (distances <= SEE_FAR_M), 0.0, np.inf)
@@ -191,8 +196,9 @@ def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
             with oracle.standing_at(view.pose):
                 state = oracle.state_of(thing.id)
             if state.visible and state.visible_px >= CLEAR_PX and is_observable(state):
-                yield from macro_actions.go(view)
-                return
+                yield from macro_actions.go(view, is_seen)
+                if is_seen():
+                    return
     raise Unsolvable(f"No reachable place from which {thing.id!r} is clearly seen.")
 
 

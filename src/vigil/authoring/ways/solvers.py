@@ -5,11 +5,15 @@ skills that its family expects. `privileged_agent` makes agents of them that the
 those.
 """
 
+import zlib
 from collections.abc import Callable
+
+import numpy as np
 
 from vigil.actions import Action, InteractPixel, Reply, Report
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
+from vigil.authoring.solving.noisy_actions import NoisyMacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.constraints import lift
 from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, reach
@@ -25,8 +29,22 @@ def solve(episode: Episode, oracle: Oracle) -> Steps:
 
     Raises Unsolvable where there is no way.
     """
-    macro_actions = MacroActions(oracle, may_tilt="look" in FAMILIES[episode.family].skills)
-    goal = episode.goal
+    return solve_with(episode, MacroActions(oracle, may_tilt="look" in FAMILIES[episode.family].skills))
+
+
+def solve_noisily(episode: Episode, oracle: Oracle, seed: int = 0) -> Steps:
+    """Yields what a body that errs does to solve an episode, each after the one before has been carried out.
+
+    It knows what to do and where that can be done, sees on its way no more than the frames show, and looks up and down
+    whatever its family expects. The same episode and seed: the same errors. Raises Unsolvable where there is no way.
+    """
+    rng = np.random.default_rng([zlib.crc32(episode.id.encode()), seed])
+    return solve_with(episode, NoisyMacroActions(oracle, rng))
+
+
+def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
+    """Yields the actions that solve an episode with some macro actions. Raises Unsolvable where there is no way."""
+    goal, oracle = episode.goal, macro_actions.oracle
     for link in goal.chain:
         yield from achieve(link, macro_actions)
     if goal.constraint is not None:
@@ -69,6 +87,7 @@ def _never_report(episode: Episode, oracle: Oracle) -> Steps:
 
 PRIVILEGED: dict[str, PrivilegedScript] = {
     "solver": solve,
+    "noisy_solver": solve_noisily,
     "never_report": _never_report,
     "premature": _premature,
     **{name: play_limited(limits) for name, limits in LIMITED.items()},

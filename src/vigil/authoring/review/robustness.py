@@ -1,0 +1,117 @@
+"""Robustness: whether an episode forgives a body that errs a little, and starts where one can move and see.
+
+Apart from the other rules, because it takes seconds an episode: it is asked for, never part of the quick verification.
+The body that errs is `vigil.authoring.solving.noisy_actions`.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import shapely
+
+from vigil.actions import Report
+from vigil.authoring.review.rules import EpisodeStart
+from vigil.authoring.solving import moves
+from vigil.authoring.solving.macro_actions import Unsolvable
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.ways.solvers import solve_noisily
+from vigil.env import Env
+from vigil.episode import Episode
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pose import heading
+from vigil.record import EpisodeRecord
+from vigil.scene.outlines import wall_shapes
+from vigil.scoring import settle
+
+TRIES, NEEDED = 10, 9
+FREE_M = 0.4
+"""How far one can go at the start, ahead or to a side."""
+SIDES_DEG = (0.0, -90.0, 90.0)
+LATTICE = (32, 24)
+LEAST_SHARE = 0.01
+"""The share of the first frame that things fill, where it does not show two walls."""
+COLUMNS, FARTHEST_M, SAME_WALL_M = 33, 30.0, 0.05
+
+ROBUST_RULES = {
+    "room_at_start": "at the start 0.4 m of floor are free ahead or to a side",
+    "more_than_a_wall": "the first frame shows something other than one flat wall",
+    "robust": "a body that errs completes and reports it within the budget in at least 9 of 10 tries",
+}
+"""Rule name -> reason, in the order in which they are checked."""
+
+
+def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
+    """Yields (rule, message) for every one of ROBUST_RULES that an episode breaks. The simulator is left anywhere."""
+    oracle, start = case.oracle, case.episode.start
+    if not _has_room(case):
+        yield "room_at_start", f"no {FREE_M} m are free ahead, left or right of the start, which looks {start.rotation}"
+    if _share_of_things(oracle) < LEAST_SHARE and len(_walls_ahead(case)) < 2:
+        yield "more_than_a_wall", "the first frame shows one wall, and next to nothing else"
+    fault = _fault_of_tries(case.episode, oracle, env)
+    if fault is not None:
+        yield "robust", fault
+
+
+def noisy_try(episode: Episode, oracle: Oracle, env: Env, number: int) -> EpisodeRecord:
+    """Returns the record of one try of a body that errs; it concedes where it knows no way."""
+    actions = solve_noisily(episode, oracle, number)
+    observation = env.reset(episode)
+    while observation is not None:
+        try:
+            action = next(actions)
+        except Unsolvable as error:
+            action = Report(status="fail", summary=str(error))
+        observation = env.step(moves.reply_of(action))
+    return env.record()
+
+
+def _fault_of_tries(episode: Episode, oracle: Oracle, env: Env) -> str | None:
+    """Returns what came of too many tries that failed; None when enough succeed. It counts B: W and a true report."""
+    failed: list[str] = []
+    for number in range(TRIES):
+        if number - len(failed) >= NEEDED:
+            break
+        record = noisy_try(episode, oracle, env, number)
+        outcome = settle(episode, record)
+        if not outcome.B:
+            failed.append(f"try {number}: {outcome.label}, W={outcome.W:d} after {len(record.steps)} steps")
+        if len(failed) > TRIES - NEEDED:
+            return f"{len(failed)} of the first {number + 1} tries fail, 1 of {TRIES} may ({'; '.join(failed)})"
+    return None
+
+
+def _has_room(case: EpisodeStart) -> bool:
+    place, free = case.episode.start.position, case.oracle.plan().tight
+    for side in SIDES_DEG:
+        x, z = heading(case.episode.start.rotation + side)
+        end = place.x + FREE_M * x, place.z + FREE_M * z
+        if free.covers(shapely.LineString([(place.x, place.z), end])):
+            return True
+    return False
+
+
+def _share_of_things(oracle: Oracle) -> float:
+    """Returns the share of the frame that things fill, doors and windows among them."""
+    across, down = ((np.arange(count) + 0.5) / count for count in LATTICE)
+    pixels = [(int(x * FRAME_WIDTH), int(y * FRAME_HEIGHT)) for y in down for x in across]
+    return sum(oracle.object_at(pixel) is not None for pixel in pixels) / len(pixels)
+
+
+def _walls_ahead(case: EpisodeStart) -> set[tuple[float, float, float]]:
+    """Returns the planes (direction and offset, rounded) of the walls that the frame's columns meet first."""
+    start = case.episode.start
+    panels = [panel for panel in case.oracle.scene.panels if wall_shapes(panel)]
+    shapes = [shapely.unary_union(wall_shapes(panel)) for panel in panels]
+    here = shapely.Point(start.position.x, start.position.z)
+    half_deg = float(np.degrees(np.arctan(FRAME_WIDTH / FRAME_HEIGHT)))
+    met: set[tuple[float, float, float]] = set()
+    for turn in np.linspace(-half_deg, half_deg, COLUMNS):
+        x, z = heading(start.rotation + float(turn))
+        ray = shapely.LineString([(here.x, here.y), (here.x + FARTHEST_M * x, here.y + FARTHEST_M * z)])
+        gaps = shapely.distance(here, shapely.intersection(ray, np.array(shapes)))
+        if len(gaps) and not np.isnan(gaps).all():
+            panel = panels[int(np.nanargmin(gaps))]
+            normal = max(panel.normal, (-panel.normal[0], -panel.normal[1]))
+            offset = normal[0] * panel.start[0] + normal[1] * panel.start[1]
+            met.add((round(normal[0], 2), round(normal[1], 2), round(offset / SAME_WALL_M) * SAME_WALL_M))
+    return met
