@@ -235,6 +235,13 @@ def test_simulators_know_nothing_of_an_observation_but_the_size_of_its_frame():
             assert names <= FRAME_FACTS, f"{module} imports {names}"
 
 
+def test_whoever_plays_an_episode_knows_nothing_of_its_twin():
+    """Answers of the closure-stress suite are read by what makes and judges packs; never by what shows or plays them."""
+    for module in MODULES:
+        if part_of(module) in {"env", "runner", "agents", "web", "integrations", "prompt", "exports"}:
+            assert "vigil.closure" not in own_imports_of(module), f"{module} imports the answers of the suite"
+
+
 def test_no_agent_can_reach_hidden_state_even_indirectly():
     agents = [module for module in MODULES if part_of(module) == "agents"]
     assert agents

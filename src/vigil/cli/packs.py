@@ -3,7 +3,6 @@
 import json
 import os
 from collections import Counter
-from collections.abc import Callable
 from contextlib import ExitStack, closing
 from dataclasses import asdict
 from pathlib import Path
@@ -21,7 +20,7 @@ from vigil.authoring.packing.starter import build_starter
 from vigil.authoring.packing.verify import VerificationSettings, verify_pack
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import AsJson, PackArgument
-from vigil.cli.progress import progress
+from vigil.cli.progress import Show, progress
 from vigil.cli.text import console, say
 from vigil.closure import SUITE
 from vigil.episode import FAMILIES
@@ -136,9 +135,7 @@ def verify(
         raise typer.Exit(2)
 
 
-def _verify_closure(
-    pack: Pack, log: Path | None, backend: str, assets: Path | None, show: Callable[[int, int, str], None]
-) -> list[Finding]:
+def _verify_closure(pack: Pack, log: Path | None, backend: str, assets: Path | None, show: Show) -> list[Finding]:
     if log is not None:
         raise SettingError("--log keeps single episodes, and twins are verified together. Leave it out for this pack.")
     with closing(make_simulator(backend, assets=AssetDatabase.of(assets))) as simulator:
