@@ -236,7 +236,7 @@ def test_simulators_know_nothing_of_an_observation_but_the_size_of_its_frame():
 
 
 def test_whoever_plays_an_episode_knows_nothing_of_its_twin():
-    """Answers of the closure-stress suite are read by what makes and judges packs; never by what shows or plays them."""
+    """Answers of the closure-stress suite are read by what makes and judges packs, not by what shows or plays them."""
     for module in MODULES:
         if part_of(module) in {"env", "runner", "agents", "web", "integrations", "prompt", "exports"}:
             assert "vigil.closure" not in own_imports_of(module), f"{module} imports the answers of the suite"
