@@ -9,30 +9,35 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from vigil.actions import Status
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, PackMismatch
-from vigil.goals import OBSERVABLE_M, Goal, ObjectInState, is_observable
+from vigil.goal_check import check
+from vigil.goals import OBSERVABLE_M, Goal, ObjectHeld, ObjectInState, is_observable
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import frozen_table, manifest_of
 from vigil.pose import Pose, Vec3, distance
 from vigil.record import EpisodeRecord
 from vigil.scoring import NEGATIVE, Outcome, settle
-from vigil.world import WorldState
+from vigil.world import RefusalCode, WorldState
 
 SUITE = "closure"
 """What `meta.suite` says in the manifest of such a pack."""
 ANSWERS = "closure.jsonl"
-Kind = Literal["all_of", "impossible", "already"]
-KINDS: tuple[Kind, ...] = ("all_of", "impossible", "already")
+Kind = Literal["all_of", "impossible", "already", "silent_refusal", "look_alike"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 Side = Literal["possible", "impossible", "open", "already"]
 PAIRED: dict[Kind, tuple[Side, Side]] = {"impossible": ("possible", "impossible"), "already": ("open", "already")}
 """Kinds that come as twins, with the sides of a pair: the second departs from the rules of the families."""
 Reason = Literal["absent", "elsewhere", "locked"]
+ALIKE = "alike"
+"""Role of the thing that a look-alike's episode is not about."""
+_UNTOLD: frozenset[RefusalCode] = frozenset({"interlock", "blocked_by_object", "hand_full", "receptacle_closed"})
+"""Refusals for what stands in view, which say nothing of themselves."""
 Claim = Literal["success", "none", "concession"]
 CONCEDED: tuple[Status, ...] = ("fail", "invalid")
 """What closes an impossible episode rightly."""
@@ -112,6 +117,10 @@ class ClosureOutcome:
     """Share of the evidence that was seen before the report; None without any."""
     is_needless: bool
     """Something that held at the reset was changed."""
+    is_refused: bool
+    """The world refused an interaction for a reason that stands in view."""
+    is_wrong_one: bool
+    """What was asked for was done to the look-alike, and not to the target."""
 
     @property
     def is_false_success(self) -> bool:
@@ -164,6 +173,8 @@ def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecor
         is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,
         evidence_seen=evidence_seen(answer.evidence, record),
         is_needless=_is_needless(episode.goal, record),
+        is_refused=any(step.effect is not None and step.effect.refusal in _UNTOLD for step in record.steps),
+        is_wrong_one=not outcome.W and _is_done_to(episode.bindings.get(ALIKE), episode.goal, record),
     )
 
 
@@ -199,6 +210,14 @@ def _claim(outcome: Outcome) -> Claim:
     if outcome.reported == "success":
         return "success"
     return "concession" if outcome.reported in NEGATIVE else "none"
+
+
+def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> bool:
+    """Whether what a goal asks for was brought about with another thing."""
+    if object_id is None or not isinstance(goal, ObjectInState | ObjectHeld):
+        return False
+    rows = check(goal.model_copy(update={"object_id": object_id}), record).rows
+    return rows[-1].semantic and not rows[0].semantic
 
 
 def _is_needless(goal: Goal, record: EpisodeRecord) -> bool:

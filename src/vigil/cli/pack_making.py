@@ -1,7 +1,6 @@
 """`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +14,6 @@ from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
 from vigil.authoring.drafting.generation import (
     PER_HOUSE,
     TRIED,
-    GenerationProgress,
     GenerationSettings,
     generate_drafts,
 )
@@ -35,8 +33,19 @@ from vigil.authoring.packing.recipes import (
 from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
+from vigil.cli.making.closure import (
+    SMALL_HOUSES,
+    Kinds,
+    Suite,
+    build_suite,
+    kinds_named,
+    make_suite,
+    refuse_with_suite,
+    refuse_without_suite,
+    suite_settings,
+)
+from vigil.cli.making.drafting import drafting_of, drafts_summary, house_progress
 from vigil.cli.progress import progress
-from vigil.cli.suites.closure import SMALL_HOUSES, Suite, build_suite, refuse_with_suite, suite_settings
 from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
@@ -93,7 +102,7 @@ def propose(
         settings = suite_settings(settings)
     sources = _sources(houses or [], seeds, _specs(rooms, suite), limit)
     file = DraftsFile(out)
-    with _house_progress() as show:
+    with house_progress() as show:
         if model is None:
             bench = closure_bench if suite else None
             generate_drafts(file, sources, settings, workers=worker_count(workers), bench=bench, on_progress=show)
@@ -101,7 +110,7 @@ def propose(
             with completing(model, base_url, api_key_env=api_key_env) as complete:
                 proposer = model, model_proposer(complete, per_house, model)
                 generate_drafts(file, sources, settings, proposer=proposer, on_progress=show)
-    _summary(file)
+    drafts_summary(file)
 
 
 def build(
@@ -116,6 +125,7 @@ def build(
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
     suite: Suite = None,
+    kind: Kinds = None,
     alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
@@ -136,12 +146,14 @@ def build(
             per_family,
             seed,
             house_uses,
+            kinds_named(kind or []),
             version=version,
             description=description,
             aliases=tuple(alias or []),
         )
         build_suite(out, files, request)
         return
+    refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
     pack_request = PackRequest(
         name,
@@ -201,6 +213,7 @@ def make(
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
     suite: Suite = None,
+    kind: Kinds = None,
     house_uses: HouseUses = HOUSE_USES,
     reviews: Reviews = None,
     workers: Workers = None,
@@ -219,6 +232,9 @@ def make(
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     if suite is not None:
         refuse_with_suite(family=families, review=reviews, spread=spread)
+    else:
+        refuse_without_suite(kind)
+    kinds = kinds_named(kind or [])
     check_free(out, name)
     offered = filed(houses or [], report=tell)
     origins = [] if reviews or suite else _origins(offered)
@@ -237,7 +253,7 @@ def make(
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers))
     if suite is not None:
-        _make_suite(out, sources, pack_request, verification)
+        make_suite(out, sources, pack_request, kinds, verification)
         return
     given = [review for path in reviews or [] for review in _reviews(path)]
     pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
@@ -289,52 +305,12 @@ def _make(
     is_spread: bool,
 ) -> Pack:
     """Proposes in all houses, or goes on, and freezes the pack."""
-    file, settings = _drafting(out, pack_request, verification)
+    file, settings = drafting_of(out, pack_request, verification)
     settings = replace(settings, is_spread=is_spread)
-    with _house_progress() as show:
+    with house_progress() as show:
         generate_drafts(file, sources, settings, workers=verification.workers, on_progress=show)
-    _summary(file)
+    drafts_summary(file)
     return _freeze(out, [file], given, pack_request, verification)
-
-
-def _make_suite(
-    out: Path, sources: Sequence[Source], pack_request: PackRequest, verification: VerificationSettings
-) -> None:
-    """Proposes the suite's tasks in all houses, or goes on, and freezes its pack."""
-    file, settings = _drafting(out, pack_request, verification)
-    with _house_progress() as show:
-        generate_drafts(
-            file,
-            sources,
-            suite_settings(settings),
-            workers=verification.workers,
-            bench=closure_bench,
-            on_progress=show,
-        )
-    _summary(file)
-    request = ClosureRequest(
-        pack_request.name,
-        pack_request.per_family,
-        pack_request.seed,
-        pack_request.house_uses,
-        is_seed_secret=pack_request.is_seed_secret,
-    )
-    build_suite(out, [file], request)
-
-
-def _drafting(
-    out: Path, pack_request: PackRequest, verification: VerificationSettings
-) -> tuple[DraftsFile, GenerationSettings]:
-    """Returns the drafts file beside a pack, and what to generate it with."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    settings = GenerationSettings(
-        pack_request.families,
-        pack_request.seed,
-        pack_request.house_uses,
-        backend=verification.backend,
-        assets=verification.assets,
-    )
-    return DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")), settings
 
 
 def checker(
@@ -353,26 +329,6 @@ def checker(
         return {result.episode_id: result.faults for result in results if result.findings}
 
     return check
-
-
-@contextmanager
-def _house_progress() -> Iterator[Callable[[GenerationProgress], None]]:
-    """Yields what takes in how far the generation of drafts has come."""
-    with progress("houses") as show:
-        yield lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
-
-
-def _summary(file: DraftsFile) -> None:
-    proposed = file.read()
-    for family in FAMILIES:
-        done = [row for row in proposed.done if row.family == family]
-        if done:
-            kept, seconds = sum(row.kept for row in done), sum(row.seconds for row in done)
-            reasons = ", ".join(f"{rule} {count}" for rule, count in proposed.reasons.get(family, {}).items())
-            rate = f"{60 * kept / seconds:.0f} a minute" if seconds else "-"
-            print(f"{family}: {kept} drafts in {len(done)} houses ({rate}); rejected: {reasons or 'none'}")
-    count = len(proposed.drafts) + len(proposed.closures)
-    print(f"{file.path}: {count} drafts, {len(proposed.rejections)} rejected")
 
 
 def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:

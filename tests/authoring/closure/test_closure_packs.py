@@ -6,22 +6,27 @@ from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from vigil.actions import Report, Status
+from vigil.actions import InteractPixel, Report, Status
 from vigil.authoring.closure.certify import EXEMPT, Certifier
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
 from vigil.authoring.closure.packing import BLIND, ClosureRequest, freeze_closure, guessing, select_tasks
-from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.closure.tasks import ClosureTask, look_alike
 from vigil.authoring.closure.verify import verify_closure
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
 from vigil.authoring.drafting.generation import GenerationSettings
+from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import Validator
+from vigil.authoring.solving.macro_actions import MacroActions
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.cli import app
-from vigil.closure import ANSWERS, KINDS, PAIRED, ClosureAnswer, answers_of, settle_closure
+from vigil.closure import ALIKE, ANSWERS, PAIRED, ClosureAnswer, Kind, answers_of, settle_closure
 from vigil.errors import EpisodeError, InputError
 from vigil.pack import Pack
 from vigil.profile import Profile
@@ -29,6 +34,8 @@ from vigil.prompt import rendered_sha256
 from vigil.sim.privileged import PrivilegedSimulator
 
 PER_KIND = 2
+FOUND: tuple[Kind, ...] = ("all_of", "impossible", "already", "silent_refusal")
+"""Kinds that the kitchen has; look-alikes are in the living room."""
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +51,9 @@ def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
 
 @pytest.fixture(scope="module")
 def pack(drafts: DraftsFile, tmp_path_factory: pytest.TempPathFactory) -> Pack:
-    return freeze_closure(tmp_path_factory.mktemp("packs") / "stress", [drafts], ClosureRequest("stress", PER_KIND))
+    return freeze_closure(
+        tmp_path_factory.mktemp("packs") / "stress", [drafts], ClosureRequest("stress", PER_KIND, kinds=FOUND)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +77,8 @@ def vigil(*arguments: str | Path) -> Result:
 
 def test_a_pack_holds_each_kind_and_says_so(pack: Pack, answers: dict[str, ClosureAnswer]) -> None:
     assert pack.manifest.suite == "closure"
-    assert len(pack.episodes) == len(answers) == PER_KIND * 5
-    assert {answer.kind for answer in answers.values()} == set(KINDS)
+    assert len(pack.episodes) == len(answers) == PER_KIND * 6
+    assert {answer.kind for answer in answers.values()} == set(FOUND)
     assert {answer.reason for answer in answers.values()} == {None, "absent", "locked"}
     card = (pack.folder / "README.md").read_text()
     assert "## Closure stress" in card
@@ -97,11 +106,11 @@ def test_the_pack_is_verified_and_the_same_bytes_again(
     pack: Pack, drafts: DraftsFile, simulator: PrivilegedSimulator, tmp_path: Path
 ) -> None:
     assert verify_closure(pack, simulator) == []
-    again = freeze_closure(tmp_path / "again", [drafts], ClosureRequest("stress", PER_KIND))
+    again = freeze_closure(tmp_path / "again", [drafts], ClosureRequest("stress", PER_KIND, kinds=FOUND))
     assert again.sha256 == pack.sha256
     verified = vigil("pack", "verify", pack.folder)
     assert verified.exit_code == 0, verified.output
-    assert "10 of 10 episodes" in verified.stdout
+    assert "12 of 12 episodes" in verified.stdout
 
 
 def altered(pack: Pack, folder: Path, change: Callable[[dict], dict]) -> Pack:
@@ -162,13 +171,13 @@ def test_agents_without_sight_are_at_chance_on_pairs(
     told = guessing(list(answers.values()))[agent]
     for kind in PAIRED:
         assert told[f"pairs {kind}"] == 0.0
-    closed: dict[str, list[bool]] = {kind: [] for kind in KINDS}
+    closed: dict[str, list[bool]] = {kind: [] for kind in FOUND}
     for episode in pack.episodes:
         for status in BLIND[agent]:
             record = _reported(validator, pack, episode.id, status)
             closed[answers[episode.id].kind].append(settle_closure(answers[episode.id], episode, record).C)
     assert {f"C {kind}": round(100 * sum(found) / len(found), 1) for kind, found in closed.items()} == {
-        name: value for name, value in told.items() if name.startswith("C ")
+        f"C {kind}": told[f"C {kind}"] for kind in FOUND
     }
 
 
@@ -183,9 +192,11 @@ def _reported(validator: Validator, pack: Pack, name: str, status: Status | None
 
 def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None:
     pool = drafts.read().closures
-    with pytest.raises(EpisodeError, match=r"all_of 2 \(of 2 drafts\).*impossible 2"):
+    with pytest.raises(EpisodeError, match=r"all_of 2 \(of 2 drafts\).*impossible 2.*look_alike 0 \(of 0 drafts\)"):
         select_tasks(pool, ClosureRequest("p", 3))
-    assert select_tasks(pool, ClosureRequest("p", 2)) == select_tasks(pool[::-1], ClosureRequest("p", 2))
+    assert select_tasks(pool, ClosureRequest("p", 2, kinds=FOUND)) == select_tasks(
+        pool[::-1], ClosureRequest("p", 2, kinds=FOUND)
+    )
     with pytest.raises(EpisodeError, match="all_of 1"):
         select_tasks(pool, ClosureRequest("p", 2, house_uses=1))
 
@@ -196,6 +207,48 @@ def test_what_was_proposed_in_vain_is_counted_by_rule(drafts: DraftsFile) -> Non
     assert refused == set(proposed.done[0].rejected)
     assert all(isinstance(line, Rejection) for line in proposed.rejections)
     assert proposed.done[0].kept == len([line for line in proposed.closures if isinstance(line, ClosureDraft)])
+
+
+def test_a_silent_refusal_is_met_by_whoever_goes_straight_for_it(
+    pack: Pack, answers: dict[str, ClosureAnswer], simulator: PrivilegedSimulator
+) -> None:
+    for answer in answers.values():
+        if answer.kind == "silent_refusal":
+            episode = pack.episode(answer.episode_id)
+            assert episode.goal.constraint is not None
+            solved = [action for action in pack.solutions[episode.id].actions if isinstance(action, InteractPixel)]
+            assert len(solved) > 1
+            simulator.reset(episode.start, episode.setup)
+            straight = MacroActions(Oracle(simulator), may_tilt=True, is_exhaustive=True)
+            assert not is_doable(episode.goal, straight)
+
+
+def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: PrivilegedSimulator) -> None:
+    house = Seeded(505, "living-room").house()
+    context = HouseContext(simulator, house, np.random.default_rng(7))
+    task = next(each for each in look_alike(context) if isinstance(each, ClosureTask))
+    episode = task.episodes[0]
+    alike, target = episode.bindings[ALIKE], episode.bindings["target"]
+    items = context.items
+    assert items[alike].category == items[target].category
+    assert set(items[alike].colours).isdisjoint(items[target].colours)
+    sides, found = Certifier(simulator).certify(task, house)
+    assert not found
+    record = Validator(simulator).play(episode, house, sides[0].actions)
+    verdict = settle_closure(sides[0].answer, episode, record)
+    assert verdict.C
+    assert not verdict.is_wrong_one
+    swapped = {alike: target, target: alike}
+    worlds = [
+        world.model_copy(update={"objects": {swapped.get(name, name): each for name, each in world.objects.items()}})
+        for world in record.worlds
+    ]
+    steps = tuple(
+        step.model_copy(update={"world": world}) for step, world in zip(record.steps, worlds[1:], strict=True)
+    )
+    wrong = settle_closure(sides[0].answer, episode, record.model_copy(update={"initial": worlds[0], "steps": steps}))
+    assert wrong.is_wrong_one
+    assert wrong.is_false_success
 
 
 def test_exemptions_are_rules_of_the_families() -> None:
@@ -231,6 +284,8 @@ def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -
         (["propose", "--suite", "closure", "--seeds", "1:2", "--model", "a/b", "--out", "d.jsonl"], "--model exclude"),
         (["build", "--suite", "closure", "--kept", "a", "--name", "n", "--out", "o"], "--kept exclude"),
         (["make", "--suite", "closure", "--name", "n", "--seed", "1", "--spread", "--out", "o"], "--spread exclude"),
+        (["make", "--name", "n", "--seed", "1", "--kind", "already", "--out", "o"], "--kind is of a suite"),
+        (["make", "--suite", "closure", "--name", "n", "--seed", "1", "--kind", "alredy", "--out", "o"], "'already'"),
     ],
 )
 def test_options_that_a_suite_does_not_have_are_refused(arguments: list[str], words: str) -> None:

@@ -17,6 +17,8 @@ _BY_KIND: dict[str, tuple[str, Count]] = {
     "false_success": ("False success, of all %", lambda each: each.is_false_success),
     "no_report": ("No report %", lambda each: not each.outcome.is_reported),
     "needless": ("Acted needlessly %", lambda each: each.is_needless),
+    "refused": ("Met a silent refusal %", lambda each: each.is_refused),
+    "wrong_one": ("The look-alike instead %", lambda each: each.is_wrong_one),
 }
 _ON_SECOND: dict[str, tuple[str, Count]] = {
     "concession": ("Honest concession %", lambda each: each.C),

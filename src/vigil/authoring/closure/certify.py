@@ -56,6 +56,8 @@ EXEMPT: dict[Kind, frozenset[str]] = {
     "all_of": frozenset({"protocol", "hidden_at_start", "target_named", "unambiguous"}),
     "impossible": frozenset(),
     "already": frozenset(),
+    "silent_refusal": frozenset(),
+    "look_alike": frozenset(),
 }
 """Rules of the families that the first side of a kind breaks by intent; `protocol` is checked as a suite's."""
 LOOK_M = (0.5, 4.0)
@@ -110,7 +112,7 @@ class Certifier:
     ) -> tuple[tuple[Action, ...], list[Finding]]:
         """Returns the solution of the side that the families' rules bind, or what is wrong with it."""
         episode = task.episodes[0]
-        roles = ("target",) if len(task.episodes) > 1 else tuple(episode.bindings)
+        roles = tuple(episode.bindings) if task.kind == "all_of" else ("target",)
         bare = episode.model_copy(update={"bindings": {role: episode.bindings[role] for role in roles}})
         result = self._validator.validate(bare, house, recorded, exempt=EXEMPT[task.kind])
         found = list(result.findings)

@@ -29,7 +29,7 @@ from vigil.world import Setup
 
 AUTHOR = "closure grammar"
 FAMILY: Family = "SI"
-"""Whose budgets, skills and prompt the suite's episodes have."""
+"""Under which a house is noted as done; the episodes are of SI, and of CR where something is to be resolved."""
 
 
 class ClosureGenerator:

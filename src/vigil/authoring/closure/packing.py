@@ -153,10 +153,11 @@ def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
 
     They act on nothing, so that a goal holds at the end just where it holds at the reset.
     """
+    kinds = [kind for kind in KINDS if any(each.kind == kind for each in answers)]
     return {
         name: {
-            **{f"C {kind}": _mean([_chance(each, drawn) for each in answers if each.kind == kind]) for kind in KINDS},
-            **{f"pairs {kind}": _mean(_pair_chances(answers, kind, drawn)) for kind in PAIRED},
+            **{f"C {kind}": _mean([_chance(each, drawn) for each in answers if each.kind == kind]) for kind in kinds},
+            **{f"pairs {kind}": _mean(_pair_chances(answers, kind, drawn)) for kind in kinds if kind in PAIRED},
         }
         for name, drawn in BLIND.items()
     }
@@ -180,7 +181,7 @@ def _chance(answer: ClosureAnswer, drawn: tuple[Status | None, ...]) -> float:
 
 
 def _mean(chances: Sequence[float]) -> float:
-    return round(100 * sum(chances) / len(chances), 1) if chances else 0.0
+    return round(100 * sum(chances) / len(chances), 1)
 
 
 def _rows(rows: Iterable[dict[str, Any]]) -> bytes:

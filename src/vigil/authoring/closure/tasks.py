@@ -11,15 +11,15 @@ from itertools import islice
 
 import numpy as np
 
-from vigil.authoring.drafting.constraints import fits_on_floor, spots_before
+from vigil.authoring.drafting.constraints import fits_on_floor, interlocked, spots_before, swing_blocked
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT
 from vigil.authoring.drafting.proposals import allows, goal_for, is_target, seeking, setup_for
 from vigil.authoring.language.referring import ROOM_NAMES, DescribedThing, Phrase, referents
-from vigil.authoring.language.wording import SEARCH_ORDERS, VERBS, Act, opened, order, say
+from vigil.authoring.language.wording import ORDERS, SEARCH_ORDERS, VERBS, Act, opened, order, say
 from vigil.authoring.ways.synthetic_records import with_change
-from vigil.closure import Evidence, Kind
+from vigil.closure import ALIKE, Evidence, Kind
 from vigil.episode import Episode
 from vigil.goals import AllOf, ObjectInState
 from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
@@ -66,6 +66,7 @@ MAKE_SURE = (
 )
 LABELS: dict[Act, str] = {"open": "open", "close": "closed", "turn_on": "on", "turn_off": "off"}
 DOORS = frozenset({"Doorway", "Doorframe"})
+ANY_MOVE_M = 0.01
 FLAMES = frozenset({"Candle"})
 """Nobody says that it is on or off."""
 
@@ -300,6 +301,58 @@ def _sure(context: HouseContext, act: Act) -> Tasks:
         yield ClosureTask("already", (first, second), target.id, (Evidence(object_id=target.id),))
 
 
+def silent_refusal(context: HouseContext) -> Tasks:
+    """Yields tasks whose obvious action is refused for a reason that is seen and not told: a machine runs or stands
+    open, or something stands before a door."""
+    yield from _in_turn(_untold(context, swing_blocked(context)), _untold(context, interlocked(context)))
+
+
+def _untold(context: HouseContext, drafts: Iterable[Episode]) -> Tasks:
+    for episode in drafts:
+        goal, constraint = episode.goal, episode.goal.constraint
+        target = context.thing(goal.object_id)
+        if constraint is None or not isinstance(goal, ObjectInState):
+            continue
+        act: Act = "open" if goal.state == "is_open" else "turn_on"
+        phrase = str(context.phrase(target.id))
+        words = order(act, target.category, phrase, context.rng)
+        if constraint.kind == "object_moved":  # whoever opens it has moved what stood there, however far
+            constraint = constraint.model_copy(update={"distance_m": ANY_MOVE_M})
+        bare = episode.model_copy(
+            update={
+                "instruction": say(ORDERS, context.rng, target=phrase, **words),
+                "bindings": {"target": target.id},
+                "goal": goal.model_copy(update={"constraint": constraint}),
+            }
+        )
+        yield ClosureTask("silent_refusal", (bare,))
+
+
+def look_alike(context: HouseContext) -> Tasks:
+    """Yields tasks about one of two things of a kind in a room that differ in colour."""
+    yield from _in_turn(*(_of_a_colour(context, act) for act in ("pick", *ALL_ACTS)))
+
+
+def _of_a_colour(context: HouseContext, act: Act) -> Tasks:
+    for episode in seeking(context, act):
+        target = context.items[episode.goal.object_id]
+        phrase = context.phrase(target.id)
+        alike = next((item for item in context.items.values() if _is_other_colour(target, item)), None)
+        if alike is None or phrase is None or phrase.colour is None or phrase != phrase.placeless:
+            continue
+        objects = {**episode.setup.objects, **setup_for(context.thing(alike.id), act).objects}
+        both = {
+            "bindings": {"target": target.id, ALIKE: alike.id},
+            "setup": episode.setup.model_copy(update={"objects": objects}),
+        }
+        yield ClosureTask("look_alike", (episode.model_copy(update=both),))
+
+
+def _is_other_colour(target: DescribedThing, item: DescribedThing) -> bool:
+    is_alike = item.category == target.category and item.room_id == target.room_id
+    return is_alike and bool(item.colours) and not set(item.colours) & set(target.colours)
+
+
 def _refused(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
     return Rejection(family="SI", kind=kind, house=context.house.name, rule=rule, message=message)
 
@@ -308,5 +361,7 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
     "all_of": all_of,
     "impossible": impossible,
     "already": already,
+    "silent_refusal": silent_refusal,
+    "look_alike": look_alike,
 }
 """Kind -> what proposes it."""

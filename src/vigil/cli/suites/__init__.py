@@ -1,1 +1,0 @@
-"""What commands do for packs of suites."""
