@@ -21,7 +21,7 @@ from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.review.rules import RULES
-from vigil.authoring.review.validate import Validator
+from vigil.authoring.review.validate import SUITE_RULES, Validator
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import is_doable
@@ -134,6 +134,15 @@ def test_answers_that_the_search_does_not_give_are_found(
     found = verify_closure(wrong, simulator)
     assert {finding.rule for finding in found} == {"closes_rightly"}
     assert len(found) == 1
+    assert SUITE_RULES["closes_rightly"] in str(found[0])
+    refused = vigil("pack", "verify", wrong.folder, "--log", tmp_path / "log.jsonl")
+    assert "twins are verified together" in str(refused.exception)
+
+
+def test_every_rule_of_the_suite_is_documented() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "packs.md").read_text()
+    for name, reason in SUITE_RULES.items():
+        assert f"| `{name}` | {reason} |" in page
 
 
 def test_a_twin_that_is_possible_after_all_is_refused_by_rule(

@@ -39,19 +39,6 @@ from vigil.pack import protocol_faults
 from vigil.scene.geometry import box_distances, box_of
 from vigil.sim.privileged import PrivilegedSimulator
 
-RULES = {
-    "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
-    "told_apart": "nothing else answers to what is meant",
-    "some_out_of_view": "of several targets, one at least is out of view at the start",
-    "twin_impossible": "the exhaustive search finds no way of doing what is asked for",
-    "cannot_be_moved": "what bars the way is nothing that can be picked up, and stands elsewhere on the other side",
-    "evidence_seen": "all evidence can be seen within four fifths of the budget",
-    "closes_rightly": "the recorded solution, replayed, is a correct closure",
-    "can_be_set_up": "the simulator can bring the start about",
-    "few_enough": "there are two to five targets",
-    "place_can_be_seen": "the place that is named can be looked at from above, and what lies there carries nothing",
-}
-"""Rule name -> reason, of the suite's own rules."""
 EXEMPT: dict[Kind, frozenset[str]] = {
     "all_of": frozenset({"protocol", "hidden_at_start", "target_named", "unambiguous"}),
     "impossible": frozenset(),

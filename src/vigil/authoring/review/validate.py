@@ -41,6 +41,19 @@ OTHER_RULES = {
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
 """Rule name -> reason, for the rules that are no functions of a start."""
+SUITE_RULES = {
+    "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
+    "told_apart": "nothing else answers to what is meant",
+    "some_out_of_view": "of several targets, one at least is out of view at the start",
+    "twin_impossible": "the exhaustive search finds no way of doing what is asked for",
+    "cannot_be_moved": "what bars the way is nothing that can be picked up, and stands elsewhere on the other side",
+    "evidence_seen": "all evidence can be seen within four fifths of the budget",
+    "closes_rightly": "the recorded solution, replayed, is a correct closure",
+    "can_be_set_up": "the simulator can bring the start about",
+    "few_enough": "there are two to five targets",
+    "place_can_be_seen": "the place that is named can be looked at from above, and what lies there carries nothing",
+}
+"""The same of the closure-stress suite, whose tasks `vigil.authoring.closure.certify` checks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +70,7 @@ class Finding:
 
 def reason_of(rule: str) -> str:
     """Returns why a rule is there."""
-    return RULES[rule].reason if rule in RULES else OTHER_RULES[rule]
+    return RULES[rule].reason if rule in RULES else {**OTHER_RULES, **SUITE_RULES}[rule]
 
 
 @dataclass(frozen=True, slots=True)
