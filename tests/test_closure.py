@@ -1,6 +1,7 @@
 """Closure stress: C by kind, evidence, pairs, and that policies without sight are at chance on twins."""
 
 from itertools import product
+from typing import Any
 
 import pytest
 from pydantic import ValidationError
@@ -13,6 +14,7 @@ from vigil.closure import (
     Certificate,
     ClosureAnswer,
     Evidence,
+    Kind,
     check_pairs,
     evidence_seen,
     is_in_picture,
@@ -50,7 +52,8 @@ def lamps() -> RecordBuilder:
 def test_all_of_holds_when_each_part_does_and_advances_part_by_part():
     story = lamps()
     for name in LAMPS[:-1]:
-        story.do(**{name: {"is_toggled": False}})
+        changes: dict[str, Any] = {name: {"is_toggled": False}}
+        story.do(**changes)
     rows = check(ALL, story.do(third={"is_toggled": False}).report()).rows
     assert [row.semantic for row in rows] == [False, False, False, True, True]
     assert [row.progress for row in rows] == pytest.approx([0.0, 1 / 3, 2 / 3, 1.0, 1.0])
@@ -178,7 +181,7 @@ def test_a_pair_has_one_episode_of_each_side():
 
 @pytest.mark.parametrize("kind", PAIRED)
 @pytest.mark.parametrize("statuses", [*product(("success", "fail", "invalid"), repeat=1), (None,)])
-def test_one_report_for_both_twins_never_makes_a_pair_right(kind: str, statuses: tuple[str | None]):
+def test_one_report_for_both_twins_never_makes_a_pair_right(kind: Kind, statuses: tuple[str | None]):
     goal = ObjectInState(object_id="target", state="is_toggled", value=False)
     right = []
     for side in PAIRED[kind]:

@@ -9,7 +9,6 @@ import typer
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.closure.generation import closure_bench
-from vigil.authoring.closure.packing import ClosureRequest
 from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
 from vigil.authoring.drafting.generation import (
     PER_HOUSE,
@@ -38,13 +37,14 @@ from vigil.cli.making.closure import (
     Kinds,
     Suite,
     build_suite,
+    draft_suite,
     kinds_named,
-    make_suite,
     refuse_with_suite,
     refuse_without_suite,
+    suite_request,
     suite_settings,
 )
-from vigil.cli.making.drafting import drafting_of, drafts_summary, house_progress
+from vigil.cli.making.drafting import drafting_of, drafts_summary, shown_on
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES, Episode
@@ -102,14 +102,17 @@ def propose(
         settings = suite_settings(settings)
     sources = _sources(houses or [], seeds, _specs(rooms, suite), limit)
     file = DraftsFile(out)
-    with house_progress() as show:
+    with progress("houses") as show:
+        on_progress = shown_on(show)
         if model is None:
             bench = closure_bench if suite else None
-            generate_drafts(file, sources, settings, workers=worker_count(workers), bench=bench, on_progress=show)
+            generate_drafts(
+                file, sources, settings, workers=worker_count(workers), bench=bench, on_progress=on_progress
+            )
         else:
             with completing(model, base_url, api_key_env=api_key_env) as complete:
                 proposer = model, model_proposer(complete, per_house, model)
-                generate_drafts(file, sources, settings, proposer=proposer, on_progress=show)
+                generate_drafts(file, sources, settings, proposer=proposer, on_progress=on_progress)
     drafts_summary(file)
 
 
@@ -141,19 +144,8 @@ def build(
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
     if suite is not None:
         refuse_with_suite(family=families, kept=kept, review=reviews)
-        request = ClosureRequest(
-            name,
-            per_family,
-            seed,
-            house_uses,
-            kinds_named(kind or []),
-            version=version,
-            description=description,
-            aliases=tuple(alias or []),
-        )
-        build_suite(out, files, request)
-        return
-    refuse_without_suite(kind)
+    else:
+        refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
     pack_request = PackRequest(
         name,
@@ -166,6 +158,9 @@ def build(
         families=families or tuple(FAMILIES),
         asset_database_sha256=file_sha256(assets),
     )
+    if suite is not None:
+        build_suite(out, files, suite_request(pack_request, kinds_named(kind or [])))
+        return
     _freeze(
         out,
         files,
@@ -253,7 +248,10 @@ def make(
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers))
     if suite is not None:
-        make_suite(out, sources, pack_request, kinds, verification)
+        with progress("houses") as show:
+            file = draft_suite(out, sources, pack_request, verification, shown_on(show))
+        drafts_summary(file)
+        build_suite(out, [file], suite_request(pack_request, kinds))
         return
     given = [review for path in reviews or [] for review in _reviews(path)]
     pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
@@ -307,8 +305,8 @@ def _make(
     """Proposes in all houses, or goes on, and freezes the pack."""
     file, settings = drafting_of(out, pack_request, verification)
     settings = replace(settings, is_spread=is_spread)
-    with house_progress() as show:
-        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=show)
+    with progress("houses") as show:
+        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
     drafts_summary(file)
     return _freeze(out, [file], given, pack_request, verification)
 

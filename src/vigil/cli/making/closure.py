@@ -1,6 +1,6 @@
 """What `vigil pack propose`, `build` and `make` do with `--suite closure`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -10,11 +10,11 @@ import typer
 from vigil.authoring.closure.generation import AUTHOR, FAMILY, closure_bench
 from vigil.authoring.closure.packing import ClosureRequest, freeze_closure
 from vigil.authoring.drafting.drafts import DraftsFile
-from vigil.authoring.drafting.generation import GenerationSettings, generate_drafts
+from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings, generate_drafts
 from vigil.authoring.drafting.sources import Source
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
-from vigil.cli.making.drafting import drafting_of, drafts_summary, house_progress
+from vigil.cli.making.drafting import drafting_of
 from vigil.closure import KINDS, Kind
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack
@@ -64,31 +64,36 @@ def build_suite(out: Path, files: Sequence[DraftsFile], request: ClosureRequest)
     return pack
 
 
-def make_suite(
+def draft_suite(
     out: Path,
     sources: Sequence[Source],
     pack_request: PackRequest,
-    kinds: tuple[Kind, ...],
     verification: VerificationSettings,
-) -> None:
-    """Proposes the suite's tasks in all houses, or goes on, and freezes its pack."""
+    on_progress: Callable[[GenerationProgress], None],
+) -> DraftsFile:
+    """Proposes the suite's tasks in all houses, or goes on, and returns the drafts beside the pack."""
     file, settings = drafting_of(out, pack_request, verification)
-    with house_progress() as show:
-        generate_drafts(
-            file,
-            sources,
-            suite_settings(settings),
-            workers=verification.workers,
-            bench=closure_bench,
-            on_progress=show,
-        )
-    drafts_summary(file)
-    request = ClosureRequest(
+    generate_drafts(
+        file,
+        sources,
+        suite_settings(settings),
+        workers=verification.workers,
+        bench=closure_bench,
+        on_progress=on_progress,
+    )
+    return file
+
+
+def suite_request(pack_request: PackRequest, kinds: tuple[Kind, ...]) -> ClosureRequest:
+    """Returns which pack of the suite is asked for by what is asked of any pack."""
+    return ClosureRequest(
         pack_request.name,
         pack_request.per_family,
         pack_request.seed,
         pack_request.house_uses,
         kinds,
+        version=pack_request.version,
+        description=pack_request.description,
+        aliases=pack_request.aliases,
         is_seed_secret=pack_request.is_seed_secret,
     )
-    build_suite(out, [file], request)

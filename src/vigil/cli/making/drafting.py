@@ -1,22 +1,18 @@
 """What `vigil pack propose` and `make` say of drafts, and where the drafts of a pack lie."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
-from vigil.cli.progress import progress
 from vigil.episode import FAMILIES
 
 
-@contextmanager
-def house_progress() -> Iterator[Callable[[GenerationProgress], None]]:
-    """Yields what takes in how far the generation of drafts has come."""
-    with progress("houses") as show:
-        yield lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
+def shown_on(show: Callable[[int, int, str], None]) -> Callable[[GenerationProgress], None]:
+    """Returns what takes in how far the generation of drafts has come, and shows it."""
+    return lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
 
 
 def drafts_summary(file: DraftsFile) -> None:
