@@ -35,6 +35,7 @@ PURE = [
     "row_check",
     "record_file",
     "scoring",
+    "closure",
     "rates",
     "summary",
     "saved_run",
@@ -70,6 +71,7 @@ HIDDEN = {
     "goal_check",
     "episode",
     "scoring",
+    "closure",
     "rates",
     "summary",
     "saved_run",
@@ -233,6 +235,13 @@ def test_simulators_know_nothing_of_an_observation_but_the_size_of_its_frame():
         if part_of(module) in {"sim", "thor"}:
             names = {name.rpartition(".")[2] for name in imports_of(module) if name.startswith("vigil.observation.")}
             assert names <= FRAME_FACTS, f"{module} imports {names}"
+
+
+def test_whoever_plays_an_episode_knows_nothing_of_its_twin():
+    """Answers of the closure-stress suite are read by what makes and judges packs, not by what shows or plays them."""
+    for module in MODULES:
+        if part_of(module) in {"env", "runner", "agents", "web", "integrations", "prompt", "exports"}:
+            assert "vigil.closure" not in own_imports_of(module), f"{module} imports the answers of the suite"
 
 
 def test_no_agent_can_reach_hidden_state_even_indirectly():

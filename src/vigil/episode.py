@@ -83,6 +83,9 @@ FAMILIES: dict[Family, FamilySpec] = {
     "CR": FamilySpec("Constraint Resolving", "compositional", True, 40, 12, _ACT, ("object_state", "object_held")),
 }
 
+SUITE_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SI": ("all_of",)}
+"""Goals that a family may ask for in the packs of a suite, and in no others (`vigil.pack.protocol_faults`)."""
+
 
 def register_family(name: str, spec: FamilySpec) -> None:
     """Adds a family of one's own to `FAMILIES`, in this process alone; its goals are of the kinds that there are.
@@ -156,7 +159,7 @@ class Episode(_Model):
 
     @model_validator(mode="after")
     def _fits_family(self) -> "Episode":
-        kinds = FAMILIES[self.family].goal_kinds
+        kinds = (*FAMILIES[self.family].goal_kinds, *SUITE_GOAL_KINDS.get(self.family, ()))
         if self.goal.kind not in kinds:
             raise ValueError(f"family {self.family} asks for a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
         if (self.family == "CR") != (self.goal.constraint is not None):

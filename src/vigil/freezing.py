@@ -51,7 +51,7 @@ def freeze(
     solved = sorted(solutions, key=lambda solution: solution.episode_id)
     by_name = {house.name: house for house in houses}
     check_ids(ordered, folder)
-    _check_to_freeze(ordered, by_name)
+    _check_to_freeze(ordered, by_name, (meta or {}).get("suite"))
     if [solution.episode_id for solution in solved] != [episode.id for episode in ordered]:
         raise EpisodeError(f"Pack {name!r}: solutions and episodes differ; every episode needs exactly one solution.")
     used = sorted({episode.house.name for episode in ordered})
@@ -80,9 +80,9 @@ def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[H
     }
 
 
-def _check_to_freeze(episodes: list[Episode], houses: Mapping[str, House]) -> None:
+def _check_to_freeze(episodes: list[Episode], houses: Mapping[str, House], suite: str | None) -> None:
     for episode in episodes:
-        faults, name = protocol_faults(episode), episode.house.name
+        faults, name = protocol_faults(episode, suite), episode.house.name
         if faults:
             raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
         if name not in houses:

@@ -46,6 +46,25 @@ _VERDICTS = (
     Term("Stop", "the agent ended the episode by a report, whatever the report said", "Stop = B + FR + Other."),
     Term("NoRep", "no report: NR and IL together", "NR alone is never meant by it."),
 )  # fmt: skip
+_CLOSURE = (
+    Term("C", "correct closure: the report says what is true of the world at the end", "The measure of the "
+         "closure-stress suite. For an impossible episode `fail` or `invalid`; else what B is."),
+    Term("closure stress", "a suite of episodes in which reaching is easy and knowing is hard", "Its packs are no part "
+         "of the eight families' tables."),
+    Term("twins", "two episodes with one instruction, start and goal that differ in one thing of the house", "One can "
+         "be done and the other cannot, or one is still to be done and the other done already. A pair is right when "
+         "both are closed rightly.", ("Both twins right", "Its possible twin: C", "Possible twin given up")),
+    Term("honest concession", "an impossible episode is closed by `fail` or `invalid`", "The exact status is `fail` "
+         "where it was tried and cannot be done, `invalid` where it rests on something false; both are true.",
+         ("Honest concession", "... by the exact status", "... having seen all evidence")),
+    Term("evidence", "what must be looked at to tell that an episode is impossible, or done already", "A piece counts "
+         "as seen when, in one frame, its place lies in the picture within 6 m and what bears it is observable.",
+         ("Evidence seen",)),
+    Term("d', AUC", "how well the endings of twins are told apart", "AUC is the chance that the possible twin gets the "
+         "higher claim (success, no report, concession); 50 % is chance. d' is taken from claims of success; 0 is "
+         "chance.", ("d'", "AUC")),
+    Term("needless act", "a state that held at the start was changed", "", ("Acted needlessly",)),
+)  # fmt: skip
 _LABELS = (
     Term("outcome partition", "every scored episode has exactly one of five labels", "B + FR + NR + IL + Other = all "
          "scored episodes.", ("Label", "Labels", "Label before")),
@@ -174,6 +193,8 @@ _CODE = (
          "the question alone."),
     Term("blind trial", "a play by an agent that never looks", "An episode that it completes enters no pack."),
     Term("bindings", "the ids that the instruction's phrases stand for"),
+    Term("certificate", "what the search found about an episode of the closure-stress suite", "For an impossible twin: "
+         "that there is no plan, and about which thing it differs from the possible one."),
     Term("conformance", "the checks that every backend must pass in the trial house"),
     Term("constraint", "what must be resolved before a goal can be reached, in CR"),
     Term("cost", "a function over places, infinite where nothing may be done"),
@@ -234,6 +255,7 @@ RESULTS: dict[str, tuple[Term, ...]] = {
     "On the way": _COURSE,
     "Runs and conditions": _CONDITIONS,
     "Statistics": _STATISTICS,
+    "Closure stress": _CLOSURE,
 }
 """Heading -> the terms that reports and pages use."""
 SECTIONS: dict[str, tuple[Term, ...]] = {**RESULTS, "Words of the project and its code": _CODE}

@@ -13,6 +13,7 @@ from vigil.errors import RecordError
 from vigil.goals import (
     NEAR_M,
     AgentNearTarget,
+    AllOf,
     Constraint,
     Goal,
     Moment,
@@ -153,6 +154,8 @@ def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
         parts.append(_constraint_part(goal.constraint, moments))
     if goal.chain:
         return [*parts, *(_latest(_final_part(link, moments)) for link in goal.chain), _final_part(goal, moments)]
+    if isinstance(goal, AllOf):
+        return [*parts, *(_final_part(part, moments) for part in goal.parts)]
     if isinstance(goal, ObjectHeld) or (isinstance(goal, ObjectInState) and goal.state != "is_visible"):
         states = [moment.world.objects[goal.object_id] for moment in moments]
         parts.append(_latest(_fractions([float(is_observable(state)) for state in states], 1.0)))

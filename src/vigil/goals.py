@@ -122,11 +122,33 @@ class ReportStatus(_Goal):
 
 
 Link = Annotated[ObjectInState | ObjectHeld | ObjectAtReceptacle, Field(discriminator="kind")]
+
+
+class AllOf(_Goal):
+    """Several things are each in the state that is asked for; `object_id` is the first of them. Suites alone ask it."""
+
+    kind: Literal["all_of"] = "all_of"
+    parts: tuple[ObjectInState, ...] = Field(min_length=2, max_length=5)
+
+    @model_validator(mode="after")
+    def _are_different_things(self) -> "AllOf":
+        ids = [part.object_id for part in self.parts]
+        if len(set(ids)) < len(ids) or ids[0] != self.object_id:
+            raise ValueError("the parts of `all_of` are about different things, the first of them `object_id`")
+        if any(part.state == "is_visible" for part in self.parts):
+            raise ValueError("the parts of `all_of` are states of things: open or closed, on or off")
+        return self
+
+    def ids(self) -> set[str]:
+        """Returns the ids of all objects that the goal, its constraint and its chain name."""
+        return super().ids() | {part.object_id for part in self.parts}
+
+
 Goal = Annotated[
-    TargetGrounded | AgentNearTarget | ObjectInState | ObjectHeld | ObjectAtReceptacle | ReportStatus,
+    TargetGrounded | AgentNearTarget | ObjectInState | ObjectHeld | ObjectAtReceptacle | ReportStatus | AllOf,
     Field(discriminator="kind"),
 ]
-for _variant in (TargetGrounded, AgentNearTarget, ObjectInState, ObjectHeld, ObjectAtReceptacle, ReportStatus):
+for _variant in (TargetGrounded, AgentNearTarget, ObjectInState, ObjectHeld, ObjectAtReceptacle, ReportStatus, AllOf):
     _variant.model_rebuild()
 
 
@@ -197,6 +219,9 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
         case ReportStatus():
             seen = moment.closing.objects[goal.object_id]
             return is_state_observable(seen, goal.state), seen.visible
+        case AllOf():
+            found = [_holds(part, moment) for part in goal.parts]
+            return all(semantic for semantic, _ in found), all(strict for _, strict in found)
         case _:
             assert_never(goal)
 
@@ -306,6 +331,8 @@ def _final_words(goal: Goal) -> str:
         case ReportStatus():
             pair = "open or closed" if goal.state == "is_open" else "on or off"
             return f"the report says whether {target} is {pair}, with its state in view and untouched"
+        case AllOf():
+            return " and ".join(_final_words(part) for part in goal.parts)
         case _:
             assert_never(goal)
 

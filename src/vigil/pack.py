@@ -61,6 +61,12 @@ class Manifest(BaseModel):
     """Relative path -> SHA-256 of the file's bytes."""
 
     @property
+    def suite(self) -> str | None:
+        """The suite that the pack belongs to, whose measure is its own; None for packs of the families alone."""
+        suite = self.meta.get("suite")
+        return suite if isinstance(suite, str) else None
+
+    @property
     def version_notes(self) -> tuple[str, ...]:
         """What a reader must be told because the pack was made under other versions than this package's."""
         note = self.versions.note(f"Pack {self.name!r}")
@@ -242,6 +248,16 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
     return _lines(folder, EPISODES, Episode)
 
 
+def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
+    """Returns the rows of a further file of a pack, one JSON object a line, verified by hash. Raises PackMismatch."""
+    folder = find(path)
+    manifest = _manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES))
+    if name not in manifest.files:
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
+    _verify(folder, name, manifest.files[name])
+    return _lines(folder, name, model)
+
+
 def count_rooms(folder: Path, house: str) -> int | None:
     """Returns how many rooms a house of the pack in `folder` has; None when the house is not there.
 
@@ -299,10 +315,15 @@ def check_house(episode: Episode, house: House) -> None:
             )
 
 
-def protocol_faults(episode: Episode) -> list[str]:
-    """Returns in what an episode departs from the table of families: budgets and start horizon."""
+def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
+    """Returns in what an episode departs from the table of families: budgets, start horizon, kind of goal.
+
+    `suite` is that of the pack which it is for.
+    """
     spec = FAMILIES[episode.family]
     faults: list[str] = []
+    if suite is None and episode.goal.kind not in spec.goal_kinds:
+        faults.append(f"a goal of kind {episode.goal.kind} is asked for in the packs of a suite alone")
     if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
         faults.append(
             f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, family {episode.family} "

@@ -15,11 +15,13 @@ from matplotlib.text import Annotation
 from published import EpisodeCourse, Write, small_records, thousand, write_anchor, write_pack
 from typer.testing import CliRunner
 
+from vigil.analysis.measures.closure import ClosureRun
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.plots.style import saved
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
+from vigil.analysis.tables.closure import closure_tables
 from vigil.analysis.tables.page import html_table
 from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
 from vigil.analysis.tables.table import Column, Table, TableRow, printed
@@ -58,7 +60,8 @@ def test_headings_lead_to_the_glossary_at_the_foot(write: Write) -> None:
 
 
 def test_a_heading_of_the_glossary_is_one_of_a_table(mixed: Study) -> None:
-    headings = [column.heading for table in tables(mixed).values() for column in table.columns]
+    stress = closure_tables([ClosureRun("run", mixed.runs[0].header, (), 0, ())])
+    headings = [column.heading for table in (tables(mixed) | stress).values() for column in table.columns]
     led = {(term, heading) for heading in headings if (term := term_of(heading)) is not None}
     unused = [
         alias

@@ -106,6 +106,21 @@ def _always_success(_: np.random.Generator) -> Iterator[str]:
         yield _report()
 
 
+def _always_fail(_: np.random.Generator) -> Iterator[str]:
+    while True:
+        yield _report("fail")
+
+
+def _always_invalid(_: np.random.Generator) -> Iterator[str]:
+    while True:
+        yield _report("invalid")
+
+
+def _coin(rng: np.random.Generator) -> Iterator[str]:
+    while True:
+        yield _report(("success", "fail")[int(rng.integers(2))])
+
+
 def _malformed(_: np.random.Generator) -> Iterator[str]:
     while True:
         yield PROSE
@@ -118,6 +133,9 @@ SCRIPTS: dict[str, Script] = {
     "forward": _forward,
     "centre": _centre,
     "always_success": _always_success,
+    "always_fail": _always_fail,
+    "always_invalid": _always_invalid,
+    "coin": _coin,
     "malformed": _malformed,
 }
 

@@ -4,7 +4,7 @@ One order for all formats: what is wrong with the data, how to read it, the figu
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -12,11 +12,14 @@ from typing import Any, Literal, get_args
 import pandas as pd
 from matplotlib.figure import Figure
 
+from vigil.analysis.measures.closure import ClosureRun
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import frame_of
 from vigil.analysis.measures.study import Study
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import saved
+from vigil.analysis.tables.closure import HEADING as CLOSURE
+from vigil.analysis.tables.closure import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, Section, html_page
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
@@ -54,6 +57,8 @@ class AnalysisReport:
     """Everything that a report shows, made once for all formats."""
 
     study: Study
+    closure: tuple[ClosureRun, ...]
+    """Runs of the closure-stress suite, which are in none of the study's tables."""
     tables: Mapping[str, Table]
     figures: Mapping[str, Mapping[str, bytes]]
     """Figure -> kind of file (png, svg, pdf) -> bytes."""
@@ -61,28 +66,42 @@ class AnalysisReport:
     sections: Mapping[str, tuple[str, ...]]
     """Heading -> the names of its tables, in the report's order."""
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a report says at its top."""
+        stress = (
+            f"{run.name} (closure stress): {note.removesuffix('.')}." for run in self.closure for note in run.notes
+        )
+        return (*self.study.warnings, *stress)
+
 
 def make_report(
     study: Study,
     kinds: tuple[str, ...] = ("svg",),
     further: Mapping[str, Drawn] = NO_FIGURES,
     own: Mapping[str, TableBuilder] = NO_TABLES,
+    closure: Sequence[ClosureRun] = (),
 ) -> AnalysisReport:
     """Returns a report with its figures drawn in the given kinds of file.
 
     `further` are figures that need frames, with their captions: the caller draws them. `own` are tables besides, by
-    name; they come last. Raises SettingError on the name of a table that every report has.
+    name; they come last. `closure` are runs of the closure-stress suite, in a section of their own; a study without
+    runs beside them has no tables. Raises SettingError on the name of a table that every report has.
     """
-    taken = [name for name in own if name in TABLES]
+    suite = closure_tables(closure)
+    taken = [name for name in own if name in TABLES or name in suite]
     if taken:
         raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your own.")
-    drawn = {name: (figure, CAPTIONS[name]) for name, draw in FIGURES.items() if kinds and (figure := draw(study))}
+    is_wanted = bool(study.runs or not closure)
+    drawings = FIGURES if kinds and is_wanted else {}
+    drawn = {name: (figure, CAPTIONS[name]) for name, draw in drawings.items() if (figure := draw(study))}
     drawn |= further
     figures = {name: {kind: saved(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}
-    built = {**tables(study), **{name: build(study) for name, build in own.items()}}
-    sections = {heading: tuple(names) for heading, names in SECTIONS.items()} | ({OWN: tuple(own)} if own else {})
-    return AnalysisReport(study, built, figures, captions, sections)
+    built = {**(tables(study) if is_wanted else {}), **suite, **{name: build(study) for name, build in own.items()}}
+    sections = {heading: tuple(names) for heading, names in SECTIONS.items()} if is_wanted else {}
+    sections |= {heading: tuple(names) for heading, names in ((CLOSURE, suite), (OWN, own)) if names}
+    return AnalysisReport(study, tuple(closure), built, figures, captions, sections)
 
 
 def write_report(
@@ -91,13 +110,14 @@ def write_report(
     formats: tuple[Format, ...] = ("md", "html"),
     further: Mapping[str, Drawn] = NO_FIGURES,
     own: Mapping[str, TableBuilder] = NO_TABLES,
+    closure: Sequence[ClosureRun] = (),
 ) -> list[Path]:
     """Writes a report into `folder` in each format, and returns the files that were written. Raises SettingError."""
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
     kinds = dict.fromkeys(_FIGURES_IN[name] for name in formats if name in _FIGURES_IN)
-    report = make_report(study, tuple(kinds), further, own)
+    report = make_report(study, tuple(kinds), further, own, closure)
     written: list[Path] = []
 
     def put(name: str, content: str | bytes) -> None:
@@ -116,8 +136,8 @@ def write_report(
 
 def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
     """Returns the whole report as Markdown; figures are named as files under `figures/`."""
-    parts = ["# VIGIL report", "", *_md_list("Read this first", report.study.warnings)]
-    parts += [_summary(report.study), "", *_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
+    parts = ["# VIGIL report", "", *_md_list("Read this first", report.warnings)]
+    parts += [_summary(report), "", *_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
     if figures:
         for name in report.figures:
             parts += [f"![{name}](figures/{name}.svg)", "", f"*{report.captions[name]}*", ""]
@@ -132,14 +152,14 @@ def html_report(report: AnalysisReport) -> str:
         Section(heading, tuple(report.tables[name] for name in names)) for heading, names in report.sections.items()
     ]
     pictures = [PageFigure(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
-    return html_page(Page(_summary(report.study), LEGEND, report.study.warnings, LIMITS, sections, pictures))
+    return html_page(Page(_summary(report), LEGEND, report.warnings, LIMITS, sections, pictures))
 
 
 def json_report(report: AnalysisReport) -> str:
     """Returns every table's numbers as JSON; NaN never occurs."""
     document: dict[str, Any] = {
         "schema_version": 1,
-        "warnings": report.study.warnings,
+        "warnings": report.warnings,
         "limits": LIMITS,
         "published_note": NOTE if report.study.published else None,
         "tables": {
@@ -191,6 +211,8 @@ def _write_json(report: AnalysisReport, put: Put) -> None:
 def _write_csv(report: AnalysisReport, put: Put) -> None:
     for name, table in report.tables.items():
         put(f"tables/{name}.csv", csv_table(table))
+    if not report.study.runs:
+        return
     rows = frame_of(report.study.runs)
     put("rows.csv", rows.to_csv(index=False))
     put("rows.parquet", rows.to_parquet(index=False))
@@ -214,8 +236,8 @@ def _latex_document(report: AnalysisReport) -> str:
         r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
         r"\begin{document}",
         r"\section*{VIGIL report}",
-        *_latex_list("Read this first", report.study.warnings),
-        latex_text(_summary(report.study)),
+        *_latex_list("Read this first", report.warnings),
+        latex_text(_summary(report)),
         *_latex_list("What these numbers do and do not say", LIMITS),
         latex_text(LEGEND),
         *(_latex_figure(name, report.captions[name]) for name in report.figures),
@@ -234,10 +256,10 @@ def _latex_figure(name: str, caption: str) -> str:
     return rf"\begin{{figure}}[t]\centering{picture}\caption{{{latex_text(caption)}}}\end{{figure}}"
 
 
-def _summary(study: Study) -> str:
-    runs = study.runs
+def _summary(report: AnalysisReport) -> str:
+    runs = [*report.study.runs, *report.closure]
     packs = sorted({f"{run.header.spec.pack} ({run.header.spec.pack_sha256[:12]})" for run in runs})
-    episodes = sum(run.n for run in runs)
+    episodes = sum(run.n for run in report.study.runs) + sum(len(run.outcomes) for run in report.closure)
     shown = "run" if len(runs) == 1 else "runs"
     return f"{len(runs)} {shown}, {episodes:,} scored episodes, pack {', '.join(packs)}."
 

@@ -1,18 +1,18 @@
 """`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.closure.generation import closure_bench
 from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
 from vigil.authoring.drafting.generation import (
     PER_HOUSE,
     TRIED,
-    GenerationProgress,
     GenerationSettings,
     generate_drafts,
 )
@@ -34,6 +34,19 @@ from vigil.authoring.packing.verify import VerificationSettings, bundles, verifi
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import Robust
+from vigil.cli.making.closure import (
+    SMALL_HOUSES,
+    Kinds,
+    Suite,
+    build_suite,
+    draft_suite,
+    kinds_named,
+    refuse_with_suite,
+    refuse_without_suite,
+    suite_request,
+    suite_settings,
+)
+from vigil.cli.making.drafting import drafting_of, drafts_summary, shown_on
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES, Episode
@@ -70,6 +83,7 @@ def propose(
     seeds: Annotated[str | None, typer.Option(help="FIRST:END of houses to generate instead.")] = None,
     rooms: Rooms = "mixed",
     families: Families = (),
+    suite: Suite = None,
     grammar: Annotated[bool, typer.Option("--grammar", help="Propose by the built-in grammar (the default).")] = False,
     model: Annotated[str | None, typer.Option(help="provider/model that proposes instead.")] = None,
     base_url: BaseUrl = None,
@@ -85,22 +99,30 @@ def propose(
     """Examples:
     vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --out drafts.jsonl
     vigil pack propose --houses house.json --family SM --model openai/gpt-4o --out drafts.jsonl
+    vigil pack propose --suite closure --seeds 100:160 --out closure.jsonl
     """
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
     settings = GenerationSettings(
         families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets)
     )
-    sources = _sources(houses or [], seeds, rooms, limit)
+    if suite is not None:
+        refuse_with_suite(family=families, model=model, grammar=grammar)
+        settings = suite_settings(settings)
+    sources = _sources(houses or [], seeds, _specs(rooms, suite), limit)
     file = DraftsFile(out)
-    with _house_progress() as show:
+    with progress("houses") as show:
+        on_progress = shown_on(show)
         if model is None:
-            generate_drafts(file, sources, settings, workers=worker_count(workers), on_progress=show)
+            bench = closure_bench if suite else None
+            generate_drafts(
+                file, sources, settings, workers=worker_count(workers), bench=bench, on_progress=on_progress
+            )
         else:
             with completing(model, base_url, api_key_env=api_key_env) as complete:
                 proposer = model, model_proposer(complete, per_house, model)
-                generate_drafts(file, sources, settings, proposer=proposer, on_progress=show)
-    _summary(file)
+                generate_drafts(file, sources, settings, proposer=proposer, on_progress=on_progress)
+    drafts_summary(file)
 
 
 def build(
@@ -114,6 +136,8 @@ def build(
     reviews: Reviews = None,
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
+    suite: Suite = None,
+    kind: Kinds = None,
     alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
@@ -129,6 +153,10 @@ def build(
     files = [*([old] if old else []), *(DraftsFile(path) for path in drafts or [])]
     if not files:
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
+    if suite is not None:
+        refuse_with_suite(family=families, kept=kept, review=reviews)
+    else:
+        refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
     pack_request = PackRequest(
         name,
@@ -143,6 +171,9 @@ def build(
         levels=levels_named(level or []),
         is_robust=robust,
     )
+    if suite is not None:
+        build_suite(out, files, suite_request(pack_request, kinds_named(kind or [])))
+        return
     _freeze(
         out,
         files,
@@ -208,6 +239,8 @@ def make(
     rooms: Rooms = "mixed",
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
+    suite: Suite = None,
+    kind: Kinds = None,
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
     robust: Robust = False,
@@ -219,17 +252,23 @@ def make(
     """Examples:
     vigil pack make --name held_out --seed 918273645 --per-family 25 --out packs/held_out
     vigil pack make --name real --houses procthor-10k:val --count 200 --per-family 25 --out packs/real
+    vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
     With --houses the seed, 0 by default, is no secret, and OUT.recipe.json is written, which names all houses with
-    their hashes: `vigil pack remake` makes the same bytes of it.
+    their hashes: `vigil pack remake` makes the same bytes of it; not of a suite's pack.
     """
     if seed is None and not houses:
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
+    if suite is not None:
+        refuse_with_suite(family=families, review=reviews, spread=spread)
+    else:
+        refuse_without_suite(kind)
+    kinds = kinds_named(kind or [])
     check_free(out, name)
     offered = filed(houses or [], report=tell)
-    origins = [] if reviews else _origins(offered)
+    origins = [] if reviews or suite else _origins(offered)
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
-    sources = drawn_of(offered, seed or 0, count) if houses else drawn(seed or 0, wanted, _specs(rooms))
+    sources = drawn_of(offered, seed or 0, count) if houses else drawn(seed or 0, wanted, _specs(rooms, suite))
     if not houses and (seed or 0) < SECRET_FROM:
         say([SHORT_SEED])
     pack_request = PackRequest(
@@ -244,6 +283,12 @@ def make(
         is_robust=robust,
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
+    if suite is not None:
+        with progress("houses") as show:
+            file = draft_suite(out, sources, pack_request, verification, shown_on(show))
+        drafts_summary(file)
+        build_suite(out, [file], suite_request(pack_request, kinds))
+        return
     given = [review for path in reviews or [] for review in _reviews(path)]
     pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
     if origins:
@@ -296,19 +341,11 @@ def _make(
     is_spread: bool,
 ) -> Pack:
     """Proposes in all houses, or goes on, and freezes the pack."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))
-    settings = GenerationSettings(
-        pack_request.families,
-        pack_request.seed,
-        pack_request.house_uses,
-        backend=verification.backend,
-        assets=verification.assets,
-        is_spread=is_spread,
-    )
-    with _house_progress() as show:
-        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=show)
-    _summary(file)
+    file, settings = drafting_of(out, pack_request, verification)
+    settings = replace(settings, is_spread=is_spread)
+    with progress("houses") as show:
+        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
+    drafts_summary(file)
     return _freeze(out, [file], given, pack_request, verification)
 
 
@@ -337,32 +374,15 @@ def checker(
     return check
 
 
-@contextmanager
-def _house_progress() -> Iterator[Callable[[GenerationProgress], None]]:
-    """Yields what takes in how far the generation of drafts has come."""
-    with progress("houses") as show:
-        yield lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
-
-
-def _summary(file: DraftsFile) -> None:
-    proposed = file.read()
-    for family in FAMILIES:
-        done = [row for row in proposed.done if row.family == family]
-        if done:
-            kept, seconds = sum(row.kept for row in done), sum(row.seconds for row in done)
-            reasons = ", ".join(f"{rule} {count}" for rule, count in proposed.reasons.get(family, {}).items())
-            rate = f"{60 * kept / seconds:.0f} a minute" if seconds else "-"
-            print(f"{family}: {kept} drafts in {len(done)} houses ({rate}); rejected: {reasons or 'none'}")
-    print(f"{file.path}: {len(proposed.drafts)} drafts, {len(proposed.rejections)} rejected")
-
-
-def _sources(houses: list[str], seeds: str | None, rooms: str, limit: int | None) -> Sequence[Source]:
+def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:
     if bool(houses) == (seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
-    return filed(houses, limit, tell) if seeds is None else seeded(seeds, _specs(rooms))
+    return filed(houses, limit, tell) if seeds is None else seeded(seeds, specs)
 
 
-def _specs(rooms: str) -> list[str]:
+def _specs(rooms: str, suite: str | None = None) -> list[str]:
+    if suite is not None and rooms == "mixed":
+        return list(SMALL_HOUSES)
     return [name.strip() for name in rooms.split(",")]
 
 

@@ -13,6 +13,7 @@ import typer
 from rich.table import Table
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.closure.verify import verify_closure
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.compare_backends import KINDS, BackendComparison, compare_backends
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
@@ -20,9 +21,11 @@ from vigil.authoring.packing.starter import build_starter
 from vigil.authoring.packing.verify import VerificationSettings, verify_pack
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import AsJson, PackArgument, Robust
-from vigil.cli.progress import progress
+from vigil.cli.progress import Show, progress
 from vigil.cli.text import console, say
+from vigil.closure import SUITE
 from vigil.episode import FAMILIES, Family
+from vigil.errors import SettingError
 from vigil.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
 from vigil.pack_names import stem_of
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
@@ -120,9 +123,12 @@ def verify(
     """Example: vigil pack verify starter"""
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
-    settings = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     with progress("verify") as show:
-        findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
+        if loaded.manifest.suite == SUITE:
+            findings = _verify_closure(loaded, log, backend, assets, show)
+        else:
+            settings = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
+            findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
     for finding in findings:
         print(finding)
     for (family, rule), count in sorted(_faulty_of(loaded, findings).items()):
@@ -138,6 +144,13 @@ def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family,
     family_of = {episode.id: episode.family for episode in pack.episodes}
     broken = {(found.episode_id, found.rule) for found in findings}
     return Counter((family_of[name], rule) for name, rule in broken)
+
+
+def _verify_closure(pack: Pack, log: Path | None, backend: str, assets: Path | None, show: Show) -> list[Finding]:
+    if log is not None:
+        raise SettingError("--log keeps single episodes, and twins are verified together. Leave it out for this pack.")
+    with closing(make_simulator(backend, assets=AssetDatabase.of(assets))) as simulator:
+        return verify_closure(pack, simulator, lambda done, of, faulty: show(done, of, f"{faulty} faulty"))
 
 
 def compare_back_ends(

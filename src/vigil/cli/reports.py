@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 from matplotlib.figure import Figure
 
+from vigil.analysis.measures.closure import is_of_suite, read_closure_runs
 from vigil.analysis.measures.metrics import run_faults
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import Study, study
@@ -49,14 +50,21 @@ def report(
         _check(runs, pack)
         return
     formats = _formats(format_ or [])
-    settled = read_runs(runs, pack, use_cache=use_cache, levels=None if levels is None else read_levels(levels))
+    stress = [run for run in runs if is_of_suite(run, pack)]
+    settled = read_runs(
+        [run for run in runs if run not in stress],
+        pack,
+        use_cache=use_cache,
+        levels=None if levels is None else read_levels(levels),
+    )
     found = study(settled, with_paper=with_paper)
+    closure = read_closure_runs(stress, pack)
     if out is None and format_:
         raise SettingError(f"--format {' '.join(format_)} writes files: say where with --out FOLDER.")
     if out is None:
-        print(markdown_report(make_report(found, ()), figures=False))
+        print(markdown_report(make_report(found, (), closure=closure), figures=False))
         return
-    written = write_report(found, out, formats, _further(found, pack, episode or [], diagram, assets))
+    written = write_report(found, out, formats, _further(found, pack, episode or [], diagram, assets), closure=closure)
     _warn(found)
     pages = [path for path in written if path.stem == "report"]
     for path in written if len(written) <= 3 else pages:
@@ -103,6 +111,8 @@ def _further(
         drawn[f"trajectory_{number}"] = (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}.")
         best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
         drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
+    if diagram and not found.runs:
+        raise SettingError("The diagram shows the eight families: give a run of theirs too.")
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (_protocol(place, assets), "The eight families in two tiers, each with a first frame.")

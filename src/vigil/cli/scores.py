@@ -12,6 +12,7 @@ from rich.table import Table
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
 from vigil.episode import FAMILIES
+from vigil.pack import manifest_of
 from vigil.record import RunHeader, RunSpec
 from vigil.runner.shared_settings import PackPlace
 from vigil.saved_run import read_run
@@ -61,7 +62,11 @@ class _Settled:
 
 def _settled(path: Path, pack: str | Path | None) -> _Settled:
     run = read_run(path, pack)
-    return _Settled(path, label_of(run.header), run.header.spec, run.table.settlement(), run.notes)
+    suite = manifest_of(run.pack_folder).suite
+    stress = (
+        () if suite is None else (f"{path} is of the suite {suite!r}: its measure is C, which `vigil report` has.",)
+    )
+    return _Settled(path, label_of(run.header), run.header.spec, run.table.settlement(), (*stress, *run.notes))
 
 
 def _told_apart(runs: list[_Settled]) -> list[_Settled]:

@@ -23,8 +23,9 @@ import vigil
 from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
+from vigil.errors import SettingError
 from vigil.levels import EpisodeLevel, levels_of
-from vigil.pack import count_rooms, find, frozen_episodes
+from vigil.pack import count_rooms, find, frozen_episodes, manifest_of
 from vigil.processes import worker_pool
 from vigil.record import EPISODES_FILE, RunHeader, read_header
 from vigil.record_file import read_file
@@ -139,6 +140,12 @@ def _kept_run(folder: Path) -> Run | None:
 def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     """Returns the run from its records, and keeps its rows beside it."""
     run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
+    suite = manifest_of(run.pack_folder).suite
+    if suite is not None:
+        raise SettingError(
+            f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite {suite!r}, whose W "
+            "and B are no part of the eight families' rows. `vigil report` gives it a section of its own."
+        )
     table, facts = _settle(run.table, data)
     table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
     table = _with_levels(table, _levels(run.pack_folder))

@@ -80,8 +80,8 @@ def swing_blocked(context: HouseContext) -> Drafts:
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
         for obstacle in _obstacles(context, target):
-            for spot in _spots_before(target, obstacle):
-                if _fits(context, obstacle, spot, setup):
+            for spot in spots_before(target, obstacle):
+                if fits_on_floor(context, obstacle, spot, setup):
                     blocked = _with(setup, obstacle, spot)
                     yield from draft_of(context, PartialTask("swing", blocked, target, "open", _moved(obstacle)))
                     break
@@ -162,7 +162,7 @@ def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
     )
 
 
-def _spots_before(target: Thing, obstacle: Thing) -> Iterator[Placement]:
+def spots_before(target: Thing, obstacle: Thing) -> Iterator[Placement]:
     """Yields places on the floor in front of a target."""
     deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
     for gap in (0.04, 0.12, 0.25):
@@ -182,7 +182,8 @@ def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
     return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
 
 
-def _fits(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
+def fits_on_floor(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
+    """Whether a thing can be set down at a place of the floor on which nothing stands with a setup."""
     fits = context.can_begin(setup) and context.oracle.bare_floor().covers(placed_footprint(obstacle, spot))
     context.begin(Setup())
     return fits

@@ -3,6 +3,7 @@
     {"line": "header", ...}      who proposes, and with which settings
     {"line": "house", ...}       which house of which dataset or file, and its hash
     {"line": "draft", ...}       a valid episode with its solution and the facts that packs are balanced over
+    {"line": "closure", ...}     a task of the closure-stress suite: its episodes, solutions and answers
     {"line": "rejected", ...}    what was proposed in vain, and why
     {"line": "done", ...}        a family in a house is finished, with counts
 
@@ -22,6 +23,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from vigil.actions import Action
+from vigil.closure import ClosureAnswer, Kind
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, SettingError
 from vigil.house import House, canonical_json
@@ -93,6 +95,16 @@ class Draft(_Line):
     facts: DraftFacts
 
 
+class ClosureDraft(_Line):
+    """A certified task of the closure-stress suite: one episode, or two twins."""
+
+    line: Literal["closure"] = "closure"
+    kind: Kind
+    drafts: tuple[Draft, ...] = Field(min_length=1, max_length=2)
+    answers: tuple[ClosureAnswer, ...] = Field(min_length=1, max_length=2)
+    """Of each draft, in the same order."""
+
+
 class Rejection(_Line):
     """Something proposed that no pack may hold."""
 
@@ -117,7 +129,7 @@ class FamilyDone(_Line):
     seconds: float
 
 
-DraftLine = HouseOrigin | Draft | Rejection | FamilyDone
+DraftLine = HouseOrigin | Draft | ClosureDraft | Rejection | FamilyDone
 _LINE: TypeAdapter[Header | DraftLine] = TypeAdapter(Annotated[Header | DraftLine, Field(discriminator="line")])
 
 
@@ -130,6 +142,7 @@ class Proposed:
     rejections: tuple[Rejection, ...]
     done: tuple[FamilyDone, ...]
     origins: tuple[HouseOrigin, ...] = ()
+    closures: tuple[ClosureDraft, ...] = ()
 
     @property
     def reasons(self) -> dict[str, dict[str, int]]:
@@ -202,6 +215,7 @@ class DraftsFile:
             tuple(row for row in rows if isinstance(row, Rejection)),
             tuple(row for row in rows if isinstance(row, FamilyDone)),
             tuple(row for row in rows if isinstance(row, HouseOrigin)),
+            tuple(row for row in rows if isinstance(row, ClosureDraft)),
         )
 
 

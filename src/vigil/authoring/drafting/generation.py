@@ -11,12 +11,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import islice
+from typing import Protocol
 
 import numpy as np
 
 from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.drafts import (
+    ClosureDraft,
     Draft,
     DraftFacts,
     DraftLine,
@@ -60,6 +62,8 @@ class GenerationSettings:
     assets: AssetDatabase | None = None
     is_spread: bool = False
     """Whether each house is asked for one family alone, in turn: more houses in the same time."""
+    author: str = AUTHOR
+    """Who proposes, as the drafts file says; the grammar of a suite has a name of its own."""
 
     def families_in(self, index: int) -> tuple[Family, ...]:
         """Returns which families the house at a place in the list of houses is asked for."""
@@ -103,15 +107,17 @@ def generate_drafts(
     *,
     workers: int = 1,
     proposer: tuple[str, Proposer] | None = None,
+    bench: Callable[[GenerationSettings], "Bench"] | None = None,
     on_progress: Callable[[GenerationProgress], None] = lambda report: None,
 ) -> None:
     """Proposes in all houses that are not done yet, and appends the drafts and rejections to `file`.
 
     `proposer` is an author's name with its function, which then works in this process alone; the grammar by default.
+    `bench` makes what works in each process, of a suite whose drafts are no single episodes.
     Raises SettingError, or RecordError when the file cannot be written.
     """
     wanted = list(sources)
-    author = proposer[0] if proposer else AUTHOR
+    author = proposer[0] if proposer else settings.author
     with file.writing(settings.header(settings.backend, author)) as writer:
         units: list[Unit] = []
         for index, source in enumerate(wanted):
@@ -121,22 +127,27 @@ def generate_drafts(
             if missing:
                 units.append((source, missing))
         kept = rejected = 0
-        for number, (house, lines) in enumerate(_worked(units, settings, workers, proposer), start=1):
+        work = _worked(units, settings, workers, proposer, bench or grammar_bench)
+        for number, (house, lines) in enumerate(work, start=1):
             writer.add(house, lines)
-            kept += sum(isinstance(line, Draft) for line in lines)
+            kept += sum(isinstance(line, Draft | ClosureDraft) for line in lines)
             rejected += sum(isinstance(line, Rejection) for line in lines)
             on_progress(GenerationProgress(number, len(units), kept, rejected))
 
 
 def _worked(
-    units: Sequence[Unit], settings: GenerationSettings, workers: int, proposer: tuple[str, Proposer] | None
+    units: Sequence[Unit],
+    settings: GenerationSettings,
+    workers: int,
+    proposer: tuple[str, Proposer] | None,
+    bench: Callable[[GenerationSettings], "Bench"],
 ) -> Iterator[Found]:
     if proposer is not None or workers == 1 or len(units) < 2:
-        generator = DraftGenerator(settings, proposer[1] if proposer else grammar_proposer(settings))
+        generator = DraftGenerator(settings, proposer[1]) if proposer else bench(settings)
         for unit in units:
             yield generator.work(*unit)
         return
-    with worker_pool(workers, _begin_worker, settings) as pool:
+    with worker_pool(workers, _begin_worker, settings, bench) as pool:
         futures: list[Future[Found]] = [pool.submit(_work, *unit) for unit in units]
         try:
             for future in futures:
@@ -145,12 +156,25 @@ def _worked(
             pool.shutdown(cancel_futures=True)
 
 
-_generators: list["DraftGenerator"] = []
+class Bench(Protocol):
+    """What proposes and validates in one process."""
+
+    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+        """Returns a house and what came of proposing some families in it."""
+        ...
+
+
+def grammar_bench(settings: GenerationSettings) -> Bench:
+    """Returns the built-in grammar with its simulator."""
+    return DraftGenerator(settings, grammar_proposer(settings))
+
+
+_generators: list[Bench] = []
 """The bench of this worker process."""
 
 
-def _begin_worker(settings: GenerationSettings) -> None:
-    _generators.append(DraftGenerator(settings, grammar_proposer(settings)))
+def _begin_worker(settings: GenerationSettings, bench: Callable[[GenerationSettings], Bench]) -> None:
+    _generators.append(bench(settings))
 
 
 def _work(source: Source, families: tuple[Family, ...]) -> Found:
@@ -185,7 +209,7 @@ class DraftGenerator:
             house = source.house()
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
         except (HouseError, EpisodeError, SettingError) as error:
-            return None, list(_without_house(source.name, families, str(error), time.monotonic() - begun))
+            return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
         origin = source.origin(house)
         lines: list[DraftLine] = [] if origin is None else [origin]
         for family in families:
@@ -258,7 +282,8 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
     )
 
 
-def _without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
+def without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
+    """Yields the lines of a house that cannot be had."""
     for family in families:
         yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)
         yield FamilyDone(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))

@@ -16,7 +16,7 @@ from vigil.levels import LEVELS
 from vigil.pack import Pack
 
 CARD = "README.md"
-TABLES = ("episodes", "solutions", "facts", "levels")
+TABLES = ("episodes", "solutions", "facts", "levels", "closure")
 """Files of one row a line (`<table>.jsonl`) that a pack may have; the first one is what HF `datasets` loads unasked."""
 
 _HEAD = """---
@@ -45,6 +45,8 @@ before it starts), `instruction`, `goal`, `bindings` (role to object), \
 | `solutions.jsonl` | the actions that solve an episode: W = W_strict = B = 1 when replayed |
 | `facts.jsonl` | what the pack is balanced over: category, rooms, area, distance, label |
 | `levels.jsonl` | how difficult an episode is: the figures that are measured, their index, the level |
+| `closure.jsonl` | what closes an episode rightly: its kind, its twin, the statuses that are accepted, the evidence \
+to look at, and what the search found |
 | `houses/<name>.json` | a house in ProcTHOR's format |
 | `manifest.json` | counts, strata, how it was made, and the SHA-256 of each file above |
 
@@ -74,7 +76,7 @@ def card_of(pack: Pack) -> str:
     manifest = pack.manifest
     description = manifest.description or f"{manifest.episodes} episodes of eight families."
     head = _HEAD.format(name=manifest.name, description=description, configs=_configs(pack))
-    parts = [head, _distribution(pack), _skills(pack)]
+    parts = [head, _distribution(pack), _skills(pack), _suite(manifest.meta)]
     if "strata" in manifest.meta:
         parts += [_levels(manifest.meta), _strata(manifest.meta), _making(manifest.meta)]
     return "\n".join(part for part in [*parts, _measured(pack), _fields(pack), _LIMITS] if part)
@@ -127,6 +129,31 @@ def _levels(meta: Mapping[str, Any]) -> str:
         f"|{'---|' * (len(names) + 1)}",
     ]
     rows += [f"| {family} | {' | '.join(str(counts[name]) for name in names)} |" for family, counts in found.items()]
+    return "\n".join(rows) + "\n"
+
+
+def _suite(meta: Mapping[str, Any]) -> str:
+    """Returns what is particular to a pack of the closure-stress suite; nothing for any other."""
+    if "suite" not in meta:
+        return ""
+    rows = [
+        "## Closure stress",
+        "The measure is C, correct closure (protocol, section 8); W and B of these episodes stand in no table of the "
+        "eight families. Of an impossible episode the recorded solution looks at the evidence and concedes.",
+        "",
+        "| kind | episodes |",
+        "|---|---|",
+        *(f"| {name} | {count} |" for name, count in meta["kinds"].items()),
+        "",
+        "What agents without sight come to, in per cent:",
+        "",
+    ]
+    columns = list(next(iter(meta["blind"].values())))
+    rows += [f"| agent | {' | '.join(columns)} |", f"|{'---|' * (len(columns) + 1)}"]
+    rows += [
+        f"| {agent} | {' | '.join(f'{found[column]:.1f}' for column in columns)} |"
+        for agent, found in meta["blind"].items()
+    ]
     return "\n".join(rows) + "\n"
 
 

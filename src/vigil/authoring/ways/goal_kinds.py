@@ -15,7 +15,7 @@ from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Places, ViewpointQuery, viewpoints
-from vigil.authoring.ways.synthetic_records import SyntheticStep
+from vigil.authoring.ways.synthetic_records import SyntheticStep, with_change
 from vigil.authoring.ways.wrong_places import neighbours, upon
 from vigil.authoring.ways.wrong_worlds import WrongWorlds
 from vigil.goals import (
@@ -23,6 +23,7 @@ from vigil.goals import (
     STRICTLY_CLOSED,
     STRICTLY_OPEN,
     AgentNearTarget,
+    AllOf,
     Goal,
     ObjectAtReceptacle,
     ObjectHeld,
@@ -71,6 +72,8 @@ def reach(goal: Goal, macro_actions: MacroActions) -> Steps:
             pass  # the state is in view at the start
         case ObjectInState() | ObjectHeld() | ObjectAtReceptacle():
             yield from achieve(goal, macro_actions)
+        case AllOf():
+            yield from _achieve_all(goal, macro_actions)
         case _:
             assert_never(goal)
 
@@ -102,6 +105,8 @@ def closing_words(goal: Goal, said: Callable[[str], str], status: Status) -> str
             return f"I picked up {target}."
         case ObjectAtReceptacle():
             return f"I put {target} {'in' if goal.inside else 'on'} {said(goal.receptacle_id)}."
+        case AllOf():
+            return " ".join(closing_words(part, said, status) for part in goal.parts)
         case _:
             assert_never(goal)
 
@@ -112,6 +117,16 @@ def achieve(goal: Goal, macro_actions: MacroActions) -> Steps:
         yield from macro_actions.place(goal.receptacle_id, inside=goal.inside)
     elif not _holds(goal, macro_actions.oracle):
         yield from macro_actions.act(_intent_of(goal), goal.object_id)
+
+
+def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
+    """Yields what brings all parts about, each time the one that is nearest."""
+    things, left = macro_actions.oracle.scene.things, list(goal.parts)
+    while left:
+        here = macro_actions.oracle.agent.position
+        part = min(left, key=lambda part: floor_distance(here, things[part.object_id].position))
+        left.remove(part)
+        yield from achieve(part, macro_actions)
 
 
 def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
@@ -219,6 +234,10 @@ def wrongly_reached(goal: Goal, worlds: WrongWorlds) -> WrongRecords:
             yield from _wrongly_placed(goal, worlds)
         case ReportStatus():
             yield from _wrongly_reported(goal, worlds)
+        case AllOf():
+            for part in goal.parts:
+                yield "all but one", worlds.undone(_but_for(part, goal, worlds))
+            yield "done and undone", worlds.undone(worlds.episode.setup)
         case _:
             assert_never(goal)
     if goal.constraint is not None and goal.constraint.kind != "object_released":
@@ -292,6 +311,16 @@ def _allows(thing: Thing, goal: ObjectInState | ObjectHeld) -> bool:
 def _neighbour(goal: ObjectInState | ObjectHeld, worlds: WrongWorlds) -> Thing | None:
     """Returns the nearest thing of another category with which the same can be done."""
     return worlds.nearest(lambda thing: thing.category != worlds.target.category and _allows(thing, goal))
+
+
+def _but_for(left: ObjectInState, goal: AllOf, worlds: WrongWorlds) -> Setup:
+    """Returns the setup in which all parts of a goal hold but one."""
+    setup = worlds.episode.setup
+    for part in goal.parts:
+        if part is not left:
+            state = {"openness": float(part.value)} if part.state == "is_open" else {"is_toggled": part.value}
+            setup = with_change(setup, part.object_id, **state)
+    return setup
 
 
 def _unresolved(goal: Goal, worlds: WrongWorlds) -> list[SyntheticStep] | None:

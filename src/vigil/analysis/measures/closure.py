@@ -1,0 +1,172 @@
+"""Measures of the closure-stress suite: C by kind, pairs of twins, and how well a run tells one twin from the other.
+
+Nothing here enters the tables of the eight families, and no run of theirs enters here. Source: `protocol.md` section 8.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.special import ndtri
+
+from vigil.analysis.measures.models import model_of
+from vigil.closure import KINDS, PAIRED, SUITE, ClosureOutcome, Kind, answers_of, settle_closure
+from vigil.errors import PackMismatch
+from vigil.pack import manifest_of
+from vigil.rates import Interval, Rate, independent_trials
+from vigil.record import RunHeader, read_header
+from vigil.saved_run import pack_folder, read_run
+
+RESAMPLES, SEED, LEVEL = 2000, 20260101, 0.95
+MIN_PAIRS = 5
+"""With fewer pairs resampling says nothing."""
+CLAIMS = ("concession", "none", "success")
+"""What an ending says about the goal, in rising order."""
+_SMOOTHING = 0.5
+"""Added to hits and misses, so that d' is finite at 0 and 100 % (Hautus, 1995)."""
+
+
+@dataclass(frozen=True)
+class ClosureRun:
+    """One run of a pack of the suite, settled."""
+
+    name: str
+    header: RunHeader
+    outcomes: tuple[ClosureOutcome, ...]
+    planned: int
+    """Episodes (times epochs) that the run is meant to have."""
+    notes: tuple[str, ...]
+    """What a reader must know before any number."""
+
+    def of_kind(self, kind: Kind) -> list[ClosureOutcome]:
+        """Returns the verdicts on the episodes of one kind."""
+        return [each for each in self.outcomes if each.answer.kind == kind]
+
+    @property
+    def kinds(self) -> list[Kind]:
+        """The kinds that were played, in the table's order."""
+        return [kind for kind in KINDS if self.of_kind(kind)]
+
+
+@dataclass(frozen=True, slots=True)
+class Discrimination:
+    """How far the endings of one side of twins differ from those of the other."""
+
+    pairs: int
+    d_prime: float | None
+    """From claims of success; 0 when both sides get the same. None without a pair."""
+    d_prime_interval: Interval | None
+    auc: float | None
+    """The chance that the possible twin gets the higher claim (success, no report, concession); ties count half."""
+    auc_interval: Interval | None
+
+
+def is_of_suite(folder: Path, pack: str | Path | None = None) -> bool:
+    """Whether a run was played on a pack of the suite. Raises RecordError; a pack that is not there is none of it."""
+    try:
+        return manifest_of(pack_folder(read_header(folder), pack)).suite == SUITE
+    except PackMismatch:
+        return False
+
+
+def read_closure_runs(folders: Sequence[Path], pack: str | Path | None = None) -> list[ClosureRun]:
+    """Returns the runs of the suite in `folders`, settled, sorted by name. Raises RecordError or PackMismatch."""
+    unique = sorted({folder.resolve() for folder in folders})
+    found = [_read(folder, pack) for folder in unique]
+    names = Counter(run.name for run in found)
+    named = [
+        run if names[run.name] == 1 else ClosureRun(f"{run.name} · {run.header.run_id}", *_rest(run)) for run in found
+    ]
+    return sorted(named, key=lambda run: run.name)
+
+
+def _rest(run: ClosureRun) -> tuple[RunHeader, tuple[ClosureOutcome, ...], int, tuple[str, ...]]:
+    return run.header, run.outcomes, run.planned, run.notes
+
+
+def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
+    run = read_run(folder, pack)
+    answers = answers_of(run.pack_folder)
+    scored = sorted(key for key, row in run.table.rows.items() if row.outcome is not None)
+    outcomes = tuple(
+        settle_closure(answers[key[0]], run.table.episodes[key[0]], run.table.record(key)) for key in scored
+    )
+    notes = run.notes
+    if len(outcomes) < run.table.planned:
+        notes = (f"INCOMPLETE: {len(outcomes)} of {run.table.planned} episodes are scored.", *notes)
+    return ClosureRun(model_of(run.header.spec).name, run.header, outcomes, run.table.planned, notes)
+
+
+def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:
+    """Returns how many of some verdicts are so; the plays of one episode count for what they are worth together."""
+    plays: dict[str, list[bool]] = {}
+    for each in outcomes:
+        plays.setdefault(each.answer.episode_id, []).append(is_hit(each))
+    return _rate(list(plays.values()))
+
+
+def pairs_right(outcomes: Iterable[ClosureOutcome]) -> Rate:
+    """Returns how many pairs are closed rightly on both sides, play by play."""
+    return _rate([[left.C and right.C for left, right in plays] for plays in _pairs(outcomes)])
+
+
+def _rate(plays: Sequence[Sequence[bool]]) -> Rate:
+    hits, sizes = [sum(each) for each in plays], [len(each) for each in plays]
+    worth = float(sum(sizes))
+    if any(size > 1 for size in sizes):
+        worth = independent_trials(tuple(hits), tuple(sizes))
+    return Rate(sum(hits), sum(sizes), worth)
+
+
+def discrimination(outcomes: Iterable[ClosureOutcome]) -> Discrimination:
+    """Returns d' and AUC of the claims on twins, with intervals from resampled pairs."""
+    pairs = _pairs(outcomes)
+    if not pairs:
+        return Discrimination(0, None, None, None, None)
+    counts = np.array([_claims(plays) for plays in pairs])
+    whole = counts.sum(axis=0)[None]
+    d_interval = auc_interval = None
+    if len(pairs) >= MIN_PAIRS:
+        draws = np.random.default_rng(SEED).multinomial(len(pairs), np.full(len(pairs), 1 / len(pairs)), size=RESAMPLES)
+        drawn = np.tensordot(draws, counts, axes=1)
+        d_interval, auc_interval = _interval(_d_prime(drawn)), _interval(_auc(drawn))
+    return Discrimination(len(pairs), float(_d_prime(whole)[0]), d_interval, float(_auc(whole)[0]), auc_interval)
+
+
+def _interval(values: np.ndarray) -> Interval:
+    low, high = np.quantile(values, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+    return float(low), float(high)
+
+
+def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome, ClosureOutcome]]]:
+    """Returns for each pair its plays, those of an epoch together, the side that obeys the families' rules first."""
+    found: dict[tuple[str, int], dict[str, ClosureOutcome]] = {}
+    for each in outcomes:
+        if each.answer.pair is not None and each.answer.side is not None:
+            found.setdefault((each.answer.pair, each.outcome.epoch), {})[each.answer.side] = each
+    pairs: dict[str, list[tuple[ClosureOutcome, ClosureOutcome]]] = {}
+    for (pair, _), sides in sorted(found.items()):
+        if len(sides) == 2:
+            first, second = PAIRED[next(iter(sides.values())).answer.kind]
+            pairs.setdefault(pair, []).append((sides[first], sides[second]))
+    return list(pairs.values())
+
+
+def _claims(plays: Sequence[tuple[ClosureOutcome, ClosureOutcome]]) -> list[list[int]]:
+    """Returns how often each claim was made, (2 sides, 3 claims)."""
+    return [[sum(play[side].claim == claim for play in plays) for claim in CLAIMS] for side in (0, 1)]
+
+
+def _d_prime(counts: np.ndarray) -> np.ndarray:
+    """Returns d' of claims (n, 2, 3)."""
+    rates = (counts[:, :, 2] + _SMOOTHING) / (counts.sum(axis=2) + 2 * _SMOOTHING)
+    return ndtri(rates[:, 0]) - ndtri(rates[:, 1])
+
+
+def _auc(counts: np.ndarray) -> np.ndarray:
+    """Returns the chance that the first side's claim is the higher one, of claims (n, 2, 3)."""
+    first, second = counts[:, 0].astype(float), counts[:, 1].astype(float)
+    below = np.cumsum(second, axis=1) - second
+    return (first * (below + second / 2)).sum(axis=1) / (first.sum(axis=1) * second.sum(axis=1))

@@ -1,0 +1,1 @@
+"""Making packs of the closure-stress suite: tasks, certificates, drafts, selection, verification."""

@@ -1,0 +1,116 @@
+"""Generation of the suite's drafts: propose each kind in a house, certify what is proposed, keep what holds."""
+
+import time
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from itertools import islice
+
+import numpy as np
+
+from vigil.authoring.closure.certify import Certified, Certifier
+from vigil.authoring.closure.tasks import PROPOSALS, ClosureTask
+from vigil.authoring.drafting.drafts import (
+    ClosureDraft,
+    Draft,
+    DraftFacts,
+    DraftLine,
+    FamilyDone,
+    Rejection,
+    draft_id,
+)
+from vigil.authoring.drafting.generation import Found, GenerationSettings, facts_of, without_house
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.sources import Source
+from vigil.closure import KINDS, Kind
+from vigil.episode import Episode, Family
+from vigil.errors import EpisodeError, HouseError, SettingError
+from vigil.world import Setup
+
+AUTHOR = "closure grammar"
+FAMILY: Family = "SI"
+"""Under which a house is noted as done; the episodes are of SI, and of CR where something is to be resolved."""
+
+
+class ClosureGenerator:
+    """A simulator with what is needed to propose and to certify tasks in it."""
+
+    def __init__(self, settings: GenerationSettings) -> None:
+        self._settings = settings
+        self._simulator = settings.simulator()
+        self._certifier = Certifier(self._simulator)
+
+    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+        """Returns a house and what came of proposing all kinds in it."""
+        begun = time.monotonic()
+        try:
+            house = source.house()
+            context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
+        except (HouseError, EpisodeError, SettingError) as error:
+            return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
+        found = [line for kind in KINDS for line in self._kind(context, kind)]
+        rules = Counter(line.rule for line in found if isinstance(line, Rejection))
+        done = FamilyDone(
+            family=FAMILY,
+            house=house.name,
+            kept=sum(isinstance(line, ClosureDraft) for line in found),
+            rejected=dict(sorted(rules.items())),
+            seconds=round(time.monotonic() - begun, 2),
+        )
+        origin = source.origin(house)
+        lines: list[DraftLine] = [*([] if origin is None else [origin]), *found, done]
+        return house, lines
+
+    def _kind(self, context: HouseContext, kind: Kind) -> Iterator[ClosureDraft | Rejection]:
+        context.rng = np.random.default_rng(
+            [self._settings.seed, zlib.crc32(f"closure {kind} {context.house.name}".encode())]
+        )
+        context.begin(Setup())
+        kept, seen = 0, set[str]()
+        for proposal in islice(PROPOSALS[kind](context), self._settings.tried):
+            line = proposal if isinstance(proposal, Rejection) else self._examine(context, proposal)
+            context.begin(Setup())
+            if isinstance(line, ClosureDraft):
+                name = line.drafts[0].episode.id
+                if name in seen:
+                    continue
+                seen.add(name)
+                kept += 1
+            yield line
+            if kept >= self._settings.per_house:
+                return
+
+    def _examine(self, context: HouseContext, task: ClosureTask) -> ClosureDraft | Rejection:
+        """Returns a task under its own ids when it holds, else why it does not."""
+        sides, findings = self._certifier.certify(task, context.house)
+        if findings:
+            return Rejection(
+                family=FAMILY,
+                kind=task.kind,
+                house=context.house.name,
+                rule=findings[0].rule,
+                message=findings[0].message,
+                instruction=task.episodes[0].instruction,
+            )
+        facts = facts_of(context, sides[0].episode, sides[0].actions)
+        drafts = tuple(_named(context, side, facts) for side in sides)
+        pair = f"pair:{drafts[0].episode.id}" if len(drafts) > 1 else None
+        answers = tuple(
+            side.answer.model_copy(update={"episode_id": draft.episode.id, "pair": pair})
+            for side, draft in zip(sides, drafts, strict=True)
+        )
+        return ClosureDraft(kind=task.kind, drafts=drafts, answers=answers)
+
+
+def closure_bench(settings: GenerationSettings) -> ClosureGenerator:
+    """Returns the suite's grammar with its simulator."""
+    return ClosureGenerator(settings)
+
+
+def _named(context: HouseContext, side: Certified, facts: DraftFacts) -> Draft:
+    """Returns a side as a draft under an id that tells it from no other: the same form for both twins."""
+    episode: Episode = side.episode
+    provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(side.actions)})
+    name = draft_id(episode, facts.category, context.house)
+    named = episode.model_copy(update={"id": name, "provenance": provenance})
+    return Draft(kind=side.answer.kind, episode=named, actions=side.actions, facts=facts)

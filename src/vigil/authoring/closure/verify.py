@@ -1,0 +1,57 @@
+"""Verification of a pack of the suite: each task certified anew with its recorded solutions, house by house."""
+
+from collections.abc import Callable, Iterator
+
+from vigil.authoring.closure.certify import Certifier
+from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.review.validate import Finding
+from vigil.closure import PAIRED, ClosureAnswer, answers_of
+from vigil.episode import Episode
+from vigil.pack import Pack
+from vigil.sim.privileged import PrivilegedSimulator
+
+OnTask = Callable[[int, int, int], None]
+"""Is told how many tasks are done, of how many, and how many of them are faulty."""
+
+
+def verify_closure(
+    pack: Pack, simulator: PrivilegedSimulator, on_task: OnTask = lambda done, of, faulty: None
+) -> list[Finding]:
+    """Returns what is wrong with the tasks of a pack of the suite, sorted by episode. Raises PackMismatch."""
+    answers = answers_of(pack.folder)
+    findings = [Finding(episode.id, "closes_rightly", "it has no answer") for episode in pack.episodes
+                if episode.id not in answers]  # fmt: skip
+    tasks = [] if findings else list(_tasks(pack, answers))
+    certifier, faulty = Certifier(simulator), 0
+    for done, task in enumerate(tasks, start=1):
+        found = _verify(certifier, pack, task, answers)
+        findings += found
+        faulty += bool(found)
+        on_task(done, len(tasks), faulty)
+    return sorted(findings, key=lambda each: (each.episode_id, each.rule))
+
+
+def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTask]:
+    """Yields the tasks of a pack, those of a house together."""
+    twins: dict[str, list[Episode]] = {}
+    for episode in sorted(pack.episodes, key=lambda each: (each.house.name, each.id)):
+        twins.setdefault(answers[episode.id].pair or episode.id, []).append(episode)
+    for members in twins.values():
+        first = answers[members[0].id]
+        sides = PAIRED.get(first.kind, ())
+        ordered = sorted(members, key=lambda each: sides.index(answers[each.id].side) if sides else 0)  # pyright: ignore
+        removed = first.certificate.removed if first.certificate else ""
+        yield ClosureTask(first.kind, tuple(ordered), removed, first.evidence)
+
+
+def _verify(certifier: Certifier, pack: Pack, task: ClosureTask, answers: dict[str, ClosureAnswer]) -> list[Finding]:
+    missing = [each for each in task.episodes if each.id not in pack.solutions]
+    if missing:
+        return [Finding(each.id, "solvable", "no solution is recorded") for each in missing]
+    recorded = tuple(pack.solutions[episode.id].actions for episode in task.episodes)
+    sides, found = certifier.certify(task, pack.house_of(task.episodes[0]), recorded)
+    return found or [
+        Finding(side.episode.id, "closes_rightly", "its answer is not the one that the search gives")
+        for side in sides
+        if side.answer != answers[side.episode.id]
+    ]

@@ -1,0 +1,99 @@
+"""What `vigil pack propose`, `build` and `make` do with `--suite closure`."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from vigil.authoring.closure.generation import AUTHOR, FAMILY, closure_bench
+from vigil.authoring.closure.packing import ClosureRequest, freeze_closure
+from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings, generate_drafts
+from vigil.authoring.drafting.sources import Source
+from vigil.authoring.packing.assemble import PackRequest
+from vigil.authoring.packing.verify import VerificationSettings
+from vigil.cli.making.drafting import drafting_of
+from vigil.closure import KINDS, Kind
+from vigil.errors import SettingError, did_you_mean
+from vigil.pack import Pack
+
+Suite = Annotated[
+    Literal["closure"] | None,
+    typer.Option("--suite", help="A suite's pack; --per-family is then tasks (single, or twins) of each kind."),
+]
+Kinds = Annotated[
+    list[str] | None, typer.Option("--kind", help=f"Of a suite: {', '.join(KINDS)}; repeat.", show_default="all")
+]
+SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
+"""What `--rooms mixed` stands for in the suite, where reaching is to be easy."""
+
+
+def suite_settings(settings: GenerationSettings) -> GenerationSettings:
+    """Returns settings as the suite's drafts are generated with them."""
+    return replace(settings, families=(FAMILY,), author=AUTHOR)
+
+
+def refuse_with_suite(**given: object) -> None:
+    """Raises SettingError on options that a suite does not have, by name."""
+    for name, value in given.items():
+        if value:
+            raise SettingError(f"--suite and --{name} exclude each other: a suite has kinds of its own. Leave one out.")
+
+
+def refuse_without_suite(kind: Sequence[str] | None) -> None:
+    """Raises SettingError on kinds of a suite that is not asked for."""
+    if kind:
+        raise SettingError("--kind is of a suite's pack: give --suite closure too, or --family instead.")
+
+
+def kinds_named(names: Sequence[str]) -> tuple[Kind, ...]:
+    """Returns the suite's kinds of these names in the table's order, all without a name. Raises SettingError."""
+    for name in names:
+        if name not in KINDS:
+            raise SettingError(f"Kind {name!r} does not exist.{did_you_mean(name, KINDS)} Kinds: {', '.join(KINDS)}.")
+    return tuple(kind for kind in KINDS if kind in names or not names)
+
+
+def build_suite(out: Path, files: Sequence[DraftsFile], request: ClosureRequest) -> Pack:
+    """Freezes a pack of the suite and says what it holds."""
+    pack = freeze_closure(out, files, request)
+    print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
+    print(", ".join(f"{name}: {count}" for name, count in pack.manifest.meta["kinds"].items()))
+    return pack
+
+
+def draft_suite(
+    out: Path,
+    sources: Sequence[Source],
+    pack_request: PackRequest,
+    verification: VerificationSettings,
+    on_progress: Callable[[GenerationProgress], None],
+) -> DraftsFile:
+    """Proposes the suite's tasks in all houses, or goes on, and returns the drafts beside the pack."""
+    file, settings = drafting_of(out, pack_request, verification)
+    generate_drafts(
+        file,
+        sources,
+        suite_settings(settings),
+        workers=verification.workers,
+        bench=closure_bench,
+        on_progress=on_progress,
+    )
+    return file
+
+
+def suite_request(pack_request: PackRequest, kinds: tuple[Kind, ...]) -> ClosureRequest:
+    """Returns which pack of the suite is asked for by what is asked of any pack."""
+    return ClosureRequest(
+        pack_request.name,
+        pack_request.per_family,
+        pack_request.seed,
+        pack_request.house_uses,
+        kinds,
+        version=pack_request.version,
+        description=pack_request.description,
+        aliases=pack_request.aliases,
+        is_seed_secret=pack_request.is_seed_secret,
+    )

@@ -1,0 +1,44 @@
+"""What `vigil pack propose` and `make` say of drafts, and where the drafts of a pack lie."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings
+from vigil.authoring.packing.assemble import PackRequest
+from vigil.authoring.packing.verify import VerificationSettings
+from vigil.episode import FAMILIES
+
+
+def shown_on(show: Callable[[int, int, str], None]) -> Callable[[GenerationProgress], None]:
+    """Returns what takes in how far the generation of drafts has come, and shows it."""
+    return lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
+
+
+def drafts_summary(file: DraftsFile) -> None:
+    """Prints what a drafts file holds, and what was rejected by which rule."""
+    proposed = file.read()
+    for family in FAMILIES:
+        done = [row for row in proposed.done if row.family == family]
+        if done:
+            kept, seconds = sum(row.kept for row in done), sum(row.seconds for row in done)
+            reasons = ", ".join(f"{rule} {count}" for rule, count in proposed.reasons.get(family, {}).items())
+            rate = f"{60 * kept / seconds:.0f} a minute" if seconds else "-"
+            print(f"{family}: {kept} drafts in {len(done)} houses ({rate}); rejected: {reasons or 'none'}")
+    count = len(proposed.drafts) + len(proposed.closures)
+    print(f"{file.path}: {count} drafts, {len(proposed.rejections)} rejected")
+
+
+def drafting_of(
+    out: Path, pack_request: PackRequest, verification: VerificationSettings
+) -> tuple[DraftsFile, GenerationSettings]:
+    """Returns the drafts file beside a pack, and what to generate it with."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    settings = GenerationSettings(
+        pack_request.families,
+        pack_request.seed,
+        pack_request.house_uses,
+        backend=verification.backend,
+        assets=verification.assets,
+    )
+    return DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")), settings

@@ -1,0 +1,303 @@
+"""A pack of the closure-stress suite from one house: drafted, frozen, verified, played blindly, reported."""
+
+import json
+import shutil
+from collections.abc import Callable
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from vigil.actions import InteractPixel, Report, Status
+from vigil.authoring.closure.certify import EXEMPT, Certifier
+from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
+from vigil.authoring.closure.packing import BLIND, ClosureRequest, freeze_closure, guessing, select_tasks
+from vigil.authoring.closure.tasks import ClosureTask, look_alike
+from vigil.authoring.closure.verify import verify_closure
+from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
+from vigil.authoring.drafting.generation import GenerationSettings
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.sources import Seeded
+from vigil.authoring.review.rules import RULES
+from vigil.authoring.review.validate import SUITE_RULES, Validator
+from vigil.authoring.solving.macro_actions import MacroActions
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.ways.goal_kinds import is_doable
+from vigil.cli import app
+from vigil.closure import ALIKE, ANSWERS, PAIRED, ClosureAnswer, Kind, answers_of, settle_closure
+from vigil.errors import EpisodeError, InputError
+from vigil.pack import Pack
+from vigil.profile import Profile
+from vigil.prompt import rendered_sha256
+from vigil.sim.privileged import PrivilegedSimulator
+
+PER_KIND = 2
+FOUND: tuple[Kind, ...] = ("all_of", "impossible", "already", "silent_refusal")
+"""Kinds that the kitchen has; look-alikes are in the living room."""
+
+
+@pytest.fixture(scope="module")
+def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
+    file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
+    generator = ClosureGenerator(GenerationSettings(("SI",), seed=7, per_house=PER_KIND, tried=12, author=AUTHOR))
+    house, lines = generator.work(Seeded(502, "kitchen"), ("SI",))
+    header = Header(author=AUTHOR, seed=7, simulator="mujoco", per_house=PER_KIND, tried=12)
+    with file.writing(header) as writer:
+        writer.add(house, lines)
+    return file
+
+
+@pytest.fixture(scope="module")
+def pack(drafts: DraftsFile, tmp_path_factory: pytest.TempPathFactory) -> Pack:
+    return freeze_closure(
+        tmp_path_factory.mktemp("packs") / "stress", [drafts], ClosureRequest("stress", PER_KIND, kinds=FOUND)
+    )
+
+
+@pytest.fixture(scope="module")
+def answers(pack: Pack) -> dict[str, ClosureAnswer]:
+    return answers_of(pack.folder)
+
+
+def twins(pack: Pack, answers: dict[str, ClosureAnswer], kind: Kind) -> list[tuple[str, str]]:
+    """The ids of the twins of a kind, the side that the families' rules bind first."""
+    pairs: dict[str, dict[str, str]] = {}
+    for answer in answers.values():
+        if answer.kind == kind and answer.pair is not None:
+            pairs.setdefault(answer.pair, {})[str(answer.side)] = answer.episode_id
+    first, second = PAIRED[kind]
+    return [(sides[first], sides[second]) for sides in pairs.values()]
+
+
+def vigil(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [*map(str, arguments)])
+
+
+def test_a_pack_holds_each_kind_and_says_so(pack: Pack, answers: dict[str, ClosureAnswer]) -> None:
+    assert pack.manifest.suite == "closure"
+    assert len(pack.episodes) == len(answers) == PER_KIND * 6
+    assert {answer.kind for answer in answers.values()} == set(FOUND)
+    assert {answer.reason for answer in answers.values()} == {None, "absent", "locked"}
+    card = (pack.folder / "README.md").read_text()
+    assert "## Closure stress" in card
+    assert "`closure.jsonl`" in card
+
+
+@pytest.mark.parametrize("kind", PAIRED)
+def test_twins_look_alike_to_whoever_is_asked(kind: Kind, pack: Pack, answers: dict[str, ClosureAnswer]) -> None:
+    for one, other in twins(pack, answers, kind):
+        first, second = pack.episode(one), pack.episode(other)
+        assert rendered_sha256(first.instruction, Profile()) == rendered_sha256(second.instruction, Profile())
+        assert (first.start, first.max_steps, first.bound_ids()) == (second.start, second.max_steps, second.bound_ids())
+        assert (first.goal, first.provenance.template) == (second.goal, second.provenance.template)
+
+
+def test_episodes_say_nothing_of_kind_side_or_twin(pack: Pack, answers: dict[str, ClosureAnswer]) -> None:
+    words = {"impossible", "already", "pair", "twin", "absent", "locked", "elsewhere", "closure"}
+    for episode in pack.episodes:
+        told = episode.model_copy(update={"house": pack.episodes[0].house}).model_dump_json().lower()
+        said = {word for word in words if word in told.replace('"is_absent"', "")}
+        assert not said, (episode.id, said)
+
+
+def test_the_pack_is_verified_and_the_same_bytes_again(
+    pack: Pack, drafts: DraftsFile, simulator: PrivilegedSimulator, tmp_path: Path
+) -> None:
+    assert verify_closure(pack, simulator) == []
+    again = freeze_closure(tmp_path / "again", [drafts], ClosureRequest("stress", PER_KIND, kinds=FOUND))
+    assert again.sha256 == pack.sha256
+    verified = vigil("pack", "verify", pack.folder)
+    assert verified.exit_code == 0, verified.output
+    assert "12 of 12 episodes" in verified.stdout
+
+
+def altered(pack: Pack, folder: Path, change: Callable[[dict], dict]) -> Pack:
+    """A copy of a pack whose answers are others, under a manifest that has their hash."""
+    shutil.copytree(pack.folder, folder)
+    rows = [change(json.loads(line)) for line in (folder / ANSWERS).read_text().splitlines()]
+    data = "".join(json.dumps(row) + "\n" for row in rows).encode()
+    (folder / ANSWERS).write_bytes(data)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["files"][ANSWERS] = sha256(data).hexdigest()
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    return Pack.load(folder)
+
+
+def test_answers_that_the_search_does_not_give_are_found(
+    pack: Pack, simulator: PrivilegedSimulator, tmp_path: Path
+) -> None:
+    wrong = altered(
+        pack, tmp_path / "wrong", lambda row: row | ({"reason": "elsewhere"} if row["reason"] == "absent" else {})
+    )
+    found = verify_closure(wrong, simulator)
+    assert {finding.rule for finding in found} == {"closes_rightly"}
+    assert len(found) == 1
+    assert SUITE_RULES["closes_rightly"] in str(found[0])
+    refused = vigil("pack", "verify", wrong.folder, "--log", tmp_path / "log.jsonl")
+    assert "twins are verified together" in str(refused.exception)
+
+
+def test_every_rule_of_the_suite_is_documented() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "packs.md").read_text()
+    for name, reason in SUITE_RULES.items():
+        assert f"| `{name}` | {reason} |" in page
+
+
+def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
+    pack: Pack, answers: dict[str, ClosureAnswer], simulator: PrivilegedSimulator
+) -> None:
+    certifier, rules = Certifier(simulator), set()
+    for one, other in twins(pack, answers, "impossible"):
+        first, second, answer = pack.episode(one), pack.episode(other), answers[one]
+        assert answer.certificate is not None
+        removed = answer.certificate.removed
+        blocker = answer.evidence[-1].object_id
+        task = ClosureTask("impossible", (first, first), removed, answer.evidence)
+        assert certifier.certify(task, pack.house_of(first))[1][0].rule == "twins_differ_in_one"
+        if removed == blocker:
+            change = second.setup.objects[removed]
+            assert change.placement is not None
+            moved = change.placement.position._replace(x=first.start.position.x + 0.4)
+            placed = change.model_copy(update={"placement": change.placement.model_copy(update={"position": moved})})
+            setup = second.setup.model_copy(update={"objects": {**second.setup.objects, removed: placed}})
+            aside = ClosureTask(
+                "impossible", (first, second.model_copy(update={"setup": setup})), removed, answer.evidence
+            )
+            sides, found = certifier.certify(aside, pack.house_of(first))
+            assert not sides
+            rules.add(found[0].rule)
+    assert rules <= {"twin_impossible", "can_be_set_up", "evidence_seen"}
+    assert rules
+
+
+@pytest.mark.parametrize("agent", BLIND)
+def test_agents_without_sight_are_at_chance_on_pairs(
+    agent: str, pack: Pack, answers: dict[str, ClosureAnswer], simulator: PrivilegedSimulator
+) -> None:
+    validator = Validator(simulator)
+    told = guessing(list(answers.values()))[agent]
+    for kind in PAIRED:
+        assert told[f"pairs {kind}"] == 0.0
+    closed: dict[str, list[bool]] = {kind: [] for kind in FOUND}
+    for episode in pack.episodes:
+        for status in BLIND[agent]:
+            record = _reported(validator, pack, episode.id, status)
+            closed[answers[episode.id].kind].append(settle_closure(answers[episode.id], episode, record).C)
+    assert {f"C {kind}": round(100 * sum(found) / len(found), 1) for kind, found in closed.items()} == {
+        f"C {kind}": told[f"C {kind}"] for kind in FOUND
+    }
+
+
+def _reported(validator: Validator, pack: Pack, name: str, status: Status | None):
+    """The record of an agent that reports at once, or of one that never does."""
+    episode = pack.episode(name)
+    record = validator.play(episode, pack.house_of(episode), [Report(status=status or "success", summary="")])
+    if status is not None:
+        return record
+    return record.model_copy(update={"steps": (), "end": "fail_no_report"})
+
+
+def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None:
+    pool = drafts.read().closures
+    with pytest.raises(EpisodeError, match=r"all_of 2 \(of 2 drafts\).*impossible 2.*look_alike 0 \(of 0 drafts\)"):
+        select_tasks(pool, ClosureRequest("p", 3))
+    assert select_tasks(pool, ClosureRequest("p", 2, kinds=FOUND)) == select_tasks(
+        pool[::-1], ClosureRequest("p", 2, kinds=FOUND)
+    )
+    with pytest.raises(EpisodeError, match="all_of 1"):
+        select_tasks(pool, ClosureRequest("p", 2, house_uses=1))
+
+
+def test_what_was_proposed_in_vain_is_counted_by_rule(drafts: DraftsFile) -> None:
+    proposed = drafts.read()
+    refused = {line.rule for line in proposed.rejections}
+    assert refused == set(proposed.done[0].rejected)
+    assert all(isinstance(line, Rejection) for line in proposed.rejections)
+    assert proposed.done[0].kept == len([line for line in proposed.closures if isinstance(line, ClosureDraft)])
+
+
+def test_a_silent_refusal_is_met_by_whoever_goes_straight_for_it(
+    pack: Pack, answers: dict[str, ClosureAnswer], simulator: PrivilegedSimulator
+) -> None:
+    for answer in answers.values():
+        if answer.kind == "silent_refusal":
+            episode = pack.episode(answer.episode_id)
+            assert episode.goal.constraint is not None
+            solved = [action for action in pack.solutions[episode.id].actions if isinstance(action, InteractPixel)]
+            assert len(solved) > 1
+            simulator.reset(episode.start, episode.setup)
+            straight = MacroActions(Oracle(simulator), may_tilt=True, is_exhaustive=True)
+            assert not is_doable(episode.goal, straight)
+
+
+def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: PrivilegedSimulator) -> None:
+    house = Seeded(505, "living-room").house()
+    context = HouseContext(simulator, house, np.random.default_rng(7))
+    task = next(each for each in look_alike(context) if isinstance(each, ClosureTask))
+    episode = task.episodes[0]
+    alike, target = episode.bindings[ALIKE], episode.bindings["target"]
+    items = context.items
+    assert items[alike].category == items[target].category
+    assert set(items[alike].colours).isdisjoint(items[target].colours)
+    sides, found = Certifier(simulator).certify(task, house)
+    assert not found
+    record = Validator(simulator).play(episode, house, sides[0].actions)
+    verdict = settle_closure(sides[0].answer, episode, record)
+    assert verdict.C
+    assert not verdict.is_wrong_one
+    swapped = {alike: target, target: alike}
+    worlds = [
+        world.model_copy(update={"objects": {swapped.get(name, name): each for name, each in world.objects.items()}})
+        for world in record.worlds
+    ]
+    steps = tuple(
+        step.model_copy(update={"world": world}) for step, world in zip(record.steps, worlds[1:], strict=True)
+    )
+    wrong = settle_closure(sides[0].answer, episode, record.model_copy(update={"initial": worlds[0], "steps": steps}))
+    assert wrong.is_wrong_one
+    assert wrong.is_false_success
+
+
+def test_exemptions_are_rules_of_the_families() -> None:
+    assert set().union(*EXEMPT.values()) <= set(RULES)
+
+
+def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -> None:
+    for agent in ("always_fail", "solver"):
+        played = vigil("run", "--pack", pack.folder, "--agent", agent, "--log-dir", tmp_path / agent, "--workers", "1")
+        assert played.exit_code == 0, played.output
+    alone = vigil("report", tmp_path / "always_fail")
+    assert alone.exit_code == 0, alone.output
+    assert "## Closure stress: C, correct closure" in alone.stdout
+    assert "## Findings at a glance" not in alone.stdout
+    written = vigil(
+        "report", tmp_path / "always_fail", tmp_path / "solver", "--out", tmp_path / "out", "--format", "all"
+    )
+    assert written.exit_code == 0, written.output
+    told = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]
+    assert set(told) == {"closure_kinds", "closure_pairs", "closure_impossible"}
+    pairs = {(str(row["run"]).split()[0], row["kind"]): row for row in told["closure_pairs"]["rows"]}
+    assert pairs["always_fail", "impossible"]["right"] == 0.0
+    assert pairs["always_fail", "impossible"]["auc"] == 50.0
+    assert pairs["solver", "impossible"]["right"] == 100.0
+    refused = vigil("figure", "plane", tmp_path / "solver", "--out", tmp_path / "plane.png")
+    assert "suite 'closure'" in str(refused.exception)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["propose", "--suite", "closure", "--seeds", "1:2", "--family", "SI", "--out", "d.jsonl"], "--family exclude"),
+        (["propose", "--suite", "closure", "--seeds", "1:2", "--model", "a/b", "--out", "d.jsonl"], "--model exclude"),
+        (["build", "--suite", "closure", "--kept", "a", "--name", "n", "--out", "o"], "--kept exclude"),
+        (["make", "--suite", "closure", "--name", "n", "--seed", "1", "--spread", "--out", "o"], "--spread exclude"),
+        (["make", "--name", "n", "--seed", "1", "--kind", "already", "--out", "o"], "--kind is of a suite"),
+        (["make", "--suite", "closure", "--name", "n", "--seed", "1", "--kind", "alredy", "--out", "o"], "'already'"),
+    ],
+)
+def test_options_that_a_suite_does_not_have_are_refused(arguments: list[str], words: str) -> None:
+    refused = vigil("pack", *arguments)
+    assert isinstance(refused.exception, InputError)
+    assert words in str(refused.exception)

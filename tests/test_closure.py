@@ -1,0 +1,195 @@
+"""Closure stress: C by kind, evidence, pairs, and that policies without sight are at chance on twins."""
+
+from itertools import product
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+from stories import HERE, RecordBuilder, episode, thing
+
+from vigil.actions import Navigate
+from vigil.closure import (
+    CONCEDED,
+    PAIRED,
+    Certificate,
+    ClosureAnswer,
+    Evidence,
+    Kind,
+    check_pairs,
+    evidence_seen,
+    is_in_picture,
+    settle_closure,
+)
+from vigil.errors import EpisodeError
+from vigil.goal_check import check
+from vigil.goals import AllOf, ObjectInState, goal_words
+from vigil.pack import protocol_faults
+from vigil.pose import Vec3
+
+LAMPS = ("target", "second", "third")
+ALL = AllOf(
+    object_id="target",
+    parts=tuple(ObjectInState(object_id=name, state="is_toggled", value=False) for name in LAMPS),
+)
+EVIDENCE = (Evidence(object_id="table", spot=Vec3(0.0, 1.0, 2.0)), Evidence(object_id="table", spot=Vec3(0, 1.0, 9.0)))
+FOUND = Certificate(removed="target", has_plan=False, refusal="gone")
+
+
+def impossible(**facts: object) -> ClosureAnswer:
+    plain = {"episode_id": "e", "kind": "impossible", "pair": "p", "side": "impossible", "accepted": CONCEDED}
+    more = {"reason": "absent", "evidence": EVIDENCE, "certificate": FOUND}
+    return ClosureAnswer.model_validate({**plain, **more, **facts})
+
+
+def possible(**facts: object) -> ClosureAnswer:
+    return impossible(side="possible", accepted=("success",), reason=None, **facts)
+
+
+def lamps() -> RecordBuilder:
+    return RecordBuilder(**{name: thing(is_toggled=True) for name in LAMPS})
+
+
+def test_all_of_holds_when_each_part_does_and_advances_part_by_part():
+    story = lamps()
+    for name in LAMPS[:-1]:
+        changes: dict[str, Any] = {name: {"is_toggled": False}}
+        story.do(**changes)
+    rows = check(ALL, story.do(third={"is_toggled": False}).report()).rows
+    assert [row.semantic for row in rows] == [False, False, False, True, True]
+    assert [row.progress for row in rows] == pytest.approx([0.0, 1 / 3, 2 / 3, 1.0, 1.0])
+    assert goal_words(ALL) == "target is off and second is off and third is off"
+
+
+@pytest.mark.parametrize("names", [("target",), ("target", "target"), ("second", "target"), ("target", *"bcdef")])
+def test_all_of_is_about_two_to_five_different_things(names: tuple[str, ...]):
+    parts = tuple(ObjectInState(object_id=name, state="is_open") for name in names)
+    with pytest.raises(ValidationError):
+        AllOf(object_id="target", parts=parts)
+
+
+def test_all_of_is_asked_for_in_packs_of_a_suite_alone():
+    asked = episode("SI", goal=ALL)
+    assert "packs of a suite alone" in protocol_faults(asked)[0]
+    assert not protocol_faults(asked, "closure")
+    with pytest.raises(ValidationError, match="all_of"):
+        episode("AI", goal=ALL)
+
+
+def test_c_of_what_can_be_done_is_b():
+    answer = ClosureAnswer(episode_id="e", kind="all_of")
+    asked = episode("SI", goal=ALL)
+    done = lamps().do(target={"is_toggled": False}, second={"is_toggled": False}, third={"is_toggled": False})
+    assert settle_closure(answer, asked, done.report()).C
+    partly = settle_closure(answer, asked, lamps().do(target={"is_toggled": False}).report())
+    assert not partly.C
+    assert partly.is_false_success
+    conceded = settle_closure(answer, asked, lamps().report("fail"))
+    assert not conceded.C
+    assert conceded.gave_up
+
+
+@pytest.mark.parametrize(
+    ("status", "is_right"), [("fail", True), ("invalid", True), ("unsafe", False), ("success", False), ("off", False)]
+)
+def test_an_impossible_episode_is_closed_by_a_concession(status: str, is_right: bool):
+    record = RecordBuilder(target=thing(), table=thing()).report(status)
+    found = settle_closure(impossible(), episode("SI"), record)
+    assert found.C is is_right
+    assert found.is_exact is (status == "fail")
+    assert not found.gave_up
+
+
+def test_a_status_outside_the_vocabulary_concedes_nothing():
+    record = RecordBuilder(target=thing(), table=thing()).report("invalid", raw="impossible")
+    assert not settle_closure(impossible(), episode("SI"), record).C
+
+
+def test_evidence_counts_from_frames_in_which_its_place_and_its_bearer_are_seen():
+    assert evidence_seen((), RecordBuilder(table=thing()).report()) is None
+    assert evidence_seen(EVIDENCE, RecordBuilder(table=thing()).report()) == 0.5
+    hidden = thing(visible_px=0, visible=False)
+    assert evidence_seen(EVIDENCE, RecordBuilder(table=hidden).report()) == 0.0
+    late = RecordBuilder(table=hidden).do(Navigate(mode="turn_left", magnitude=9), table={"visible_px": 500})
+    assert evidence_seen(EVIDENCE, late.report()) == 0.5
+    assert evidence_seen((Evidence(object_id="table"),), RecordBuilder(table=thing()).report()) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("rotation", "horizon", "spot", "is_in"),
+    [
+        (0.0, 0.0, Vec3(0.0, 1.576, 2.0), True),
+        (0.0, 0.0, Vec3(0.0, 1.576, -2.0), False),
+        (90.0, 0.0, Vec3(2.0, 1.576, 0.0), True),
+        (270.0, 0.0, Vec3(-2.0, 1.576, 0.0), True),
+        (0.0, 0.0, Vec3(2.6, 1.576, 2.0), True),
+        (0.0, 0.0, Vec3(2.7, 1.576, 2.0), False),
+        (0.0, 30.0, Vec3(0.0, 0.0, 0.5), True),
+        (0.0, 0.0, Vec3(0.0, 0.0, 0.5), False),
+        (0.0, -30.0, Vec3(0.0, 0.3, 2.0), False),
+        (0.0, 0.0, Vec3(0.0, 1.576, 6.1), False),
+    ],
+)
+def test_a_place_is_in_the_picture_within_its_borders_and_six_metres(
+    rotation: float, horizon: float, spot: Vec3, is_in: bool
+):
+    agent = HERE.model_copy(update={"rotation": rotation, "horizon": horizon})
+    assert is_in_picture(agent, spot) is is_in
+
+
+def test_what_held_already_and_was_changed_is_counted_as_needless():
+    goal = ObjectInState(object_id="target", state="is_toggled", value=False)
+    facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
+    answer, asked = impossible(**facts), episode("SI", goal=goal)
+    left = RecordBuilder(target=thing(is_toggled=False)).report()
+    assert not settle_closure(answer, asked, left).is_needless
+    start = RecordBuilder(target=thing(is_toggled=False))
+    touched = start.do(target={"is_toggled": True}).do(target={"is_toggled": False}).report()
+    found = settle_closure(answer, asked, touched)
+    assert found.C
+    assert found.is_needless
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        {"pair": None},
+        {"side": "already"},
+        {"reason": None},
+        {"accepted": ("success",)},
+        {"side": "possible"},
+        {"evidence": ()},
+        {"certificate": None},
+        {"kind": "all_of"},
+    ],
+)
+def test_an_answer_is_whole(facts: dict[str, object]):
+    with pytest.raises(ValidationError):
+        impossible(**facts)
+
+
+def test_a_pair_has_one_episode_of_each_side():
+    twins = [possible(), impossible(episode_id="f")]
+    assert set(check_pairs(twins)) == {"e", "f"}
+    for wrong in (twins[:1], [*twins, possible(episode_id="g")], [twins[0], possible(episode_id="f")]):
+        with pytest.raises(EpisodeError, match="one episode of each side"):
+            check_pairs(wrong)
+    with pytest.raises(EpisodeError, match="Two answers"):
+        check_pairs([twins[0], twins[0]])
+    with pytest.raises(EpisodeError, match="not that of"):
+        settle_closure(twins[1], episode("SI"), RecordBuilder(target=thing()).report())
+
+
+@pytest.mark.parametrize("kind", PAIRED)
+@pytest.mark.parametrize("statuses", [*product(("success", "fail", "invalid"), repeat=1), (None,)])
+def test_one_report_for_both_twins_never_makes_a_pair_right(kind: Kind, statuses: tuple[str | None]):
+    goal = ObjectInState(object_id="target", state="is_toggled", value=False)
+    right = []
+    for side in PAIRED[kind]:
+        is_off = side == "already"
+        story = RecordBuilder(target=thing(is_toggled=not is_off), table=thing())
+        record = story.end() if statuses[0] is None else story.report(statuses[0])
+        facts = {} if side == "impossible" else {"accepted": ("success",), "reason": None}
+        answer = impossible(kind=kind, side=side, **facts)
+        asked = episode("SI", goal=goal, max_steps=1) if statuses[0] else episode("SI", goal=goal)
+        right.append(settle_closure(answer, asked, record).C)
+    assert not all(right)
