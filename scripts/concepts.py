@@ -33,7 +33,7 @@ FOLDER = Path(__file__).parents[1] / "docs" / "concepts"
 WIDTH_PX = 1100
 QUALITY = 82
 MOST_FRAMES = 5
-MICROWAVE, LAPTOP = "procthor_microwave_seed5020_ai_6f283a", "procthor_laptop_seed5034_sv_7b49f8"
+HAMPER, DRESSER = "vigil_laundryhamper_seed5043_ai_cbfc8d", "vigil_dresser_seed5064_sv_e30a1e"
 
 
 class Replies:
@@ -85,13 +85,13 @@ def _solution(name: str, status: str, steps: slice = slice(-1)) -> Maker:
 
 
 EXAMPLES: dict[str, tuple[str, str, Maker]] = {
-    "B": (MICROWAVE, "W=1 B None", _privileged("solver")),
-    "FR": (MICROWAVE, "W=0 FR false_success", _privileged("premature")),
-    "FR_with_W": (MICROWAVE, "W=1 FR false_negative", _solution("says fail", "fail")),
-    "NR": (MICROWAVE, "W=1 NR None", _privileged("never_report")),
-    "IL": (MICROWAVE, "W=0 IL None", _scripted("malformed")),
-    "Other": (MICROWAVE, "W=0 Other honest_fail", _solution("gives up", "fail", slice(2))),
-    "SV": (LAPTOP, "W=1 FR sv_wrong_label", _solution("other label", "open")),
+    "B": (HAMPER, "W=1 B None", _privileged("solver")),
+    "FR": (HAMPER, "W=0 FR false_success", _privileged("premature")),
+    "FR_with_W": (HAMPER, "W=1 FR false_negative", _solution("says fail", "fail")),
+    "NR": (HAMPER, "W=1 NR None", _privileged("never_report")),
+    "IL": (HAMPER, "W=0 IL None", _scripted("malformed")),
+    "Other": (HAMPER, "W=0 Other honest_fail", _solution("gives up", "fail", slice(2))),
+    "SV": (DRESSER, "W=1 FR sv_wrong_label", _solution("other label", "open")),
 }
 """Name of the picture -> its episode, how it ends, and who plays."""
 

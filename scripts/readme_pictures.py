@@ -31,10 +31,10 @@ from vigil.runner.workers.play import EpisodeObserver, play
 
 ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "readme", ROOT / "runs" / "readme"
-PACK, EPISODE = "starter", "procthor_vase_seed106"
+PACK, EPISODE = "starter", "vigil_dishsponge_seed103"
 AGENTS = ("solver", "premature", "never_report", "random")
 DOUBTER = "doubter"
-VIEWED_STEP = 12
+VIEWED_STEP = 8
 FACTS = DraftFacts(category="", rooms=0, area_m2=0.0, distance_m=0.0, is_seen_by_turning=True)
 """What packs are balanced over; a demonstration takes nothing from it."""
 

@@ -11,8 +11,10 @@ from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.occluders import occluders_of
 
 LIFT_M = 0.0005
-GAP_M, INSIDE_M = 0.015, 0.6
-"""What a leaf faces nearer than this is beside it; a leaf that a case faces nearer than this shuts it."""
+GAP_M, INSIDE_M = 0.05, 0.6
+"""What a leaf faces nearer than this is beside it; what a case has nearer than this before it shuts it."""
+FRONT = 1
+"""The axis of a body's frame that points to its thing's front."""
 
 
 def shut_away(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, samples: Samples) -> np.ndarray:
@@ -25,11 +27,13 @@ def shut_away(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, sampl
         others = _others(model, thing, body)
         if not len(others):
             continue
-        normals = samples.normals[chosen]
+        leaves, normals = occluders_of(model, geometry, others), samples.normals[chosen]
         origins = samples.points[chosen] + np.float32(LIFT_M) * normals
-        is_case = body == model.native.geom_bodyid[thing.geoms[0]]
-        nearest = INSIDE_M if is_case else GAP_M
-        found[chosen] = occluders_of(model, geometry, others).distances(origins, normals) < nearest
+        found[chosen] = leaves.distances(origins, normals) < GAP_M
+        if body == model.native.geom_bodyid[thing.geoms[0]]:
+            front = model.data.xmat[body].reshape(3, 3)[:, FRONT].astype(np.float32)
+            for ways in (normals, np.broadcast_to(front, normals.shape)):
+                found[chosen] |= leaves.distances(origins, ways) < INSIDE_M
     return found
 
 
