@@ -155,7 +155,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", type=Path, help="folder of the four runs")
     parser.add_argument("out", type=Path)
-    parser.add_argument("--episode", default="procthor_dresser_seed112", help="of the starter pack")
+    parser.add_argument("--episode", default="vigil_dresser_seed106", help="of the starter pack")
     given = parser.parse_args()
     with sync_playwright() as playwright:
         chromium = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -12,10 +12,10 @@ from vigil.housegen import generate, spec_for
 from vigil.runner.run import run_pack
 
 EPISODES = (
-    "procthor_fridge_seed116",
-    "procthor_fridge_seed116_ai",
-    "procthor_laptop_seed121",
-    "procthor_desklamp_seed121",
+    "vigil_fridge_seed101",
+    "vigil_fridge_seed101_ai",
+    "vigil_statue_seed121",
+    "vigil_desklamp_seed121",
 )
 """Of the starter pack; in two houses, which several commands draw."""
 RUNS = {
