@@ -71,7 +71,7 @@ def test_the_thousand_are_spread_over_houses_rooms_and_constraints() -> None:
 def test_ids_have_the_papers_form(pack: Pack) -> None:
     for episode in pack.episodes:
         head, category, seed, family, digest = episode.id.split("_")
-        assert (head, family) == ("procthor", episode.family.lower())
+        assert (head, family) == ("vigil", episode.family.lower())
         assert category == episode.goal.object_id.split("|")[0].lower()
         assert seed == f"seed{episode.provenance.seed:03d}"
         assert int(digest, 16) >= 0

@@ -110,8 +110,8 @@ def test_the_widest_gap_at_alike_w_is_the_papers(made: dict[str, Table]):
 
 PLAIN = {"open_repeat_robustness", "full_panel", "prompt_sensitivity", "global_cross_section", "proprio_minimal"}
 """Their rates stand as printed in the paper: with their intervals in another table."""
-WITHOUT_RATES = {"power", "stability", "repeat_rates", "feedback_events"}
-"""Percentages that are no rates of one run: detectable differences, half-ranges and relative changes."""
+WITHOUT_RATES = {"power", "stability", "repeat_rates", "feedback_events", "levels"}
+"""Numbers that are no rates of one run: detectable differences, half-ranges, relative changes, an index."""
 
 
 def test_every_rate_has_its_interval(made: dict[str, Table]):

@@ -96,7 +96,7 @@ def test_ids_follow_the_form_and_are_unique(starter: Pack) -> None:
     assert len(set(ids)) == len(ids)
     for episode in starter.episodes:
         head, category, seed = episode.id.split("_")[:3]
-        assert head == "procthor"
+        assert head == "vigil"
         assert category == starter_category(episode)
         assert seed == f"seed{episode.provenance.seed:03d}"
 

@@ -200,7 +200,7 @@ def test_settings_without_sense_are_refused(options: dict[str, Any]) -> None:
 
 def test_pointing_is_graded_by_size_and_states_by_distance(made: StreamHouse) -> None:
     for draft in made.drafts:
-        by_distance = "easy" if draft.facts.distance_m <= 1.0 else "medium" if draft.facts.distance_m <= 1.9 else "hard"
+        by_distance = "easy" if draft.facts.distance_m <= 1.1 else "medium" if draft.facts.distance_m <= 2.0 else "hard"
         by_size = {"large": "easy", "medium": "medium", "small": "hard", None: by_distance}
         assert difficulty_of(draft) == by_size[draft.episode.difficulty]
 
