@@ -1,6 +1,7 @@
 """Models kept for scenes that are loaded again, and geoms left out of frames: neither may ever be seen."""
 
 from dataclasses import replace
+from weakref import WeakSet
 
 import numpy as np
 import pytest
@@ -94,6 +95,7 @@ def test_a_scene_that_differs_in_anything_gets_a_model_of_its_own(scene: Scene, 
 
 
 def test_only_the_latest_scenes_are_kept(scene: Scene, monkeypatch) -> None:
+    monkeypatch.setattr(model_cache, "_engines", WeakSet())  # each engine that still lives has more kept
     built = []
     monkeypatch.setattr(model_cache, "build", lambda wanted: built.append(wanted) or build(wanted))
     for number in range(model_cache.KEPT + 1):
