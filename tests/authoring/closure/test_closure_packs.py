@@ -201,7 +201,7 @@ def _reported(validator: Validator, pack: Pack, name: str, status: Status | None
 
 def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None:
     pool = drafts.read().closures
-    with pytest.raises(EpisodeError, match=r"all_of 2 \(of 2 drafts\).*impossible 2.*look_alike \d \(of \d drafts\)"):
+    with pytest.raises(EpisodeError, match=r"all_of 2 \(of 2 drafts\).*impossible 2.*look_alike 2 \(of 2 drafts\)"):
         select_tasks(pool, ClosureRequest("p", 3))
     assert select_tasks(pool, ClosureRequest("p", 2, kinds=FOUND)) == select_tasks(
         pool[::-1], ClosureRequest("p", 2, kinds=FOUND)
