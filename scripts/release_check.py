@@ -4,7 +4,7 @@
 
 For each interpreter that is there, once with the lowest versions of the direct dependencies that pyproject.toml
 allows and once with the newest of all: packages come from the index, nothing from this checkout. Interpreters that
-are not there are named and left out. Needs `uv`. What is played is shown with its time; the first fault ends it.
+do not start are named and left out. Needs `uv`. What is played is shown with its time; the first fault ends it.
 """
 
 import argparse
@@ -52,12 +52,12 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="Where the environments are made and stay, for looking into them.")
     given = parser.parse_args()
     wheel = build()
-    there = [python for python in given.pythons if shutil.which(python)]
-    for python in sorted(set(given.pythons) - set(there)):
-        print(f"{python} is not on PATH and is left out.")
+    there = {python: found for python in given.pythons if (found := interpreter(python))}
+    for python in sorted(set(given.pythons) - there.keys()):
+        print(f"{python} does not start and is left out.")
     if not there:
-        sys.exit("None of the interpreters is on PATH.")
-    for python in there:
+        sys.exit("None of the interpreters starts. Name one by its path, such as /usr/bin/python3.11.")
+    for python in there.values():
         for resolution in given.resolution or RESOLUTIONS:
             with tempfile.TemporaryDirectory() as folder:
                 check(
@@ -66,6 +66,15 @@ def main() -> None:
                     resolution,
                     given.keep / f"{Path(python).name}-{resolution}" if given.keep else Path(folder),
                 )
+
+
+def interpreter(name: str) -> str | None:
+    """Returns the path of an interpreter; None when it does not start, as a version manager's stand-in does not."""
+    if shutil.which(name) is None:
+        return None
+    words = [name, "-c", "import sys; print(sys.executable)"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    return done.stdout.strip() if done.returncode == 0 else None
 
 
 def build() -> Path:
