@@ -10,13 +10,13 @@ uniform vec3 glow_places[GLOWS];
 uniform vec3 glow_colours[GLOWS];
 #endif
 #ifdef CHARTED
-in vec2 chart_place;
+centroid in vec2 chart_place;
 #else
-in vec3 vertex_light;
+centroid in vec3 vertex_light;
 #endif
-in vec3 world;
-in vec3 facing;
-in vec2 texture_place;
+centroid in vec3 world;
+centroid in vec3 facing;
+centroid in vec2 texture_place;
 flat in vec4 colour;
 flat in vec4 finish;  // layer of the texture, emission, gloss, metalness
 out vec4 seen;
