@@ -12,8 +12,6 @@ from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 MAX_MIRRORS = 2
 """The nearest in view mirror; others only shine."""
-FINENESS = 1
-"""Pixels of the frame for one of the mirrored picture, along each side."""
 FINENESS = 2
 """Pixels of the frame for one of the mirrored picture, along each side."""
 _FLAT = 0.99
