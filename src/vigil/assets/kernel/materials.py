@@ -96,6 +96,7 @@ _KINDS: dict[str, _Kind] = {
     "glass": _Kind(None, 1.0, 0.9, 0.9, alpha=0.25, colour="cfe3e6"),
     "water": _Kind(None, 1.0, 0.9, 0.9, alpha=0.6, colour="9cc7dc"),
     "mirror": _Kind(None, 1.0, 0.9, 0.9, colour="b7c4cc"),
+    "gleam": _Kind(None, 1.0, 0.0, 0.0, alpha=0.06, colour="ffffff"),
     "glow": _Kind(None, 1.0, 0.0, 0.0, 0.7, colour="ffeecc"),
     "flame": _Kind(None, 1.0, 0.0, 0.0, 0.7, colour="ffb347"),
     "picture": _Kind("picture", 1.0, 0.05, 0.1, colour="ffffff"),

@@ -73,7 +73,7 @@ def mirror(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
         shine = shapes.extrude([(-0.2, 0.3), (-0.12, 0.3), (0.2, 0.85), (0.12, 0.85)], 0.0, 1e-3, "z")
         level = back + 0.5 * depth if kind == "framed" else front
         shine = shapes.translate(shapes.scale(shine, (width, height, 1)), (0, 0, level - 5e-4))
-        builder.add("plastic/#dfe8ec", shine)
+        builder.add("gleam", shine)
     return builder.build([kind])
 
 
