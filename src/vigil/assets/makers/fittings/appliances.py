@@ -21,7 +21,7 @@ SHELLS = (
 _RETRO = (Finish("plastic/#a8322d", "red"), Finish("plastic/#e9dfc3", "cream"), Finish("plastic/#9cc4bd", "mint green"))
 _LINER = "plastic/#eef1f2"
 _FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
-_GLASS_SHELF = PartStyle("glass/#dfeef0", is_glass=True)
+_GLASS_SHELF = PartStyle("glass/#6f9aa6", is_glass=True)
 
 _NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
 """Heights up to which a fridge's notes and its dispenser reach."""

@@ -37,10 +37,10 @@ _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
 """An oval bowl from its drain to its edge: shares of its half width and of its depth."""
 _KNOBS = (
     ("plastic/#232528", "plastic/#f4f4f0"),
-    ("metal/steel", "plastic/#c83a2c"),
-    ("plastic/#ecebe6", "plastic/#c83a2c"),
+    ("metal/steel", "plastic/#232528"),
+    ("plastic/#ecebe6", "plastic/#5c5f63"),
 )
-"""Materials of a stove knob's grip and of its pointer."""
+"""Materials of a stove knob's grip and of its pointer: no colour that could be taken for heat."""
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
