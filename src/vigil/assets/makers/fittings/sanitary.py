@@ -10,7 +10,7 @@ from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import one_of
 from vigil.pose import Vec3
 
-_GLAZE = "ceramic/#f3f2ee"
+_GLAZE = "ceramic/#fffefc"
 
 
 def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -21,7 +21,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     rim = min(0.42, 0.54 * height)
     tank = min(0.2, 0.28 * depth)
     wide = min(0.37, 0.95 * width)
-    seat = one_of(rng, ("plastic/#d3ccba", "plastic/#bcc4ca", "wood/oak", "plastic/#2d2e31"))
+    seat = one_of(rng, ("plastic/#b8ad92", "plastic/#8f9aa3", "wood/oak", "plastic/#2d2e31"))
     long = depth - tank - 0.03
     middle = z1 - long / 2
     _bowl(builder, wide, long, rim - 0.03, middle)
