@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from tests.sim.engines.mujoco.conftest import block, cube
-from vigil.assets.kernel.asset import Asset, Glow, Part
+from vigil.assets.kernel.asset import Asset, Glow, Joint, Part
 from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster import charts, irradiance, occluders
+from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
@@ -315,3 +315,32 @@ def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_anothe
     assert portals.visible_from((2.0, 0.2)).tolist() == [True, True, False]
     scene.panels[-1] = replace(far, holes=(Hole(0.1, 1.0, 0.0, 2.0),))  # in line
     assert Portals(scene).visible_from((2.0, 0.5)).tolist() == [True, True, True]
+
+
+@pytest.mark.parametrize("is_enclosed", [True, False])
+def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(scene: Scene, *, is_enclosed: bool) -> None:
+    back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
+    sides = [
+        ((-0.4, -0.4), (-0.38, 0.4)),
+        ((0.38, -0.4), (0.4, 0.4)),
+        ((-0.4, -0.4), (0.4, -0.38)),
+        ((-0.4, 0.38), (0.4, 0.4)),
+    ]
+    boards = [
+        Part(f"board{number}", block((*low, -0.15), (*high, 0.15)), "plastic/#8888aa")
+        for number, (low, high) in enumerate(sides)
+    ]
+    leaf = Part("leaf", block((-0.4, -0.4, 0.16), (0.4, 0.4, 0.2)), "plastic/#aa4444", joint="leaf", bears_open=True)
+    hinge = Joint("leaf", "hinge", Vec3(0.0, 1.0, 0.0), Vec3(-0.4, 0.0, 0.2), -90.0)
+    parts = (back, *(boards if is_enclosed else []), leaf)
+    scene.things["cabinet"].asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), parts, (), (hinge,))
+    model = model_cache.model_of(scene)
+    lighting = Lighting(model)
+    body = model.things["cabinet"].geoms[0]
+    points, normals = lighting.geometry.world(model, body)
+    samples = Samples(points, normals)
+    shut = gaps.shut_away(model, lighting.geometry, np.full(len(points), body), samples)
+    faces_leaf = normals[:, 1] < -0.9
+    inside = faces_leaf & (np.abs(points[:, [0, 2]] - (0.0, 0.4)) < 0.35).all(axis=1)
+    assert shut[faces_leaf].any() == is_enclosed
+    assert shut[inside].all() == is_enclosed
