@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from vigil.assets.kernel.asset import Asset, Joint, Mesh, Part
+from vigil.assets.kernel.asset import Asset, Joint, Mesh, Part, Surface
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
@@ -29,6 +29,10 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> 
     return Mesh(np.array(vertices, np.float32), np.array(faces, np.int32), np.array(normals, np.float32), uvs)
 
 
+INSIDE = Surface("shelf", Vec3(0.0, -0.3, 0.0), 0.6, 0.2, clearance=0.6, is_inside=True, needs_opening=True)
+"""Where a thing may lie behind a leaf."""
+
+
 def cabinet() -> Asset:
     """Returns a box 0.8 m wide and high, 0.4 m deep, its front half a leaf and half a pane, a screen on top."""
     body = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, 0.1)), "plastic/#8888aa")
@@ -40,7 +44,8 @@ def cabinet() -> Asset:
     )  # fmt: skip
     flame = Part("flame", block((0.32, 0.4, -0.1), (0.38, 0.6, 0.0)), "glow/#ffaa33", shown="on", bears_toggle=True)
     hinge = Joint("leaf", "hinge", Vec3(0.0, 1.0, 0.0), Vec3(-0.4, 0.0, 0.2), -90.0)
-    return Asset("Cabinet", Vec3(0.8, 0.8, 0.4), (body, leaf, pane, screen, flame), (), (hinge,))
+    parts = (body, leaf, pane, screen, flame)
+    return Asset("Cabinet", Vec3(0.8, 0.8, 0.4), parts, (), (hinge,), (INSIDE,))
 
 
 def cube(size: float, material: str) -> Asset:

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sim.engines.mujoco.conftest import block, cube
-from vigil.assets.kernel.asset import Asset, Glow, Joint, Part
+from tests.sim.engines.mujoco.conftest import INSIDE, block, cube
+from vigil.assets.kernel.asset import Asset, Glow, Joint, Part, Surface
 from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
@@ -317,8 +317,10 @@ def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_anothe
     assert Portals(scene).visible_from((2.0, 0.5)).tolist() == [True, True, True]
 
 
-@pytest.mark.parametrize("is_enclosed", [True, False])
-def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(scene: Scene, *, is_enclosed: bool) -> None:
+@pytest.mark.parametrize(("is_enclosed", "surfaces"), [(True, (INSIDE,)), (False, (INSIDE,)), (True, ())])
+def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(
+    scene: Scene, *, is_enclosed: bool, surfaces: tuple[Surface, ...]
+) -> None:
     back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
     sides = [
         ((-0.4, -0.4), (-0.38, 0.4)),
@@ -333,7 +335,7 @@ def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(scene: Scene, *, is_en
     leaf = Part("leaf", block((-0.4, -0.4, 0.16), (0.4, 0.4, 0.2)), "plastic/#aa4444", joint="leaf", bears_open=True)
     hinge = Joint("leaf", "hinge", Vec3(0.0, 1.0, 0.0), Vec3(-0.4, 0.0, 0.2), -90.0)
     parts = (back, *(boards if is_enclosed else []), leaf)
-    scene.things["cabinet"].asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), parts, (), (hinge,))
+    scene.things["cabinet"].asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), parts, (), (hinge,), surfaces)
     model = model_cache.model_of(scene)
     lighting = Lighting(model)
     body = model.things["cabinet"].geoms[0]
@@ -342,5 +344,6 @@ def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(scene: Scene, *, is_en
     shut = gaps.shut_away(model, lighting.geometry, np.full(len(points), body), samples)
     faces_leaf = normals[:, 1] < -0.9
     inside = faces_leaf & (np.abs(points[:, [0, 2]] - (0.0, 0.4)) < 0.35).all(axis=1)
-    assert shut[faces_leaf].any() == is_enclosed
-    assert shut[inside].all() == is_enclosed
+    is_dark = is_enclosed and bool(surfaces)
+    assert shut[faces_leaf].any() == is_dark
+    assert shut[inside].all() == is_dark

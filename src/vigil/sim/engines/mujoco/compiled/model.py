@@ -42,6 +42,8 @@ class Placed:
     looks_on: np.ndarray
     """Material of each geom while toggled on, and ..."""
     looks_off: np.ndarray
+    has_inside: bool
+    """Whether it has room inside that is reached by opening it."""
 
 
 @dataclass(slots=True, eq=False)
@@ -235,6 +237,7 @@ def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
         np.array([piece.shown != "on" for piece in ordered], dtype=bool),
         np.zeros(len(ordered), dtype=int),
         np.zeros(len(ordered), dtype=int),
+        any(surface.needs_opening for surface in thing.asset.surfaces),
     )
 
 

@@ -1,6 +1,7 @@
 """Where little light comes while things are shut: inside of them, and between their parts.
 
 Leaves stop no light, so what lies behind one is lit as if it were open, and would shine through the gap between two.
+What has no inside, as a curtain or a door between rooms, has nothing to shine.
 """
 
 import numpy as np
@@ -30,6 +31,8 @@ def shut_away(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, sampl
     for body in np.unique(bodies[model.geom_things[geoms] >= 0]).tolist():
         chosen = np.flatnonzero(bodies == body)
         thing = placed[model.geom_things[geoms[chosen[0]]]]
+        if not thing.has_inside:
+            continue
         parts = thing.geoms[~np.isin(model.native.geom_group[thing.geoms], (HIDDEN, GLASS))]
         others = parts[model.native.geom_bodyid[parts] != body]
         if not len(others):
