@@ -16,6 +16,8 @@ from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0
+BIRD_MARGIN = 1.06
+"""What a house is seen with, over its own extent."""
 _PAPER = MaterialRef(name="plastic/#c3c6c8")
 
 
@@ -38,15 +40,19 @@ def render_asset(
 
 
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
-    """Returns a picture (480, 640, 3) of a house from above, without its ceilings; +z of THOR's frame is up."""
+    """Returns a picture (480, width, 3) of a house from above, without its ceilings; +z of THOR's frame is up.
+
+    It is as wide as the house asks for, 640 at most.
+    """
     corners = np.concatenate([room.polygon for room in scene.rooms])
     low, high = corners.min(axis=0), corners.max(axis=0)
     (x, z), extent = (low + high) / 2, high - low
     height = max(room.height for room in scene.rooms)
-    half = 0.53 * max(extent[1], extent[0] * 480 / 640)
+    half = BIRD_MARGIN / 2 * max(extent[1], extent[0] * FRAME_HEIGHT / FRAME_WIDTH)
+    width = round(FRAME_HEIGHT * BIRD_MARGIN * extent[0] / (2 * half))
     back = frames.points(_direction(180.0, 82.0))
     eye = frames.points(np.array([x, height, z])) + back * half / np.tan(np.radians(BIRD_FOVY_DEG / 2))
-    return _picture(scene, _FreeCamera(eye, back, BIRD_FOVY_DEG), quality)
+    return _picture(scene, _FreeCamera(eye, back, BIRD_FOVY_DEG, width), quality)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +63,7 @@ class _FreeCamera:
     back: np.ndarray
     """Away from what it looks at."""
     fovy_deg: float
+    width: int = FRAME_WIDTH
 
     @property
     def axes(self) -> np.ndarray:
@@ -72,7 +79,7 @@ def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
     model.native.geom_group[unwanted] = HIDDEN
     camera = Camera(model, quality)
     try:
-        return camera.survey(Viewer(view.eye, view.axes, view.fovy_deg, FRAME_WIDTH, FRAME_HEIGHT))
+        return camera.survey(Viewer(view.eye, view.axes, view.fovy_deg, view.width, FRAME_HEIGHT))
     finally:
         camera.close()
 

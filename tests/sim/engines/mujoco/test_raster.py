@@ -8,17 +8,21 @@ import pytest
 
 from tests.sim.engines.mujoco.conftest import INSIDE, block, cube
 from vigil.assets.kernel.asset import Asset, Glow, Joint, Part, Surface
+from vigil.house import MaterialRef
 from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
-from vigil.sim.engines.mujoco.compiled import model_cache
+from vigil.sim.engines.mujoco.compiled import frames, model_cache
+from vigil.sim.engines.mujoco.compiled.model import build
 from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
+from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
 from vigil.sim.engines.mujoco.raster.smoothing import smoothed
+from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
 
@@ -302,6 +306,17 @@ def test_rooms_are_seen_through_their_doorways_only() -> None:
     closed = two_rooms()
     closed.panels = [replace(panel, holes=()) for panel in closed.panels]
     assert Portals(closed).visible_from((2.0, 2.0)).tolist() == [True, False]
+
+
+def test_from_above_no_room_is_left_out() -> None:
+    closed, plaster = two_rooms(), MaterialRef(name="plaster/white")
+    closed.rooms = [replace(room, floor_material=plaster, ceiling_material=plaster) for room in closed.rooms]
+    closed.panels = [replace(panel, holes=(), material=plaster) for panel in closed.panels]
+    model, middle_of_a = build(closed), frames.points(np.array([2.0, 0.0, 2.0]))
+    for height, shown in ((1.5, {0}), (12.0, {0, 1})):
+        eye = middle_of_a + np.array([0.0, 0.0, height])
+        gone = unseen(model, Viewer(eye, np.eye(3), 100.0, 640, 480))  # it looks straight down
+        assert {room for geom, room in model.structure_rooms.items() if not gone[geom]} == shown
 
 
 def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_another() -> None:

@@ -60,6 +60,7 @@ class Portals:
 
     def __init__(self, scene: Scene) -> None:
         self._rooms = [room_floor(room) for room in scene.rooms]
+        self.top_m = max((room.height for room in scene.rooms), default=0.0)  # an eye above it looks over the walls
         self._holes = [
             _Hole(start, end, sides)
             for panel in scene.panels
@@ -72,7 +73,7 @@ class Portals:
         return np.stack([shapely.distance(room, shapely.points(places)) for room in self._rooms], axis=1)
 
     def visible_from(self, eye: tuple[float, float]) -> np.ndarray:
-        """Returns whether each room can be seen from a place (x, z); all of them from outside of the house."""
+        """Returns whether each room can be seen from a place (x, z) in the house; all from outside of it."""
         seen = np.zeros(len(self._rooms), dtype=bool)
         here = np.flatnonzero(self.distances(np.array([eye]))[0] < IN_DOORWAY_M)
         if not len(here):

@@ -27,8 +27,8 @@ def unseen(model: CompiledModel, viewer: Viewer) -> np.ndarray:
 
 
 def _visible_rooms(model: CompiledModel, viewer: Viewer) -> np.ndarray:
-    """Returns whether each room can be seen; behind a mirror all can."""
-    if viewer.clip is not None:
+    """Returns whether each room can be seen; behind a mirror, and from above without the ceilings, all can."""
+    if viewer.clip is not None or viewer.eye[2] > model.portals.top_m:
         return np.ones(len(model.lamps.rooms), dtype=bool)
     return model.portals.visible_from((float(viewer.eye[0]), float(viewer.eye[1])))
 
