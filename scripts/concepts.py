@@ -16,7 +16,7 @@ from vigil.actions import Action, Reply, Report
 from vigil.agents.agent import Agent
 from vigil.agents.scripted import scripted_agent
 from vigil.analysis.plots.style import saved
-from vigil.analysis.plots.trajectory import AgentTrajectory, track, trajectory_figure
+from vigil.analysis.plots.trajectory import AgentTrajectory, track, trajectory_figure, width_in_of
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.solving.moves import reply_of
 from vigil.authoring.ways.solvers import privileged_agent
@@ -31,8 +31,9 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 FOLDER = Path(__file__).parents[1] / "docs" / "concepts"
 WIDTH_PX = 1100
+"""Of every strip; one with fewer frames than fit ends in empty ground, so that all have letters of one size."""
 QUALITY = 82
-MOST_FRAMES = 5
+MOST_FRAMES = 4
 HAMPER, DRESSER = "vigil_laundryhamper_seed5043_ai_cbfc8d", "vigil_dresser_seed5064_sv_e30a1e"
 
 
@@ -109,7 +110,9 @@ def main() -> None:
             found = f"W={outcome.W:d} {outcome.label} {outcome.subtype}"
             if found != ending:
                 raise SystemExit(f"Example {name} ends as {found}, not as {ending}.")
-            _write(FOLDER / f"{name}.webp", saved(trajectory_figure(episode, [one], MOST_FRAMES), "png"))
+            figure = trajectory_figure(episode, [one], MOST_FRAMES)
+            share = figure.get_figwidth() / width_in_of(MOST_FRAMES)
+            _write(FOLDER / f"{name}.webp", saved(figure, "png"), round(WIDTH_PX * share))
             print(f"{name}: {one.name}, {found}, {outcome.steps} steps")
 
 
@@ -118,10 +121,13 @@ def _played(env: Env, episode: Episode, agent: Watched) -> AgentTrajectory:
     return track(agent.name, episode, env.record(), agent.frames)
 
 
-def _write(path: Path, png: bytes) -> None:
+def _write(path: Path, png: bytes, width: int) -> None:
+    """Writes a strip, `width` pixels of which are drawn on."""
     picture = Image.open(io.BytesIO(png)).convert("RGB")
-    size = (WIDTH_PX, round(picture.height * WIDTH_PX / picture.width)) if picture.width > WIDTH_PX else picture.size
-    picture.resize(size, Image.Resampling.LANCZOS).save(path, "WEBP", quality=QUALITY, method=6)
+    drawn = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
+    strip = Image.new("RGB", (WIDTH_PX, drawn.height), drawn.getpixel((0, 0)))
+    strip.paste(drawn, (0, 0))
+    strip.save(path, "WEBP", quality=QUALITY, method=6)
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ def test_telling_steps_have_first_attainment_and_last():
 
 def test_words_for_actions():
     assert worded(Navigate(mode="turn_left", magnitude=90)) == "turn left 90°"
-    assert worded(Navigate(mode="forward", magnitude=2.5)) == "forward 2.5"
+    assert worded(Navigate(mode="forward", magnitude=2.5)) == "forward 2.5 steps"
     assert worded(Look(direction="up", magnitude=30)) == "look up 30°"
     assert worded(InteractPixel(intent="open_access", x=3, y=4)) == "open access (3, 4)"
     assert worded(InteractPixel(intent="drop")) == "drop"

@@ -30,7 +30,7 @@ DEFAULT_COLUMNS = 6
 ANIMATION_MS = 900
 FINAL_MS = 3000
 TITLE_LETTERS_PER_IN = 11.5
-_PANEL_IN = 1.75
+_PANEL_IN, _NAME_IN = 1.75, 1.15
 _ENDS: dict[Label, str] = {
     "B": "verified success",
     "FR": "false report",
@@ -75,7 +75,7 @@ def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], colum
     """Draws one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
-        width_in = 1.15 + _PANEL_IN * width
+        width_in = width_in_of(width)
         title = _title(episode, tracks, width_in)
         figure = canvas(width_in, 0.35 + 0.2 * len(title.splitlines()) + len(tracks) * (_PANEL_IN * 0.75 + 0.42))
         figure.suptitle(title, x=0.008, ha="left", fontsize=9.5, fontweight="bold", linespacing=1.5)
@@ -89,6 +89,11 @@ def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], colum
                 if column < len(chosen):
                     _panel(axes, one, chosen[column])
         return figure
+
+
+def width_in_of(columns: int) -> float:
+    """Returns how wide (inches) a figure of so many frames a row is."""
+    return _NAME_IN + _PANEL_IN * columns
 
 
 def key_steps(one: AgentTrajectory, count: int) -> list[int]:
@@ -132,7 +137,7 @@ def worded(action: Action | None) -> str:
             return ""
         case Navigate():
             way = action.mode.replace("turn_", "turn ")
-            return f"{way} {action.magnitude:g}{'°' if 'turn' in way else ''}"
+            return f"{way} {action.magnitude:g}{'°' if 'turn' in way else ' steps'}"
         case InteractPixel():
             where = "" if action.x is None else f" ({action.x}, {action.y})"
             return f"{action.intent.replace('_', ' ')}{where}"
