@@ -12,6 +12,7 @@ from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.plan_image import beside, draw_plan
 from vigil.pose import Pose, Vec3, heading
+from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.privileged import PrivilegedSimulator
@@ -22,6 +23,8 @@ FOLDER = Path(__file__).parents[1] / "docs" / "houses"
 HOUSES = (("kitchen", 11), ("bedroom", 9), ("2", 12), ("3", 5), ("4", 21), ("6", 8))
 """Specs and seeds of the six."""
 PLAN_WIDTH_PX, VIEW_WIDTH_PX = 1100, 544
+TRIAL_PX_PER_M = 10
+"""Of a plan that is drawn to see how wide plan and view become."""
 QUALITY = 84
 HORIZON = 12.0
 NEAR_M, FAR_M = 0.9, 5.0
@@ -35,13 +38,19 @@ def main() -> None:
         house = generate(seed, spec_for(spec))
         simulator.load(house)
         name = f"{house.name}".replace("-", "_")
-        overview = beside(draw_plan(house, simulator.scene()), render_birdseye(simulator.scene()))
-        _save(overview, f"{name}_plan", PLAN_WIDTH_PX)
+        _save(_overview(house, simulator.scene()), f"{name}_plan", PLAN_WIDTH_PX)
         for number, pose in enumerate(_viewpoints(house, simulator), start=1):
             simulator.reset(pose, Setup())
             _save(Image.fromarray(simulator.frame()), f"{name}_view{number}", VIEW_WIDTH_PX)
         print(name)
     simulator.close()
+
+
+def _overview(house: House, scene: Scene) -> Image.Image:
+    """Returns the plan beside the view from above, nearly as wide as they are kept, so that words stay legible."""
+    view, trial = render_birdseye(scene), draw_plan(house, scene, TRIAL_PX_PER_M)
+    width = trial.width + view.shape[1] * trial.height / view.shape[0]
+    return beside(draw_plan(house, scene, TRIAL_PX_PER_M * PLAN_WIDTH_PX / width), view)
 
 
 def _save(picture: Image.Image, name: str, width: int) -> None:

@@ -9,9 +9,11 @@ from vigil.scene.plan import FloorPlan, PlanOpening, PlanThing, floor_plan
 from vigil.scene.things import Scene
 
 MARGIN_M = 0.6
-LABEL_PX = 11
-ROOM_LABEL_PX = 17
-LABEL_SHIFTS = (0, 13, -13, 26, -26)
+LABEL_PX = 14
+ROOM_LABEL_PX = 18
+EDGE_PX = 2
+"""Of the white edge around a label, which parts it from dots and lines below it."""
+LABEL_SHIFTS = (0, 16, -16, 32, -32)
 """Where else (px down) a label goes when another is in its place."""
 GUTTER_PX = 12
 WALL_PX = 5
@@ -35,6 +37,7 @@ RUG_RGB = (232, 214, 220)
 SMALL_RGB = (200, 60, 60)
 START_RGB = (40, 120, 60)
 TEXT_RGB = (20, 20, 24)
+LABEL_EDGE_RGB = (255, 255, 255)
 ROOM_TEXT_RGB = (120, 120, 135)
 
 
@@ -82,7 +85,10 @@ class PlanSheet:
             into = max(0.0, 2 - left) - max(0.0, right + 2 - self.image.width)
             box = (left + into, top, right + into, bottom)
             if all(box[2] < old[0] or box[0] > old[2] or box[3] < old[1] or box[1] > old[3] for old in self._written):
-                self.draw.text((px + into, py + shift), text, fill=TEXT_RGB, font=self.font, anchor="mm")
+                self.draw.text(
+                    (px + into, py + shift), text, fill=TEXT_RGB, font=self.font, anchor="mm",
+                    stroke_width=EDGE_PX, stroke_fill=LABEL_EDGE_RGB,
+                )  # fmt: skip
                 self._written.append(box)
                 return
 
@@ -93,7 +99,7 @@ class PlanSheet:
         self._written.append(box)
 
 
-def draw_plan(house: House, scene: Scene, pixels_per_m: int = 100) -> Image.Image:
+def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Image:
     """Returns the plan of a house: rooms, doors with the way that they swing, furniture, small things, the start."""
     plan = floor_plan(house, scene.things.values())
     sheet = PlanSheet(plan, pixels_per_m)
