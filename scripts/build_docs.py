@@ -18,7 +18,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from scripts.docs_reference import reference_pages
-from scripts.markdown_pages import links, read
+from scripts.markdown_pages import links, read, without_code
 from vigil import __version__
 
 ROOT = Path(__file__).parents[1]
@@ -31,6 +31,8 @@ SHOWN = (".jpg", ".jpeg", ".png", ".gif", ".webp", ".svg")
 LANGUAGES = {".py": "python", ".toml": "toml", ".json": "json", ".cff": "yaml", ".yml": "yaml", ".sh": "sh"}
 _LOADED = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "link": "href"}
 """What a browser loads with a page, by the element; of links only style sheets, icons and what is fetched early."""
+_PICTURE = re.compile(r"(?<!\[)!\[[^\]]*\]\(([^()\s]+)\)")
+"""A picture in Markdown that is not a link yet."""
 _IN_STYLE = re.compile(r"""(?:url\(|@import)\s*["']?((?:https?:)?//[^"')\s]+)""")
 
 
@@ -67,6 +69,15 @@ def _mapped(text: str, source: Path, page: Path, folder: Path, wanted: dict[Path
         anchor = f"#{link.anchor}" if link.anchor else ""
         parts += [text[end : link.start], os.path.relpath(there, page.parent).replace(os.sep, "/"), anchor]
         end = link.start + len(link.target)
+    return _opened_by_click("".join([*parts, text[end:]]))
+
+
+def _opened_by_click(text: str) -> str:
+    """Returns the text of a page with each picture as a link to itself: pages show it smaller than it is."""
+    parts, end = [], 0
+    for picture in _PICTURE.finditer(without_code(text)):
+        parts += [text[end : picture.start()], f"[{picture[0]}]({picture[1]})"]
+        end = picture.end()
     return "".join([*parts, text[end:]])
 
 

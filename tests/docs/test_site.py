@@ -81,7 +81,7 @@ def test_links_out_of_the_docs_lead_to_copies(tree: Path) -> None:
     assert read(out / "page.md") == (
         "[a](files/run.py.md) [b](files/README.md#top) [c](more/index.md) [d](more/x.md#y) `[e](f)`"
     )
-    assert read(out / "more/x.md") == "[up](../page.md) ![p](../files/p.png)"
+    assert read(out / "more/x.md") == "[up](../page.md) [![p](../files/p.png)](../files/p.png)"
     assert read(out / "files/README.md") == "[page](../page.md) [run](run.py.md)"
     assert "````python\nprint('```')\n````" in read(out / "files/run.py.md")
     assert (out / "files/p.png").read_bytes() == b"p"
