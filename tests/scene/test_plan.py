@@ -13,7 +13,8 @@ from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.plan_image import draw_plan
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import whole_box
-from vigil.scene.plan import HUNG_M, LABELLED_DEPTH_M, SHOWN_BELOW_M, FloorPlan, floor_plan
+from vigil.scene.outlines import footprint
+from vigil.scene.plan import HUNG_M, LABELLED_DEPTH_M, LEAST_FILLED, SHOWN_BELOW_M, FloorPlan, floor_plan
 from vigil.scene.things import Scene
 from vigil.web.plan import plan_of
 
@@ -93,3 +94,18 @@ def test_a_floor_without_a_point_of_the_grid_has_its_name_inside() -> None:
     data["rooms"][0]["floorPolygon"] = [{"x": x, "y": 0.0, "z": z} for x, z in corners]
     (room,) = floor_plan(House("closet", data), ()).rooms
     assert np.allclose(room.name_at, 0.025)
+
+
+def test_a_countertop_around_a_corner_is_drawn_as_it_is() -> None:
+    house = generate(21, spec_for("4"))
+    things = build_scene(house, AssetDatabase.default()).things
+    drawn = {thing.id: shapely.Polygon(thing.corners) for thing in floor_plan(house, things.values()).things}
+    counters = {name: drawn[name] for name in drawn if things[name].category == "CounterTop"}
+    (cornered,) = (name for name, outline in counters.items() if len(outline.exterior.coords) > 5)
+    box = footprint(whole_box(things[cornered]))
+    assert np.allclose(counters[cornered].bounds, box.bounds, atol=0.02)
+    assert counters[cornered].area < LEAST_FILLED * box.area
+    assert house.start is not None
+    start = shapely.Point(house.start.position.x, house.start.position.z)
+    assert box.contains(start)
+    assert not counters[cornered].contains(start)

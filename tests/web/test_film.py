@@ -44,6 +44,10 @@ def few_ticks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(film_module, "VIDEO_FPS", 2)
 
 
+MOVED_FRIDGE = "1.1,-0.1 1.8,-0.1 1.8,-0.8 1.1,-0.8"
+"""Corners of a box like the fridge's, a metre further."""
+
+
 def shot(
     colour: tuple[int, int, int], *, action: str = "forward 1", thought: str = "", click: list[int] | None = None
 ) -> FilmFrame:
@@ -145,6 +149,20 @@ def test_a_thing_too_small_for_the_plan_is_ringed() -> None:
     drawn = np.asarray(plan.panel([small], False))[CAPTION_PX : PANEL_PX - LEGEND_PX].astype(int)
     rows, columns = np.nonzero(np.abs(drawn - TARGET).max(axis=2) < 20)
     assert min(np.ptp(rows), np.ptp(columns)) > 1.5 * RING_M * PANEL_PX / (SIDE + 2 * MARGIN_M + 1)
+
+
+def test_a_target_has_its_outline_on_the_plan_until_it_is_moved() -> None:
+    floor = floor_plan_of(tiny_house(), AssetDatabase.default())
+    (fridge,) = (thing for thing in floor.things if thing.id == FRIDGE)
+    triangle = replace(fridge, corners=np.array([(0.1, 0.1), (0.8, 0.1), (0.1, 0.8)]))
+    plan = FilmPlan(replace(floor, things=(triangle,)))
+    here = moment(3.0, 3.0)
+    gone, moved = ({**here, "objects": objects} for objects in ({}, {FRIDGE: {"corners": MOVED_FRIDGE}}))
+    empty = np.asarray(plan.panel([gone], None))
+    still, elsewhere = (
+        int((np.asarray(plan.panel([world], None)) != empty).any(axis=2).sum()) for world in (here, moved)
+    )
+    assert 0.4 * elsewhere < still < 0.7 * elsewhere, "half of a square"
 
 
 def test_the_last_slide_tells_the_verdict_and_none_before_it(pack: Pack, runs: Path) -> None:

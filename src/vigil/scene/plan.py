@@ -10,8 +10,9 @@ import shapely
 
 from vigil.assets.catalog import CATALOG
 from vigil.house import House
-from vigil.scene.geometry import moving_prisms_of, whole_box
-from vigil.scene.outlines import floor_corners, floor_of
+from vigil.pose import Box
+from vigil.scene.geometry import moving_prisms_of, prisms_of, whole_box
+from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
 from vigil.scene.things import Thing
 
 HUNG_M = 1.0
@@ -20,6 +21,10 @@ SHOWN_BELOW_M = 1.8
 """What begins higher is not drawn."""
 LABELLED_DEPTH_M = 0.1
 """Flatter things carry no label."""
+LEAST_FILLED = 0.75
+"""Share of its box that a thing fills; what fills less, such as a countertop around a corner, is drawn as it is."""
+SMOOTHED_M = 0.01
+"""Corners of an outline that stand out less are left out."""
 NAME_STEP_M = 0.1
 """Between the places that are tried for a room's name."""
 
@@ -44,7 +49,7 @@ class PlanThing:
     id: str
     kind: Literal["rug", "thing", "hung"]
     corners: np.ndarray
-    """Of its outline, those of its front last."""
+    """Of its outline; when there are four, those of its front last."""
     middle: tuple[float, float]
     area_m2: float
     label: str
@@ -109,11 +114,19 @@ def _thing(thing: Thing) -> PlanThing:
     return PlanThing(
         id=thing.id,
         kind="rug" if is_rug else "hung" if box.bottom > HUNG_M else "thing",
-        corners=floor_corners(box),
+        corners=_outline(thing, box),
         middle=(thing.position.x, thing.position.z),
         area_m2=size.x * size.z,
         label=CATALOG[thing.category].spoken if is_labelled else "",
     )
+
+
+def _outline(thing: Thing, box: Box) -> np.ndarray:
+    """Returns the corners of what a thing stands on; of its box, unless a good part of that is free floor."""
+    solids = shapely.union_all([polygon_of(prism) for prism in prisms_of(thing, openness=0.0)])
+    if isinstance(solids, shapely.Polygon) and solids.area < LEAST_FILLED * footprint(box).area:
+        return shapely.get_coordinates(solids.exterior.simplify(SMOOTHED_M))[:-1]
+    return floor_corners(box)
 
 
 def _opening(thing: Thing) -> PlanOpening:

@@ -16,6 +16,7 @@ EDGE_PX = 2
 LABEL_SHIFTS = (0, 16, -16, 32, -32)
 """Where else (px down) a label goes when another is in its place."""
 GUTTER_PX = 12
+BOX_CORNERS = 4
 WALL_PX = 5
 NOSE_M, START_RADIUS_M = 0.45, 0.2
 """Of the mark at the start: a line the way that one looks, and a circle."""
@@ -128,8 +129,9 @@ def _draw_thing(sheet: PlanSheet, thing: PlanThing) -> None:
         sheet.draw.polygon([sheet.at(x, z) for x, z in thing.corners.tolist()], outline=HUNG_RGB)
         return
     sheet.polygon(thing.corners, RUG_RGB if thing.kind == "rug" else FURNITURE_RGB, FURNITURE_LINE_RGB)
-    front = thing.corners[2:]
-    sheet.draw.line([sheet.at(x, z) for x, z in front.tolist()], fill=FRONT_RGB, width=3)
+    if len(thing.corners) == BOX_CORNERS:
+        front = thing.corners[2:]
+        sheet.draw.line([sheet.at(x, z) for x, z in front.tolist()], fill=FRONT_RGB, width=3)
 
 
 def _draw_opening(sheet: PlanSheet, opening: PlanOpening) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.housegen.checking.plan_image import PlanSheet
@@ -22,6 +23,8 @@ MOST_PX_PER_M = 100
 VIEW_DEG = 106
 """What the camera sees from left to right: 90 degrees upright, at 4:3."""
 VIEW_M, AGENT_M, STEP_DOT_M = 1.3, 0.17, 0.06
+SAME_PLACE_M = 0.05
+"""A thing whose box begins and ends within that of its outline on the plan has not been moved."""
 RING_M = 0.3
 """Radius of the ring around what is too small to be found on a plan."""
 GROUND, INK, SOFT = (247, 246, 243), (28, 33, 38), (83, 91, 99)
@@ -44,6 +47,7 @@ class FilmPlan:
         room = (PANEL_PX / width, (PANEL_PX - CAPTION_PX - LEGEND_PX) / height)
         self._sheet = PlanSheet(plan, FINER * float(min(*room, MOST_PX_PER_M)), GROUND)
         self._sheet.furnish(plan)
+        self._outlines = {thing.id: thing.corners for thing in plan.things}
         for each in plan.rooms:
             font = font_of(14 * FINER)
             self._sheet.draw.text(self._sheet.at(*each.name_at), each.name, fill=SOFT, font=font, anchor="mm")
@@ -69,15 +73,22 @@ class FilmPlan:
         return self._sheet.at(world["x"], -world["y"])
 
     def _draw_targets(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
-        for thing in world["objects"].values():
-            corners = [tuple(map(float, corner.split(","))) for corner in thing["corners"].split()]
-            points = [self._sheet.at(x, -y) for x, y in corners]
+        for name, thing in world["objects"].items():
+            points = [self._sheet.at(x, z) for x, z in self._outline(name, thing["corners"])]
             draw.polygon(points, fill=(*TARGET, 110), outline=TARGET, width=2 * FINER)
             (low_x, low_y), (high_x, high_y) = (tuple(map(pick, zip(*points, strict=True))) for pick in (min, max))
             radius = RING_M * self._sheet.scale
             if max(high_x - low_x, high_y - low_y) < radius:
                 x, y = (low_x + high_x) / 2, (low_y + high_y) / 2
                 draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=TARGET, width=3 * FINER)
+
+    def _outline(self, name: str, box: str) -> list[list[float]]:
+        """Returns the corners (x, z) of a thing: of its box, or of what the plan shows of it there."""
+        corners = np.array([corner.split(",") for corner in box.split()], dtype=float) * (1.0, -1.0)
+        drawn = self._outlines.get(name)
+        if drawn is not None and np.allclose(_extent(drawn), _extent(corners), atol=SAME_PLACE_M):
+            corners = drawn
+        return corners.tolist()
 
     def _draw_walk(self, draw: ImageDraw.ImageDraw, worlds: Sequence[dict[str, Any]]) -> None:
         way = [self._at(world) for world in worlds]
@@ -95,6 +106,10 @@ class FilmPlan:
         draw.pieslice((x - far, y - far, x + far, y + far), turn - VIEW_DEG / 2, turn + VIEW_DEG / 2, fill=(*AGENT, 50))
         draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=AGENT, outline=GROUND, width=2 * FINER)
         draw.line([(x, y), (x + radius * dx, y - radius * dz)], fill=GROUND, width=2 * FINER)
+
+
+def _extent(corners: np.ndarray) -> np.ndarray:
+    return np.concatenate([corners.min(axis=0), corners.max(axis=0)])
 
 
 def _draw_caption(panel: Image.Image, holds: bool | None) -> None:
