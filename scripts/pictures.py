@@ -21,8 +21,15 @@ OUT = Path(__file__).parents[1] / "docs"
 FOLDER = OUT / "pictures"
 QUALITY = 88
 TRIED = 8
-CATALOG = "<!-- parsed only: draws for minutes -->\n```sh\nvigil render --catalog --variants 1 --out catalogue\n```"
-SHEET = "<!-- parsed only: draws for minutes -->\n```sh\nvigil pack sheet vigil_balanced_1000 --n 80 --out sheets\n```"
+EDGE = 20
+"""Least difference in brightness (of 255) between neighbouring pixels on an edge."""
+CATALOG = (
+    "<!-- parsed only: draws for minutes -->\n"
+    "```sh\nvigil render --catalog --variants 1 --out docs/pictures/catalog\n```"
+)
+SHEET = (
+    "<!-- parsed only: draws for minutes -->\n```sh\nvigil pack sheet vigil_balanced_1000 --n 80 --out docs/packs\n```"
+)
 CHANGES = ("open_access", "close_access", "activate", "deactivate", "pick", "place")
 
 
@@ -34,22 +41,22 @@ def main() -> None:
     lines = [
         "# Gallery",
         "",
-        "Pictures of episodes, states, things and houses, each with the command that made it.",
+        "Pictures of episodes, states, things and houses, each with the command that made it; `make pictures` makes "
+        "them all.",
         "",
         "## Where an episode of each family starts",
         "",
-        "From the starter pack, by `python scripts/pictures.py`; an agent sees exactly these frames.",
+        "From the starter pack, by `python scripts/pictures.py`; an agent sees exactly these frames. Of the first "
+        f"{TRIED} episodes of a family it is the one whose frame shows most; some start before a wall.",
         "",
     ]
     for family, spec in FAMILIES.items():
-        episode = next(episode for episode in pack.episodes if episode.family == family)
-        observation = env.reset(episode)
-        assert observation is not None
-        Image.fromarray(observation.rgb).save(FOLDER / f"start_{family}.jpg", quality=QUALITY)
+        episode, frame = _fullest_start(pack, env, family)
+        Image.fromarray(frame).save(FOLDER / f"start_{family}.jpg", quality=QUALITY)
         lines += [
             f"**{family}, {spec.name}.** {episode.instruction}",
             "",
-            f"![{spec.name}](pictures/start_{family}.jpg)",
+            f"![The first frame of an episode of {spec.name}](pictures/start_{family}.jpg)",
             "",
         ]
     lines += [
@@ -64,7 +71,12 @@ def main() -> None:
         pair.paste(Image.fromarray(before), (0, 0))
         pair.paste(Image.fromarray(after), (650, 0))
         pair.save(FOLDER / f"change_{intent}.jpg", quality=QUALITY)
-        lines += [f"**`{intent}`** ({episode.instruction})", "", f"![{intent}](pictures/change_{intent}.jpg)", ""]
+        lines += [
+            f"**`{intent}`** ({episode.instruction})",
+            "",
+            f"![Before and after {intent}](pictures/change_{intent}.jpg)",
+            "",
+        ]
     lines += _elsewhere()
     (OUT / "gallery.md").write_text("\n".join(lines).rstrip() + "\n")
 
@@ -95,8 +107,7 @@ def _elsewhere() -> list[str]:
     lines += [
         "## Packs",
         "",
-        "Ten episodes of a family with their start frames, of the pack's version 1; the command draws the newest "
-        "([packs](packs.md)).",
+        "Ten episodes of each family with their start frames ([packs](packs.md#eighty-of-the-thousand)).",
         "",
         SHEET,
         "",
@@ -109,6 +120,18 @@ def _elsewhere() -> list[str]:
 
 def _files(folder: str, pattern: str = "*.jpg") -> list[Path]:
     return sorted((OUT / folder).glob(pattern))
+
+
+def _fullest_start(pack: Pack, env: Env, family: str) -> tuple[Episode, np.ndarray]:
+    """Returns the episode, among the family's first, whose start frame has most edges, with that frame."""
+    found = []
+    for episode in [episode for episode in pack.episodes if episode.family == family][:TRIED]:
+        observation = env.reset(episode)
+        assert observation is not None
+        brightness = observation.rgb.astype(int).mean(axis=2)
+        edges = np.abs(np.diff(brightness, axis=1)) > EDGE
+        found.append((int(edges.sum()), episode, observation.rgb))
+    return max(found, key=lambda example: example[0])[1:]
 
 
 def _clearest(pack: Pack, env: Env, intent: str) -> tuple[Episode, np.ndarray, np.ndarray]:
