@@ -6,6 +6,7 @@
 # make test-verifiers  tests the environment of verifiers, in .venv-verifiers: it needs an older openai (docs/verifiers.md)
 # make docs    builds the documentation into site/, which needs no network and no server; make docs-version puts it into
 #              pages/VERSION, beside the versions that are there already
+# make pictures draws the pictures of README.md and docs/ anew; it takes long, and needs Chromium (docs/writing.md)
 # make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
@@ -26,7 +27,7 @@ EVERY ?= 1
 LOCKED := azure,docs,mistral,mutants,procthor,thor
 RELEASE_PYTHONS ?= python3.11 python3.12 python3.13
 
-.PHONY: setup setup-dev setup-docs setup-verifiers run test test-verifiers release-check lint docs docs-version lock \
+.PHONY: setup setup-dev setup-docs setup-verifiers run test test-verifiers release-check lint docs docs-version pictures lock \
 	lock-verifiers mutants clean
 .DELETE_ON_ERROR:
 
@@ -92,6 +93,17 @@ docs: setup-docs
 
 docs-version: setup-docs
 	$(BIN)/python -m scripts.build_docs --keep $(DOCS)
+
+# scripts/pictures.py names what the commands before it have drawn; the runs are played anew, with today's frames.
+pictures: setup-dev
+	$(BIN)/vigil render --catalog --variants 1 --out docs/pictures/catalog
+	$(BIN)/vigil pack sheet vigil_balanced_1000 --n 80 --out docs/packs
+	$(BIN)/python scripts/house_pictures.py
+	$(BIN)/python scripts/concepts.py
+	$(BIN)/python scripts/pictures.py
+	rm -rf runs/readme runs/web
+	$(BIN)/python scripts/readme_pictures.py
+	$(BIN)/python scripts/web_pictures.py
 
 # Takes hours; see docs/mutants.md. Interrupted, it goes on where it was stopped.
 mutants: setup-dev

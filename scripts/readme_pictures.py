@@ -8,14 +8,12 @@ its words are true up to the last line, in which it gives up on what it has done
 """
 
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
-from web_pictures import keep, page_of, serving
+from web_pictures import command, keep, page_of, serving
 
 import vigil
 from vigil import Observation, Pack, Profile, Reply
@@ -90,12 +88,6 @@ def play_doubter(pack: Pack) -> None:
         record = env.record(run_id=DOUBTER)
     write_header(folder, RunHeader(run_id=DOUBTER, spec=spec, package_version="", started=now, ended=now))
     (folder / EPISODES_FILE).write_bytes(dump_line(record))
-
-
-def command(*arguments: str | Path) -> None:
-    """Runs a verb of `vigil`."""
-    main = "from vigil.cli import main; main()"
-    subprocess.run([sys.executable, "-c", main, *map(str, arguments)], check=True)
 
 
 def take_viewer() -> None:

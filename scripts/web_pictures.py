@@ -1,11 +1,9 @@
-"""Takes the pictures of docs/web.md in headless Chromium.
+"""Takes the pictures of docs/web.md, docs/web/*, in headless Chromium: `python scripts/web_pictures.py`.
 
-for agent in solver premature never_report random; do
-    vigil run --pack starter --agent $agent --save-frames --log-dir runs/$agent; done
-python scripts/web_pictures.py runs docs/web
+It plays the starter pack with four agents, into runs/web, and shows those runs. A second call plays nothing that is
+there.
 """
 
-import argparse
 import io
 import shutil
 import subprocess
@@ -25,10 +23,22 @@ from vigil.record import EPISODES_FILE, EpisodeRecord, read_header
 from vigil.record_file import read_records
 from vigil.runner.run_folder import write_header
 
+ROOT = Path(__file__).parents[1]
+OUT, RUNS = ROOT / "docs" / "web", ROOT / "runs" / "web"
+AGENTS = ("solver", "premature", "never_report", "random")
+EPISODE = "vigil_dresser_seed106"
+SPONGE_XY = (183, 306)
+"""Where the picture of a person's play shows what the task is about."""
 PORT = 8470
 WIDE, PHONE = (1280, 800), (390, 844)
 JPEG_QUALITY = 82
 PRICES = Prices(input=2.5, output=10)
+
+
+def command(*arguments: str | Path) -> None:
+    """Runs a verb of `vigil`."""
+    main = "from vigil.cli import main; main()"
+    subprocess.run([sys.executable, "-c", main, *map(str, arguments)], check=True)
 
 
 @contextmanager
@@ -64,28 +74,28 @@ def keep(page: Page, path: Path) -> None:
     print(path)
 
 
-def take_view(browser: Browser, runs: Path, episode: str, out: Path) -> None:
+def take_view(browser: Browser) -> None:
     """Takes runs, a run, an episode with its hidden state, and a house."""
-    path = f"runs/never_report/episodes/{episode}/1#step=4&hidden"
-    with serving("view", str(runs)) as base:
+    path = f"runs/never_report/episodes/{EPISODE}/1#step=4&hidden"
+    with serving("view", str(RUNS)) as base:
         with page_of(browser) as page:
             page.goto(base)
-            keep(page, out / "runs.jpg")
+            keep(page, OUT / "runs.jpg")
             page.goto(f"{base}/runs/random#partition")
-            keep(page, out / "run.jpg")
+            keep(page, OUT / "run.jpg")
             page.goto(f"{base}/{path}")
-            keep(page, out / "episode.jpg")
+            keep(page, OUT / "episode.jpg")
         with page_of(browser, PHONE, "dark") as page:
             page.goto(f"{base}/{path}")
-            keep(page, out / "episode_phone.jpg")
+            keep(page, OUT / "episode_phone.jpg")
             page.goto(f"{base}/runs/random")
-            keep(page, out / "run_phone.jpg")
+            keep(page, OUT / "run_phone.jpg")
         with page_of(browser, scheme="dark") as page:
             page.goto(f"{base}/houses/starter/kitchen-living_103")
             page.wait_for_selector("html[data-moves='1']")
             page.keyboard.press("ArrowRight")
             page.wait_for_selector("html[data-moves='2']")
-            keep(page, out / "house.jpg")
+            keep(page, OUT / "house.jpg")
 
 
 def as_of_a_model(record: EpisodeRecord) -> EpisodeRecord:
@@ -109,25 +119,25 @@ def going_on(run: Path, rows: int) -> Iterator[Path]:
             yield copy
 
 
-def take_going(browser: Browser, runs: Path, out: Path) -> None:
+def take_going(browser: Browser) -> None:
     """Takes a run that goes on, with its costs."""
-    with going_on(runs / "random", 53) as run, serving("view", str(run)) as base:
+    with going_on(RUNS / "random", 53) as run, serving("view", str(run)) as base:
         for name, size, scheme in (("following", WIDE, "light"), ("following_phone", PHONE, "dark")):
             with page_of(browser, size, scheme) as page:
                 page.goto(f"{base}/runs/random")
-                keep(page, out / f"{name}.jpg")
+                keep(page, OUT / f"{name}.jpg")
 
 
-def take_packs(browser: Browser, out: Path) -> None:
+def take_packs(browser: Browser) -> None:
     """Takes the strata of a pack, and its first frames."""
     with serving("view", "--pack", "starter") as base, page_of(browser) as page:
         page.goto(f"{base}/packs/vigil_mini_v1_2")
-        keep(page, out / "pack.jpg")
+        keep(page, OUT / "pack.jpg")
         page.goto(f"{base}/packs/starter#samples")
-        keep(page, out / "pack_frames.jpg")
+        keep(page, OUT / "pack_frames.jpg")
 
 
-def take_play(browser: Browser, out: Path) -> None:
+def take_play(browser: Browser) -> None:
     """Takes a person's play: the menu of intents."""
     with tempfile.TemporaryDirectory() as folder:
         arguments = ("--player", "ada", "--limit", "3", "--family", "SM", "--log-dir", f"{folder}/run")
@@ -136,35 +146,33 @@ def take_play(browser: Browser, out: Path) -> None:
             page.wait_for_selector("html[data-answers='1']")
             page.keyboard.press("Enter")
             page.wait_for_selector("html[data-answers='2']")
-            page.click("#picture", position={"x": 402, "y": 228})
-            keep(page, out / "play.jpg")
+            page.click("#picture", position={"x": SPONGE_XY[0], "y": SPONGE_XY[1]})
+            keep(page, OUT / "play.jpg")
 
 
-def take_review(browser: Browser, episode: str, out: Path) -> None:
+def take_review(browser: Browser) -> None:
     """Takes the auditor's page."""
     with tempfile.TemporaryDirectory() as folder:
         arguments = ("--reviewer", "ada", "--file", f"{folder}/reviews.jsonl")
         with serving("review", *arguments) as base, page_of(browser) as page:
-            page.goto(f"{base}/episodes/{episode}")
+            page.goto(f"{base}/episodes/{EPISODE}")
             page.keyboard.press("ArrowRight")
-            keep(page, out / "review.jpg")
+            keep(page, OUT / "review.jpg")
 
 
 def main() -> None:
     """Takes them all."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("runs", type=Path, help="folder of the four runs")
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--episode", default="vigil_dresser_seed106", help="of the starter pack")
-    given = parser.parse_args()
+    OUT.mkdir(parents=True, exist_ok=True)
+    for agent in AGENTS:
+        command("run", "--pack", "starter", "--agent", agent, "--save-frames", "--log-dir", RUNS / agent)
     with sync_playwright() as playwright:
         chromium = shutil.which("chromium") or shutil.which("chromium-browser")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        take_view(browser, given.runs, given.episode, given.out)
-        take_going(browser, given.runs, given.out)
-        take_packs(browser, given.out)
-        take_play(browser, given.out)
-        take_review(browser, given.episode, given.out)
+        take_view(browser)
+        take_going(browser)
+        take_packs(browser)
+        take_play(browser)
+        take_review(browser)
         browser.close()
 
 
