@@ -30,6 +30,8 @@ EPISODE = "vigil_dresser_seed106"
 SPONGE_XY = (183, 306)
 """Where the picture of a person's play shows what the task is about."""
 PORT = 8470
+PATIENCE_MS = 120_000
+"""A page that draws an episode's frames anew is slow on a busy machine."""
 WIDE, PHONE = (1280, 800), (390, 844)
 JPEG_QUALITY = 82
 PRICES = Prices(input=2.5, output=10)
@@ -62,6 +64,7 @@ def page_of(browser: Browser, size: tuple[int, int] = WIDE, scheme: str = "light
     """Opens a page of a window's size."""
     viewport = {"width": size[0], "height": size[1]}
     context = browser.new_context(viewport=viewport, color_scheme=scheme)  # type: ignore[arg-type]
+    context.set_default_timeout(PATIENCE_MS)
     yield context.new_page()
     context.close()
 
