@@ -16,6 +16,8 @@ GAP_M, INSIDE_M = 0.05, 0.6
 """What a leaf faces nearer than this is beside it; what a case has nearer than this before it shuts it."""
 FRONT, BESIDE = 1, (0, 2)
 """The axis of a body's frame that points to its thing's front, and those that point to its sides, top and bottom."""
+FADE_M = 0.03
+"""Along no more than this does the dark fade into the light."""
 FACES_FRONT = 0.3
 """Cosine between the front and the normal of what is seen from there."""
 FARTHEST_SIDE_M = 3.0
@@ -53,6 +55,20 @@ def shut_away(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, sampl
         asked = np.flatnonzero(is_behind & ~is_shut)
         is_shut[asked] = _enclosed(whole if body == case else beside, origins[asked], axes[:, BESIDE].T)
         found[chosen] = is_shut
+    return found
+
+
+def bounded(is_shut: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Returns which of points (n, 3) are shut away (n,), but none from which the dark would run out into the open.
+
+    Light is blended along edges (m, 2): a long one from a dark point to a light one darkens what is plainly seen, as
+    the front of a machine does round its door.
+    """
+    firsts, lasts = edges.T
+    length = np.linalg.norm(points[firsts] - points[lasts], axis=1)
+    runs_out = (is_shut[firsts] != is_shut[lasts]) & (length > FADE_M)
+    found = is_shut.copy()
+    found[edges[runs_out]] = False
     return found
 
 

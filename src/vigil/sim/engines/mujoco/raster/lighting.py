@@ -97,8 +97,10 @@ class Baked:
         first, which = _alike(points, normals, owners)
         samples = Samples(points[first], normals[first])
         cast, is_buried = self._cast(samples)
-        cast = cast.smoothed(samples, ~is_buried, which[self._edges(geoms, counts)], owners[first])
-        cast = cast.dimmed(gaps.shut_away(model, self.geometry, geoms[owners[first]], samples))
+        edges = which[self._edges(geoms, counts)]
+        cast = cast.smoothed(samples, ~is_buried, edges, owners[first])
+        is_shut = gaps.shut_away(model, self.geometry, geoms[owners[first]], samples)
+        cast = cast.dimmed(gaps.bounded(is_shut, samples.points, edges))
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
