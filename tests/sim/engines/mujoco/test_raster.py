@@ -19,7 +19,7 @@ from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.lighting import Lighting
+from vigil.sim.engines.mujoco.raster.lighting import Cast, Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
 from vigil.sim.engines.mujoco.raster.smoothing import smoothed
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
@@ -103,6 +103,16 @@ def test_little_light_reaches_what_is_under_something() -> None:
     lamp = np.array([0.0, 0.0, 2.4])
     assert irradiance.from_lamp(scene, lamp, samples)[0] == 0.0
     assert irradiance.from_lamp(scene, lamp, samples)[1] > 0.2
+
+
+def test_light_keeps_the_form_of_what_it_falls_on() -> None:
+    """What turns from the lamp is darker however light was averaged over its surface, and dark on its far side."""
+    normals = np.array([(0, 0, 1), (0.8, 0, 0.6), (0, 0, -1)], np.float32)
+    samples = Samples(np.zeros((3, 3), np.float32), normals)
+    even = Cast(np.ones((3, 3), np.float32), np.ones((1, 3), np.float32))
+    cast = even.shaded(samples, [np.array([0.0, 0.0, 2.0])])
+    assert cast.reach[0, 0] > cast.reach[0, 1] > cast.reach[0, 2] == 0.0
+    assert cast.ambient[1, 0] > cast.ambient[0, 0]
 
 
 def edge_list(faces: np.ndarray) -> np.ndarray:

@@ -66,7 +66,12 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
         weights[chosen] += share
         stopped[chosen] += share * (far < BURIED_M)
     weights = np.maximum(weights, 1e-6)
-    return total * (AMBIENT * (1.0 + samples.normals @ ASIDE) / weights)[:, None], stopped > BURIED_SHARE * weights
+    return total * (AMBIENT / weights)[:, None], stopped > BURIED_SHARE * weights
+
+
+def aside(samples: Samples) -> np.ndarray:
+    """Returns how much of the light from all around comes to the points (n,) float32 by the way that they face."""
+    return 1.0 + samples.normals @ ASIDE
 
 
 def _sphere() -> np.ndarray:
@@ -86,17 +91,26 @@ def _brought(far: np.ndarray, up: float) -> np.ndarray:
 
 
 def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples) -> np.ndarray:
-    """Returns the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points."""
-    way = lamp.astype(np.float32) - samples.points
-    far = np.sqrt(np.einsum("ij,ij->i", way, way))
-    facing = np.einsum("ij,ij->i", way, samples.normals) / np.maximum(far, 1e-6)
+    """Returns the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points, faced or not."""
+    far, cosines = _seen_from(lamp, samples)
     total = np.zeros(len(far), np.float32)
-    reached = np.flatnonzero((facing > -WRAP) & (far < REACH_M))
+    reached = np.flatnonzero((cosines > -WRAP) & (far < REACH_M))
     origins, seen = samples.origins[reached], np.zeros(len(reached), np.float32)
     for number in range(LAMP_RAYS):
         radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
-        aside = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
-        seen += ~scene.is_blocked(origins, (lamp + aside).astype(np.float32))
-    shares = (facing[reached] + WRAP) / (1.0 + WRAP) * seen / LAMP_RAYS
-    total[reached] = LAMP * shares / (1.0 + FALLOFF * far[reached] ** 2)
+        disc = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
+        seen += ~scene.is_blocked(origins, (lamp + disc).astype(np.float32))
+    total[reached] = LAMP * seen / LAMP_RAYS / (1.0 + FALLOFF * far[reached] ** 2)
     return total
+
+
+def faced(lamp: np.ndarray, samples: Samples) -> np.ndarray:
+    """Returns the share (n,) float32 of a lamp's light that the points take by how far they turn from it."""
+    return np.maximum(_seen_from(lamp, samples)[1] + WRAP, 0.0) / (1.0 + WRAP)
+
+
+def _seen_from(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
+    """Returns how far (n,) a lamp is from the points, and the cosine between the way to it and their normals."""
+    way = lamp.astype(np.float32) - samples.points
+    far = np.sqrt(np.einsum("ij,ij->i", way, way))
+    return far, np.einsum("ij,ij->i", way, samples.normals) / np.maximum(far, 1e-6)

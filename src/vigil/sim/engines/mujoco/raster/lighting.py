@@ -51,6 +51,14 @@ class Cast:
         light = np.where(np.isnan(near), means[owners], near)
         return Cast(light[:, :3], light[:, 3:].T)
 
+    def shaded(self, samples: Samples, lamps: list[np.ndarray]) -> "Cast":
+        """Returns what the points take of the light by the way that they face: the form of a thing, exactly."""
+        shares = [irradiance.faced(lamp, samples) for lamp in lamps]
+        return Cast(
+            self.ambient * irradiance.aside(samples)[:, None],
+            self.reach * np.array(shares, np.float32).reshape(self.reach.shape),
+        )
+
     def dimmed(self, is_shut_away: np.ndarray) -> "Cast":
         """Returns the light with little of it left where it is shut away (n,)."""
         share = np.where(is_shut_away, SHUT_AWAY, 1.0)
@@ -98,7 +106,7 @@ class Baked:
         samples = Samples(points[first], normals[first])
         cast, is_buried = self._cast(samples)
         edges = which[self._edges(geoms, counts)]
-        cast = cast.smoothed(samples, ~is_buried, edges, owners[first])
+        cast = cast.smoothed(samples, ~is_buried, edges, owners[first]).shaded(samples, self._lamps)
         is_shut = gaps.shut_away(model, self.geometry, geoms[owners[first]], samples)
         cast = cast.dimmed(gaps.bounded(is_shut, samples.points, edges))
         start = 0
@@ -131,12 +139,14 @@ class Baked:
         chosen = np.concatenate(
             [numbers[top : top + tall, left : left + wide].ravel() for top, left, tall, wide in boxes]
         )
-        cast, is_buried = self._cast(Samples(self._samples.points[chosen], self._samples.normals[chosen]))
+        samples = Samples(self._samples.points[chosen], self._samples.normals[chosen])
+        cast, is_buried = self._cast(samples)
+        cast = cast.shaded(samples, self._lamps)
         self.is_open[chosen] = ~is_buried
         self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
 
     def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
-        """Returns the light on samples, and which of them are buried."""
+        """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
         ambient, is_buried = irradiance.ambient(self._occluders, samples)
         reach = [irradiance.from_lamp(self._occluders, lamp, samples) for lamp in self._lamps]
         return Cast(ambient, np.array(reach, np.float32).reshape(len(reach), -1)), is_buried
