@@ -77,10 +77,16 @@ def test_a_pack_is_shared_out_over_levels(tmp_path: Path) -> None:
     asked = ["--family", "PG", "--per-house", "6"]
     assert vigil("pack", "propose", "--houses", houses[0], *asked, "--out", drafts, "--tried", "12").exit_code == 0
     build = ["pack", "build", "--drafts", drafts, "--family", "PG", "--house-uses", "9", "--workers", "1"]
-    built = vigil(*build, "--name", "mine", "--out", tmp_path / "mine", "--per-family", "1", "--level", "easy")
+    wanted = ["--per-family", "1", "--level", "easy", "--robust"]
+    built = vigil(*build, "--name", "mine", "--out", tmp_path / "mine", *wanted)
     assert built.exit_code == 0, built.output
     pack = Pack.load(tmp_path / "mine")
     assert pack.manifest.meta["levels"] == {"PG": {"easy": 1}}
+    assert pack.manifest.meta["is_robust"]
+    assert pack.manifest.meta["rejected"]["candidates"]["tried"] >= 1
+    (row,) = (json.loads(line) for line in (pack.folder / "facts.jsonl").read_text().splitlines())
+    assert (row["level"], row["is_robust"]) == ("easy", True)
+    assert pack.episodes[0].id in (tmp_path / "drafts.checks.jsonl").read_text()
     assert [each.level for each in levels_of(pack.folder).values()] == ["easy"]
     short = vigil(*build, "--name", "far", "--out", tmp_path / "far", "--per-family", "40", "--level", "easy,extreme")
     assert isinstance(short.exception, EpisodeError)

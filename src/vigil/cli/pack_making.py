@@ -1,6 +1,6 @@
 """`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -19,7 +19,8 @@ from vigil.authoring.drafting.generation import (
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
 from vigil.authoring.drafting.sources import Filed, Source, drawn, drawn_of, filed, seeded
-from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble, candidates
+from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, PackRequest, assemble, candidates
+from vigil.authoring.packing.candidate_checks import checker, house_finder
 from vigil.authoring.packing.levels import measured_levels
 from vigil.authoring.packing.recipes import (
     Recipe,
@@ -30,9 +31,8 @@ from vigil.authoring.packing.recipes import (
     recipe_of,
     sources_of,
 )
-from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
+from vigil.authoring.packing.verify import VerificationSettings, bundles
 from vigil.authoring.review.reviews import Review, read_reviews
-from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import Robust
 from vigil.cli.making.closure import (
     SMALL_HOUSES,
@@ -49,10 +49,9 @@ from vigil.cli.making.closure import (
 from vigil.cli.making.drafting import drafting_of, drafts_summary, shown_on
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
-from vigil.episode import FAMILIES, Episode
+from vigil.episode import FAMILIES
 from vigil.errors import SettingError
 from vigil.freezing import check_free
-from vigil.house import House
 from vigil.levels import LEVELS, EpisodeLevel, levels_named
 from vigil.pack import Pack
 from vigil.runner.models.completion import completing
@@ -154,7 +153,7 @@ def build(
     if not files:
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
     if suite is not None:
-        refuse_with_suite(family=families, kept=kept, review=reviews)
+        refuse_with_suite(family=families, kept=kept, review=reviews, level=level, robust=robust)
     else:
         refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
@@ -194,8 +193,9 @@ def _freeze(
     kept: DraftsFile | None = None,
 ) -> Pack:
     levels = _levels(files, given, pack_request, verification, kept)
-    check = checker(files, verification)
-    pack, bad = assemble(out, files, given, pack_request, check, kept=kept, levels=levels)
+    with progress("checks") as show:
+        check = checker(files, verification, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
+        pack, bad = assemble(out, files, given, pack_request, check, kept=kept, levels=levels)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
@@ -260,7 +260,7 @@ def make(
     if seed is None and not houses:
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     if suite is not None:
-        refuse_with_suite(family=families, review=reviews, spread=spread)
+        refuse_with_suite(family=families, review=reviews, spread=spread, level=level, robust=robust)
     else:
         refuse_without_suite(kind)
     kinds = kinds_named(kind or [])
@@ -293,7 +293,15 @@ def make(
     pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
     if origins:
         written = out.with_name(f"{out.name}.recipe.json")
-        recipe_of(pack_request, origins, pack.sha256, backend=backend, drafted_in=count, is_spread=spread).save(written)
+        recipe = recipe_of(
+            pack_request,
+            origins,
+            pack.sha256,
+            backend=backend,
+            drafted_in=count,
+            is_spread=spread,
+        )
+        recipe.save(written)
         print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
 
 
@@ -347,31 +355,6 @@ def _make(
         generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
     drafts_summary(file)
     return _freeze(out, [file], given, pack_request, verification)
-
-
-def house_finder(files: Sequence[DraftsFile]) -> Callable[[Episode], House]:
-    """Returns the function that finds an episode's house beside one of some drafts files."""
-
-    def house_of(episode: Episode) -> House:
-        name = episode.house.name
-        return next((file for file in files if (file.houses / f"{name}.json").is_file()), files[0]).house(name)
-
-    return house_of
-
-
-def checker(
-    files: Sequence[DraftsFile], verification: VerificationSettings
-) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
-    """Returns the function that replays candidates, and gives back what does not hold."""
-    house_of = house_finder(files)
-
-    def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
-        solved = {candidate.episode.id: candidate.draft.actions for candidate in chosen}
-        work = bundles([candidate.episode for candidate in chosen], solved, house_of)
-        results = [result for found in verified(work, verification) for result in found]
-        return {result.episode_id: result.faults for result in results if result.findings}
-
-    return check
 
 
 def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:
