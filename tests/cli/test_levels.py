@@ -93,3 +93,10 @@ def test_a_pack_is_shared_out_over_levels(tmp_path: Path) -> None:
     assert "PG extreme" in str(short.exception)
     wrong = vigil(*build, "--name", "far", "--out", tmp_path / "far", "--level", "hrad")
     assert "Did you mean 'hard'" in str(wrong.exception)
+
+
+@pytest.mark.parametrize("option", [["--level", "hard"], ["--robust"], ["--hardest-of", "3"]])
+def test_a_suite_has_no_levels(tmp_path: Path, option: list[str]) -> None:
+    suite = ["--suite", "closure", "--seed", "1", "--name", "s", "--out", tmp_path / "s"]
+    told = vigil("pack", "make", *suite, *option)
+    assert f"--suite and {option[0]} exclude each other" in str(told.exception)

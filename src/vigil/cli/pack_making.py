@@ -73,6 +73,9 @@ LevelNames = Annotated[
         "--level", help=f"{', '.join(LEVELS)} or all: shared out evenly; may be repeated.", show_default="any"
     ),
 ]
+Starts = Annotated[
+    int, typer.Option("--hardest-of", min=1, help="Starts drawn for each draft, of which the hardest is kept.")
+]
 Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", help="Review file; may be repeated.")]
 
 
@@ -90,6 +93,7 @@ def propose(
     seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
+    hardest_of: Starts = 1,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -103,10 +107,10 @@ def propose(
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
     settings = GenerationSettings(
-        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets)
+        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets), starts=hardest_of
     )
     if suite is not None:
-        refuse_with_suite(family=families, model=model, grammar=grammar)
+        refuse_with_suite(family=families, model=model, grammar=grammar, hardest_of=hardest_of > 1)
         settings = suite_settings(settings)
     sources = _sources(houses or [], seeds, _specs(rooms, suite), limit)
     file = DraftsFile(out)
@@ -244,6 +248,7 @@ def make(
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
     robust: Robust = False,
+    hardest_of: Starts = 1,
     reviews: Reviews = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -260,7 +265,9 @@ def make(
     if seed is None and not houses:
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     if suite is not None:
-        refuse_with_suite(family=families, review=reviews, spread=spread, level=level, robust=robust)
+        refuse_with_suite(
+            family=families, review=reviews, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1
+        )
     else:
         refuse_without_suite(kind)
     kinds = kinds_named(kind or [])
@@ -290,7 +297,7 @@ def make(
         build_suite(out, [file], suite_request(pack_request, kinds))
         return
     given = [review for path in reviews or [] for review in _reviews(path)]
-    pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
+    pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
     if origins:
         written = out.with_name(f"{out.name}.recipe.json")
         recipe = recipe_of(
@@ -300,6 +307,7 @@ def make(
             backend=backend,
             drafted_in=count,
             is_spread=spread,
+            starts=hardest_of,
         )
         recipe.save(written)
         print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
@@ -327,7 +335,8 @@ def remake(
         wanted.backend, AssetDatabase.of(assets), worker_count(workers), wanted.is_robust
     )
     chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
-    pack = _make(out, chosen, wanted.request, [], verification, is_spread=wanted.is_spread)
+    spread, starts = wanted.is_spread, wanted.starts
+    pack = _make(out, chosen, wanted.request, [], verification, is_spread=spread, starts=starts)
     if pack.sha256 != wanted.pack_sha256:
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
@@ -347,10 +356,11 @@ def _make(
     verification: VerificationSettings,
     *,
     is_spread: bool,
+    starts: int,
 ) -> Pack:
     """Proposes in all houses, or goes on, and freezes the pack."""
     file, settings = drafting_of(out, pack_request, verification)
-    settings = replace(settings, is_spread=is_spread)
+    settings = replace(settings, is_spread=is_spread, starts=starts)
     with progress("houses") as show:
         generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
     drafts_summary(file)
