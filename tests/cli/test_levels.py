@@ -77,13 +77,26 @@ def test_a_pack_is_shared_out_over_levels(tmp_path: Path) -> None:
     asked = ["--family", "PG", "--per-house", "6"]
     assert vigil("pack", "propose", "--houses", houses[0], *asked, "--out", drafts, "--tried", "12").exit_code == 0
     build = ["pack", "build", "--drafts", drafts, "--family", "PG", "--house-uses", "9", "--workers", "1"]
-    built = vigil(*build, "--name", "mine", "--out", tmp_path / "mine", "--per-family", "1", "--level", "easy")
+    wanted = ["--per-family", "1", "--level", "easy", "--robust"]
+    built = vigil(*build, "--name", "mine", "--out", tmp_path / "mine", *wanted)
     assert built.exit_code == 0, built.output
     pack = Pack.load(tmp_path / "mine")
     assert pack.manifest.meta["levels"] == {"PG": {"easy": 1}}
+    assert pack.manifest.meta["is_robust"]
+    assert pack.manifest.meta["rejected"]["candidates"]["tried"] >= 1
+    (row,) = (json.loads(line) for line in (pack.folder / "facts.jsonl").read_text().splitlines())
+    assert (row["level"], row["is_robust"]) == ("easy", True)
+    assert pack.episodes[0].id in (tmp_path / "drafts.checks.jsonl").read_text()
     assert [each.level for each in levels_of(pack.folder).values()] == ["easy"]
     short = vigil(*build, "--name", "far", "--out", tmp_path / "far", "--per-family", "40", "--level", "easy,extreme")
     assert isinstance(short.exception, EpisodeError)
     assert "PG extreme" in str(short.exception)
     wrong = vigil(*build, "--name", "far", "--out", tmp_path / "far", "--level", "hrad")
     assert "Did you mean 'hard'" in str(wrong.exception)
+
+
+@pytest.mark.parametrize("option", [["--level", "hard"], ["--robust"], ["--hardest-of", "3"]])
+def test_a_suite_has_no_levels(tmp_path: Path, option: list[str]) -> None:
+    suite = ["--suite", "closure", "--seed", "1", "--name", "s", "--out", tmp_path / "s"]
+    told = vigil("pack", "make", *suite, *option)
+    assert f"--suite and {option[0]} exclude each other" in str(told.exception)

@@ -1,6 +1,6 @@
 """`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -19,7 +19,8 @@ from vigil.authoring.drafting.generation import (
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
 from vigil.authoring.drafting.sources import Filed, Source, drawn, drawn_of, filed, seeded
-from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, Candidate, PackRequest, assemble, candidates
+from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, PackRequest, assemble, candidates
+from vigil.authoring.packing.candidate_checks import checker, house_finder
 from vigil.authoring.packing.levels import measured_levels
 from vigil.authoring.packing.recipes import (
     Recipe,
@@ -30,9 +31,8 @@ from vigil.authoring.packing.recipes import (
     recipe_of,
     sources_of,
 )
-from vigil.authoring.packing.verify import VerificationSettings, bundles, verified
+from vigil.authoring.packing.verify import VerificationSettings, bundles
 from vigil.authoring.review.reviews import Review, read_reviews
-from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import Robust
 from vigil.cli.making.closure import (
     SMALL_HOUSES,
@@ -49,10 +49,9 @@ from vigil.cli.making.closure import (
 from vigil.cli.making.drafting import drafting_of, drafts_summary, shown_on
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
-from vigil.episode import FAMILIES, Episode
+from vigil.episode import FAMILIES
 from vigil.errors import SettingError
 from vigil.freezing import check_free
-from vigil.house import House
 from vigil.levels import LEVELS, EpisodeLevel, levels_named
 from vigil.pack import Pack
 from vigil.runner.models.completion import completing
@@ -74,6 +73,9 @@ LevelNames = Annotated[
         "--level", help=f"{', '.join(LEVELS)} or all: shared out evenly; may be repeated.", show_default="any"
     ),
 ]
+Starts = Annotated[
+    int, typer.Option("--hardest-of", min=1, help="Starts drawn for each draft, of which the hardest is kept.")
+]
 Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", help="Review file; may be repeated.")]
 
 
@@ -91,6 +93,7 @@ def propose(
     seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
+    hardest_of: Starts = 1,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -104,10 +107,10 @@ def propose(
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
     settings = GenerationSettings(
-        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets)
+        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets), starts=hardest_of
     )
     if suite is not None:
-        refuse_with_suite(family=families, model=model, grammar=grammar)
+        refuse_with_suite(family=families, model=model, grammar=grammar, hardest_of=hardest_of > 1)
         settings = suite_settings(settings)
     sources = _sources(houses or [], seeds, _specs(rooms, suite), limit)
     file = DraftsFile(out)
@@ -154,7 +157,7 @@ def build(
     if not files:
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
     if suite is not None:
-        refuse_with_suite(family=families, kept=kept, review=reviews)
+        refuse_with_suite(family=families, kept=kept, review=reviews, level=level, robust=robust)
     else:
         refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
@@ -194,8 +197,9 @@ def _freeze(
     kept: DraftsFile | None = None,
 ) -> Pack:
     levels = _levels(files, given, pack_request, verification, kept)
-    check = checker(files, verification)
-    pack, bad = assemble(out, files, given, pack_request, check, kept=kept, levels=levels)
+    with progress("checks") as show:
+        check = checker(files, verification, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
+        pack, bad = assemble(out, files, given, pack_request, check, kept=kept, levels=levels)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
@@ -244,6 +248,7 @@ def make(
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
     robust: Robust = False,
+    hardest_of: Starts = 1,
     reviews: Reviews = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -260,7 +265,9 @@ def make(
     if seed is None and not houses:
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     if suite is not None:
-        refuse_with_suite(family=families, review=reviews, spread=spread)
+        refuse_with_suite(
+            family=families, review=reviews, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1
+        )
     else:
         refuse_without_suite(kind)
     kinds = kinds_named(kind or [])
@@ -290,10 +297,19 @@ def make(
         build_suite(out, [file], suite_request(pack_request, kinds))
         return
     given = [review for path in reviews or [] for review in _reviews(path)]
-    pack = _make(out, sources, pack_request, given, verification, is_spread=spread)
+    pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
     if origins:
         written = out.with_name(f"{out.name}.recipe.json")
-        recipe_of(pack_request, origins, pack.sha256, backend=backend, drafted_in=count, is_spread=spread).save(written)
+        recipe = recipe_of(
+            pack_request,
+            origins,
+            pack.sha256,
+            backend=backend,
+            drafted_in=count,
+            is_spread=spread,
+            starts=hardest_of,
+        )
+        recipe.save(written)
         print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
 
 
@@ -319,7 +335,8 @@ def remake(
         wanted.backend, AssetDatabase.of(assets), worker_count(workers), wanted.is_robust
     )
     chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
-    pack = _make(out, chosen, wanted.request, [], verification, is_spread=wanted.is_spread)
+    spread, starts = wanted.is_spread, wanted.starts
+    pack = _make(out, chosen, wanted.request, [], verification, is_spread=spread, starts=starts)
     if pack.sha256 != wanted.pack_sha256:
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
@@ -339,39 +356,15 @@ def _make(
     verification: VerificationSettings,
     *,
     is_spread: bool,
+    starts: int,
 ) -> Pack:
     """Proposes in all houses, or goes on, and freezes the pack."""
     file, settings = drafting_of(out, pack_request, verification)
-    settings = replace(settings, is_spread=is_spread)
+    settings = replace(settings, is_spread=is_spread, starts=starts)
     with progress("houses") as show:
         generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
     drafts_summary(file)
     return _freeze(out, [file], given, pack_request, verification)
-
-
-def house_finder(files: Sequence[DraftsFile]) -> Callable[[Episode], House]:
-    """Returns the function that finds an episode's house beside one of some drafts files."""
-
-    def house_of(episode: Episode) -> House:
-        name = episode.house.name
-        return next((file for file in files if (file.houses / f"{name}.json").is_file()), files[0]).house(name)
-
-    return house_of
-
-
-def checker(
-    files: Sequence[DraftsFile], verification: VerificationSettings
-) -> Callable[[Sequence[Candidate]], dict[str, list[Finding]]]:
-    """Returns the function that replays candidates, and gives back what does not hold."""
-    house_of = house_finder(files)
-
-    def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
-        solved = {candidate.episode.id: candidate.draft.actions for candidate in chosen}
-        work = bundles([candidate.episode for candidate in chosen], solved, house_of)
-        results = [result for found in verified(work, verification) for result in found]
-        return {result.episode_id: result.faults for result in results if result.findings}
-
-    return check
 
 
 def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:

@@ -6,7 +6,7 @@ The one place where an asset's frame meets the house's (`vigil.pose`). No engine
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import shapely
@@ -20,7 +20,7 @@ UPRIGHT_WITHIN = 1e-6
 """How far the vertical component of a rotated vertical axis may be from 1 for a prism to stay a prism."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Prism:
     """An upright convex prism in the house's frame."""
 
@@ -30,7 +30,7 @@ class Prism:
     top: float
     joint: str | None = None
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
         """Least x and z, greatest x and z."""
         low, high = self.polygon.min(axis=0), self.polygon.max(axis=0)

@@ -1,6 +1,7 @@
 """Drafts files: what holds and what does not, kept and continued."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -209,3 +210,23 @@ def test_a_file_of_something_else_is_left_as_it_is(text: str, tmp_path: Path) ->
     with pytest.raises(SettingError, match=r"notes\.txt"), DraftsFile(path).writing(header):
         pass
     assert path.read_text() == text
+
+
+def test_how_many_starts_were_compared_is_told_where_they_were(tmp_path: Path) -> None:
+    plain, hard = (GenerationSettings(FAMILIES, starts=starts).header("mujoco", "grammar") for starts in (1, 4))
+    for name, header in (("plain", plain), ("hard", hard)):
+        with DraftsFile(tmp_path / f"{name}.jsonl").writing(header):
+            pass
+    assert b"starts" not in (tmp_path / "plain.jsonl").read_bytes()
+    assert DraftsFile(tmp_path / "plain.jsonl").read().header.starts == 1
+    assert DraftsFile(tmp_path / "hard.jsonl").read().header.starts == 4
+    with pytest.raises(SettingError, match="starts 4, now 1"), DraftsFile(tmp_path / "hard.jsonl").writing(plain):
+        pass
+
+
+def test_hard_starts_give_other_drafts_that_hold(source: Filed, tmp_path: Path) -> None:
+    file = DraftsFile(tmp_path / "hard.jsonl")
+    generate_drafts(file, [source], replace(TERMS, families=("PG",), starts=4))
+    again = DraftsFile(tmp_path / "again.jsonl")
+    generate_drafts(again, [source], replace(TERMS, families=("PG",), starts=4))
+    assert file.read().drafts == again.read().drafts != ()

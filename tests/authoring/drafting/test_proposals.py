@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting import constraints, proposals, sequences
+from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode
@@ -74,3 +75,31 @@ def test_what_cannot_be_set_up_is_passed_over(
 
     monkeypatch.setattr(simulator, "reset", refuses)
     assert {episode.goal.object_id for episode in drafts(simulator, house, "AI", 0)} == opened - {first}
+
+
+def test_of_several_starts_the_hardest_is_kept(simulator: PrivilegedSimulator, house: House) -> None:
+    """Of the same things in the same house: the starts of pointing tasks cost more, and hard names come first."""
+    costs: dict[int, list[float]] = {}
+    for compared in (1, 6):
+        context = HouseContext(simulator, house, np.random.default_rng(5))
+        context.compared_starts = compared
+        items = context.items
+        costs[compared] = []
+        for episode in islice(proposals.pointing(context, "medium"), 8):
+            target = context.thing(episode.goal.object_id)
+            others = look_alikes(items[target.id], items.values())
+            cost = start_cost(context.oracle, target, others, episode.start)
+            costs[compared].append(cost + naming_cost(items[target.id], items.values()))
+    assert costs[6]
+    assert np.mean(costs[6]) > np.mean(costs[1])
+
+
+def test_things_that_are_hard_to_name_come_first(simulator: PrivilegedSimulator, house: House) -> None:
+    context = HouseContext(simulator, house, np.random.default_rng(5))
+    plain = context.things(proposals.is_target)
+    context.compared_starts = 2
+    ranked = context.things(proposals.is_target)
+    costs = [naming_cost(context.items[thing.id], context.items.values()) for thing in ranked]
+    assert costs == sorted(costs, reverse=True)
+    assert costs[0] > costs[-1]
+    assert {thing.id for thing in ranked} == {thing.id for thing in plain}

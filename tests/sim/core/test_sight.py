@@ -216,6 +216,7 @@ def test_what_is_all_of_glass_is_seen():
     assert sight.meets(view.eye, towards, lettuce, through_glass=True).all()
     lettuce.position, apple.position = apple.position, lettuce.position
     engine.update(scene, {"Lettuce|1", "Apple|1"})
+    sight.forget()
     behind = sight.see(view, [lettuce])["Lettuce|1"]
     assert 0 < behind.visible_px < seen["Lettuce|1"].visible_px
     towards = directions(view, np.array([pixel_of(view, apple.position)]))
@@ -224,3 +225,24 @@ def test_what_is_all_of_glass_is_seen():
 
 def is_clear(asset: Asset) -> bool:
     return all(part.is_glass for part in asset.parts)
+
+
+def test_what_was_seen_from_a_pose_is_kept_until_something_changes(seen, monkeypatch):
+    scene, engine, sight = seen
+    things = list(scene.things.values())[:3]
+    sight.forget()
+    together = sight.see(VIEWS[0], things)
+    casts: list[str | None] = []
+    cast = engine.cast
+
+    def counted(*arguments, only=None, **options):
+        casts.append(only)
+        return cast(*arguments, only=only, **options)
+
+    monkeypatch.setattr(engine, "cast", counted)
+    assert sight.see(VIEWS[0], things[1:]) == {thing.id: together[thing.id] for thing in things[1:]}
+    assert not casts
+    sight.forget()
+    assert {name: sighting for thing in things for name, sighting in sight.see(VIEWS[0], [thing]).items()} == together
+    assert {name for name in casts if name} <= {thing.id for thing in things}
+    assert casts

@@ -51,6 +51,8 @@ class Header(_Line):
     simulator: str
     per_house: int
     tried: int
+    starts: int = Field(default=1, ge=1)
+    """Drawn for each draft, of which the hardest is kept; written where there are several."""
 
 
 class HouseOrigin(_Line):
@@ -254,7 +256,8 @@ def id_stem(episode: Episode, category: str, house: House) -> str:
 
 
 def _bytes_of(line: Header | DraftLine) -> bytes:
-    return canonical_json(line.model_dump(mode="json")) + b"\n"
+    unsaid = {"starts"} if isinstance(line, Header) and line.starts == 1 else set[str]()
+    return canonical_json(line.model_dump(mode="json", exclude=unsaid)) + b"\n"
 
 
 def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:

@@ -62,6 +62,8 @@ class GenerationSettings:
     assets: AssetDatabase | None = None
     is_spread: bool = False
     """Whether each house is asked for one family alone, in turn: more houses in the same time."""
+    starts: int = 1
+    """Starts drawn for each draft, of which the hardest is kept; with several, what is hard to name comes first."""
     author: str = AUTHOR
     """Who proposes, as the drafts file says; the grammar of a suite has a name of its own."""
 
@@ -71,7 +73,14 @@ class GenerationSettings:
 
     def header(self, simulator: str, author: str) -> Header:
         """Returns the first line of the drafts file."""
-        return Header(author=author, seed=self.seed, simulator=simulator, per_house=self.per_house, tried=self.tried)
+        return Header(
+            author=author,
+            seed=self.seed,
+            simulator=simulator,
+            per_house=self.per_house,
+            tried=self.tried,
+            starts=self.starts,
+        )
 
     def kept_of_kind(self, family: Family) -> int:
         """Returns how many drafts of each of a family's kinds are kept in a house."""
@@ -208,6 +217,7 @@ class DraftGenerator:
         try:
             house = source.house()
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
+            context.compared_starts = self._settings.starts
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
         origin = source.origin(house)

@@ -3,11 +3,14 @@ expressions."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from vigil.actions import REACH_M
+from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, phrase_for, without_repeats
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
@@ -27,6 +30,8 @@ TRIED_STARTS = 80
 SEEN_POINTS = 6
 SEEN_SHARE = 0.6
 """Of what the best place sees of a thing, this much must be seen from a start."""
+SEEN_SHARE_HARD, FARTHER = 0.3, 1.5
+"""Where the hardest of several starts is kept: the same share, and how many times farther off a start may be."""
 SPREADS_DEG = (42.0, 25.0, 12.0)
 MARGIN_PX = 20
 HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
@@ -60,6 +65,8 @@ class HouseContext:
         """Ids of the things that may be chosen; None for all."""
         self.tried_starts = TRIED_STARTS
         """Places tried for one start."""
+        self.compared_starts = 1
+        """Starts drawn for one, of which the hardest is kept; with several, things that are hard to name come first."""
         simulator.load(house)
         self._homes = _homes(simulator, house)
         self.begin(Setup())
@@ -118,7 +125,10 @@ class HouseContext:
         if self.only is not None:
             wanted = [thing for thing in wanted if thing.id in self.only]
         items = self.items
-        return [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
+        named = [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
+        if self.compared_starts == 1:
+            return named
+        return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
 
     def starts(self, is_wanted: Mask, tried: int | None = None) -> Iterator[Vec3]:
         """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
@@ -158,15 +168,31 @@ class HouseContext:
 
         None when none is found.
         """
-        places = list(self.starts(self.away_from(thing, *away)))
+        is_hard = self.compared_starts > 1
+        farther = FARTHER if is_hard and away[1] > REACH_M else 1.0
+        places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
         sights = [self.sights(place, thing) for place in places]
-        enough = max(SEEN_POINTS, SEEN_SHARE * max(sights, default=0))
-        for place in [place for place, seen in zip(places, sights, strict=True) if seen >= enough]:
-            for spread_deg in SPREADS_DEG:
-                pose = self.facing(place, thing, horizon, spread_deg)
-                if self.sees_clearly(pose, [thing.id, *([also] if also else [])], is_clear):
-                    return pose
-        return None
+        share = SEEN_SHARE_HARD if is_hard else SEEN_SHARE
+        enough = max(SEEN_POINTS, share * max(sights, default=0))
+
+        def poses() -> Iterator[Pose]:
+            for place in [place for place, seen in zip(places, sights, strict=True) if seen >= enough]:
+                for spread_deg in SPREADS_DEG:
+                    pose = self.facing(place, thing, horizon, spread_deg)
+                    if self.sees_clearly(pose, [thing.id, *([also] if also else [])], is_clear):
+                        yield pose
+                        break
+
+        return self.hardest(poses(), thing)
+
+    def hardest(self, poses: Iterator[Pose], thing: Thing) -> Pose | None:
+        """Returns the hardest of the first `compared_starts` poses for an episode about a thing; None without any."""
+        found = list(islice(poses, self.compared_starts))
+        if len(found) < 2:
+            return next(iter(found), None)
+        items = self.items
+        others = look_alikes(items[thing.id], items.values())
+        return max(found, key=lambda pose: start_cost(self.oracle, thing, others, pose))
 
     def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: Clear) -> bool:
         """Whether all of the things are clear from a pose."""

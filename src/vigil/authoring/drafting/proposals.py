@@ -158,6 +158,10 @@ def _may_be_sought(context: HouseContext, thing: Thing) -> bool:
 
 def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
     """Returns a start pose that does not see a thing; None when none is found."""
+    return context.hardest(_starts_without(context, thing, by_turning, horizon), thing)
+
+
+def _starts_without(context: HouseContext, thing: Thing, by_turning: bool | None, horizon: float) -> Iterator[Pose]:
     for place in context.starts(context.away_from(thing, *AWAY_M["VS"])):
         can_turn = context.sights(place, thing) > 0
         if by_turning is not None and can_turn != by_turning:
@@ -169,8 +173,8 @@ def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | No
         for _ in range(AWAY_TRIES):
             pose = context.facing(place, thing, horizon, SPREAD_DEG[can_turn], aside_deg=180.0)
             if context.seen_from(pose, thing.id).visible_px == 0:
-                return pose
-    return None
+                yield pose
+                break
 
 
 def verifying(context: HouseContext, label: StateLabel) -> Drafts:

@@ -15,6 +15,7 @@ from typing import Any
 import vigil
 from vigil.authoring.drafting.drafts import Draft, DraftsFile, HouseOrigin
 from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.packing.rejections import rejected_by_rule
 from vigil.authoring.packing.strata import count_strata, stratum_of, text_guess
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
@@ -261,10 +262,22 @@ def assemble(
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
     check_free(out, pack_request.name)
-    chosen, bad = select_holding(candidates(files, reviews, kept, levels), pack_request, check)
+    pool = candidates(files, reviews, kept, levels)
+    _check_levels(pool, pack_request)
+    tried: list[str] = []
+
+    def check_counted(fresh: Sequence[Candidate]) -> dict[str, list[Finding]]:
+        tried.extend(candidate.episode.id for candidate in fresh)
+        return check(fresh)
+
+    chosen, bad = select_holding(pool, pack_request, check_counted)
     houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
     meta = _meta(chosen, files, pack_request) | {"house_generator": generators_of(houses)}
-    facts = [{"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json")} for c in chosen]
+    if pack_request.is_robust:
+        meta["rejected"] = rejected_by_rule([file.read() for file in files], pack_request.families, bad, len(tried))
+    facts = [
+        {"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json"), **_asked(c, pack_request)} for c in chosen
+    ]
     extra = {FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)}
     if levels is not None:
         extra[LEVELS_FILE] = levels_bytes(levels[candidate.episode.id] for candidate in chosen)
@@ -281,6 +294,23 @@ def assemble(
     )
     write_card(pack)
     return pack, bad
+
+
+def _check_levels(pool: Sequence[Candidate], pack_request: PackRequest) -> None:
+    """Raises EpisodeError when a pack asks for levels and some of its drafts have none."""
+    own = [candidate for candidate in pool if candidate.episode.family in pack_request.families]
+    without = [candidate.episode.id for candidate in own if candidate.level is None]
+    if pack_request.levels and without:
+        raise EpisodeError(
+            f"Pack {pack_request.name!r} asks for levels of difficulty, and {len(without)} of its {len(own)} drafts "
+            f"have none (e.g. {without[0]!r}): measure them all first, as `vigil pack build --level` does."
+        )
+
+
+def _asked(candidate: Candidate, pack_request: PackRequest) -> dict[str, Any]:
+    """Returns what is told of an episode besides, because the pack asked for it."""
+    level = {"level": candidate.level} if pack_request.levels else {}
+    return {**level, **({"is_robust": True} if pack_request.is_robust else {})}
 
 
 def review_counts(chosen: Sequence[Candidate]) -> dict[str, int]:

@@ -10,6 +10,7 @@ from typing import Any
 
 from vigil.actions import SKILLS
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
+from vigil.authoring.packing.rejections import rejection_lines
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.episode import FAMILIES
 from vigil.levels import LEVELS
@@ -193,11 +194,20 @@ def _making(meta: Mapping[str, Any]) -> str:
             "- Each episode passed every rule of VIGIL's validation, and its recorded solution was replayed.",
             f"- Reviewed by a person: {reviews['person']}; by a model alone: {reviews['model']}; by nobody: "
             f"{reviews['none']}.",
+            *_robust(meta),
             *_sources(meta),
             *guessed,
             "",
         ]
     )
+
+
+def _robust(meta: Mapping[str, Any]) -> list[str]:
+    """Returns what was asked besides of a robust pack, and how many were rejected; nothing for any other."""
+    if not meta.get("is_robust"):
+        return []
+    told = "- Robust: a body that errs finishes each episode in at least 9 of 10 tries; starts have room and a view."
+    return [told, *rejection_lines(meta.get("rejected", {}))]
 
 
 def _sources(meta: Mapping[str, Any]) -> list[str]:

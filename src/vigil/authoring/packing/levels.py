@@ -1,14 +1,14 @@
 """Levels of many episodes: each measured on its recorded solution, house by house, in worker processes."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Future
 
 from vigil.authoring.measuring.measures import measured
 from vigil.authoring.packing.verify import HouseBatch, VerificationSettings, bundles
 from vigil.house import House
 from vigil.levels import EpisodeLevel, graded
 from vigil.pack import Pack
+from vigil.processes import worker_pool
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnMeasured = Callable[[int, int], None]
@@ -41,9 +41,13 @@ def _batches(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iter
         for batch in work:
             yield _measure(simulator, batch)
         return
-    context = get_context("spawn")
-    with ProcessPoolExecutor(settings.workers, context, initializer=_begin_worker, initargs=(settings,)) as pool:
-        yield from pool.map(_measure_here, work)
+    with worker_pool(settings.workers, _begin_worker, settings) as pool:
+        futures: list[Future[list[EpisodeLevel]]] = [pool.submit(_measure_here, batch) for batch in work]
+        try:
+            for future in futures:
+                yield future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 _simulators: list[PrivilegedSimulator] = []

@@ -61,6 +61,8 @@ class Recipe(BaseModel):
     """Levels of difficulty that each family is shared out over; none where they do not matter."""
     is_robust: bool = False
     """Whether every episode holds by the rules about robustness."""
+    starts: int = Field(default=1, ge=1)
+    """Starts drawn for each draft, of which the hardest is kept."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1)
 
     @property
@@ -121,6 +123,7 @@ def recipe_of(
     backend: str,
     drafted_in: int | None,
     is_spread: bool,
+    starts: int = 1,
 ) -> Recipe:
     """Returns the recipe of a pack that nobody reviewed, whose houses are all of others."""
     return Recipe(
@@ -138,6 +141,7 @@ def recipe_of(
         is_spread=is_spread,
         levels=pack_request.levels,
         is_robust=pack_request.is_robust,
+        starts=starts,
         houses=tuple(origins),
     )
 

@@ -24,6 +24,7 @@ from vigil.pack import Pack
 from vigil.processes import worker_pool
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
+from vigil.versions import PackVersions
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ class EpisodeFindings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     key: str
-    """Hash of the episode, its solution, the backend, and of what is checked besides."""
+    """Hash of the episode, its solution, the backend, the versions of rules and shapes, and what is checked besides."""
     episode_id: str
     findings: tuple[tuple[str, str], ...] = ()
     """(rule, message)."""
@@ -87,27 +88,36 @@ def verify_pack(
 
     Raises RecordError on a log that cannot be read or written.
     """
-    with nullcontext() if log is None else AppendFile(log) as file:
-        results = _results(pack, settings, file, on_progress)
+    solved = {name: solution.actions for name, solution in pack.solutions.items()}
+    results = findings_of(pack.episodes, solved, pack.house_of, settings, log, on_progress)
     return sorted(
         (finding for result in results for finding in result.faults), key=lambda each: (each.episode_id, each.rule)
     )
 
 
-def _results(
-    pack: Pack, settings: VerificationSettings, log: AppendFile | None, on_progress: OnVerified
+def findings_of(
+    episodes: Iterable[Episode],
+    solved: Mapping[str, tuple[Action, ...]],
+    house_of: Callable[[Episode], House],
+    settings: VerificationSettings,
+    log: Path | None = None,
+    on_progress: OnVerified = lambda standing: None,
 ) -> list[EpisodeFindings]:
-    solved = {name: solution.actions for name, solution in pack.solutions.items()}
-    known = _known(log)
-    keys = {episode.id: key_of(episode, solved.get(episode.id), settings) for episode in pack.episodes}
-    missing = [episode for episode in pack.episodes if keys[episode.id] not in known]
-    results = [known[key] for key in keys.values() if key in known]
-    for found in verified(bundles(missing, solved, pack.house_of), settings):
-        results += found
-        if log is not None:
-            log.append(*map(dump_line, found))
-        faulty = sum(bool(result.findings) for result in results)
-        on_progress(VerificationProgress(len(results), len(pack.episodes), faulty))
+    """Returns what was found about each episode; what the `log` holds is not looked for again, the rest goes into it.
+
+    Raises RecordError on a log that cannot be read or written.
+    """
+    keys = {episode.id: (key_of(episode, solved.get(episode.id), settings), episode) for episode in episodes}
+    with nullcontext() if log is None else AppendFile(log) as file:
+        known = _known(file)
+        results = [known[key] for key, _ in keys.values() if key in known]
+        missing = [episode for key, episode in keys.values() if key not in known]
+        for found in verified(bundles(missing, solved, house_of), settings):
+            results += found
+            if file is not None:
+                file.append(*map(dump_line, found))
+            faulty = sum(bool(result.findings) for result in results)
+            on_progress(VerificationProgress(len(results), len(keys), faulty))
     return results
 
 
@@ -144,7 +154,7 @@ def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: Verif
     """Returns the hash by which a log names what was verified."""
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
     besides = ["robust"] if settings.is_robust else []
-    facts = [episode.model_dump(mode="json"), solution, settings.backend, *besides]
+    facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.here().model_dump(), *besides]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 

@@ -4,7 +4,9 @@ Apart from the other rules, because it takes seconds an episode: it is asked for
 The body that errs is `vigil.authoring.solving.noisy_actions`.
 """
 
+import math
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 import shapely
@@ -45,7 +47,7 @@ def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
     oracle, start = case.oracle, case.episode.start
     if not _has_room(case):
         yield "room_at_start", f"no {FREE_M} m are free ahead, left or right of the start, which looks {start.rotation}"
-    if _share_of_things(oracle) < LEAST_SHARE and len(_walls_ahead(case)) < 2:
+    if not _shows_things(oracle) and len(_walls_ahead(case)) < 2:
         yield "more_than_a_wall", "the first frame shows one wall, and next to nothing else"
     fault = _fault_of_tries(case.episode, oracle, env)
     if fault is not None:
@@ -90,11 +92,13 @@ def _has_room(case: EpisodeStart) -> bool:
     return False
 
 
-def _share_of_things(oracle: Oracle) -> float:
-    """Returns the share of the frame that things fill, doors and windows among them."""
+def _shows_things(oracle: Oracle) -> bool:
+    """Whether things fill at least LEAST_SHARE of the frame, doors and windows among them."""
     across, down = ((np.arange(count) + 0.5) / count for count in LATTICE)
     pixels = [(int(x * FRAME_WIDTH), int(y * FRAME_HEIGHT)) for y in down for x in across]
-    return sum(oracle.object_at(pixel) is not None for pixel in pixels) / len(pixels)
+    hits = (pixel for pixel in pixels if oracle.object_at(pixel) is not None)
+    enough = math.ceil(LEAST_SHARE * len(pixels))
+    return sum(1 for _ in islice(hits, enough)) == enough
 
 
 def _walls_ahead(case: EpisodeStart) -> set[tuple[float, float, float]]:

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
+from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.solving.paths import Point2
 from vigil.scene.outlines import thing_shapes, wall_shapes, whole_floor
@@ -51,6 +52,11 @@ class ClearanceGrid:
             0.0,
         )
         self._things: dict[tuple, tuple[tuple[int, int], np.ndarray]] = {}
+        self._shapes: dict[tuple, list[BaseGeometry]] = {}
+
+    def is_in_the_way(self, thing: Thing) -> bool:
+        """Whether a body can run into a thing as it is now."""
+        return thing.is_present and not thing.is_held and bool(self._shapes_of(thing))
 
     def room(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
         """Returns the distance (m) of every cell to the nearest wall or thing, at most WIDEST_M.
@@ -78,14 +84,25 @@ class ClearanceGrid:
 
     def _around(self, thing: Thing) -> tuple[tuple[int, int], np.ndarray]:
         """Returns a thing's distances (m) around it, and the cell where they begin."""
-        key = thing.id, thing.position, thing.rotation, thing.openness
+        key = _place_of(thing)
         if key not in self._things:
-            shape = shapely.unary_union(thing_shapes(thing))
+            shape = shapely.unary_union(self._shapes_of(thing))
             reach = np.array([-WIDEST_M, WIDEST_M])
             first, last = self.cells(np.array(shape.bounds).reshape(2, 2) + reach[:, None])
             x, z = np.meshgrid(self._x[first[0] : last[0] + 1], self._z[first[1] : last[1] + 1], indexing="ij")
             self._things[key] = (int(first[0]), int(first[1])), shapely.distance(shapely.points(x, z), shape)
         return self._things[key]
+
+    def _shapes_of(self, thing: Thing) -> list[BaseGeometry]:
+        key = _place_of(thing)
+        if key not in self._shapes:
+            self._shapes[key] = thing_shapes(thing)
+        return self._shapes[key]
+
+
+def _place_of(thing: Thing) -> tuple:
+    """Returns what a thing's floor shapes follow from."""
+    return thing.id, thing.position, thing.rotation, thing.openness
 
 
 class WaysTo:

@@ -20,7 +20,6 @@ from vigil.authoring.solving.paths import Point2
 from vigil.authoring.solving.viewpoints import Viewpoint, view_ahead
 from vigil.pose import Pose, Vec3, heading, turn_between, yaw_towards
 from vigil.scene.geometry import box_of
-from vigil.scene.outlines import thing_shapes
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import project
 
@@ -125,12 +124,26 @@ class NoisyMacroActions(MacroActions):
         self, aim: Callable[[], tuple[int, int] | None], view: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
         """Yields one click at what is aimed at, or else what brings one to where it can be aimed at."""
-        pixel = aim()
+        aimed = self._once_a_moment(aim)
+        pixel = aimed()
         if pixel is None or not _is_clear(pixel):
-            yield from self._go_on(view(), lambda: _is_clear(aim()))
-            pixel = aim()
+            yield from self._go_on(view(), lambda: _is_clear(aimed()))
+            pixel = aimed()
         if pixel is not None:
             yield self.click(intent, pixel)
+
+    def _once_a_moment(self, aim: Callable[[], tuple[int, int] | None]) -> Callable[[], tuple[int, int] | None]:
+        """Returns a function that answers as `aim` does, and works it out anew only where the world has changed."""
+        last: tuple[tuple, tuple[int, int] | None] | None = None
+
+        def aimed() -> tuple[int, int] | None:
+            nonlocal last
+            now = self.oracle.moment()
+            if last is None or last[0] != now:
+                last = now, aim()
+            return last[1]
+
+        return aimed
 
     def _go_on(self, view: Viewpoint, is_there: Callable[[], bool]) -> Iterator[Action]:
         """Yields what brings one to a view; at least one action: who stands about right goes nearer, or turns."""
@@ -145,7 +158,7 @@ class NoisyMacroActions(MacroActions):
 
     def _pixel_of(self, intent: Intent, thing: Thing) -> tuple[int, int] | None:
         """Returns where a click would work now."""
-        if self.oracle.state_of(thing.id).box_distance_m > REACH_M:
+        if box_of(thing).floor_distance(self.oracle.agent.position) > REACH_M:
             return None
         pixel = self.oracle.clickable(thing.id)
         return pixel if pixel is not None and self.oracle.trial(moves.click(intent, pixel)) is None else None
@@ -208,22 +221,36 @@ class KnownFloor:
         self._oracle = oracle
         self._body = body
         self._known: set[str] = set()
+        self._points: dict[tuple, np.ndarray] = {}
         self._ways: tuple[object, WaysTo] | None = None
         self._judged_at: Vec3 | None = None
         self._shifts_m: dict[str, Point2] = {}
 
     def look(self) -> None:
         """Takes in the things near by of which the frame shows something."""
-        here, things = self._oracle.agent, self._oracle.scene.things
-        for thing in things.values():
-            if thing.id in self._known or not _is_in_the_way(thing):
-                continue
-            points = surface_points(thing, SEEN_POINTS)
-            near = np.hypot(points[:, 0] - here.position.x, points[:, 2] - here.position.z) <= SIGHT_M
-            pixels = project(here, points)
-            points = points[near & (pixels[:, 2] > 0.0) & in_frame(pixels)]
-            if len(points) and self._oracle.sees(here.eye, points, thing.id).any():
-                self._known.add(thing.id)
+        here, grid = self._oracle.agent, self._oracle.clearance()
+        things = [
+            thing
+            for thing in self._oracle.scene.things.values()
+            if thing.id not in self._known and grid.is_in_the_way(thing)
+        ]
+        if not things:
+            return
+        spread = [self._points_of(thing) for thing in things]
+        owners, points = np.repeat(np.arange(len(things)), [len(each) for each in spread]), np.concatenate(spread)
+        near = np.hypot(points[:, 0] - here.position.x, points[:, 2] - here.position.z) <= SIGHT_M
+        pixels = project(here, points)
+        shown = near & (pixels[:, 2] > 0.0) & in_frame(pixels)
+        for owner in np.unique(owners[shown]):
+            if self._oracle.sees(here.eye, points[shown & (owners == owner)], things[owner].id).any():
+                self._known.add(things[owner].id)
+
+    def _points_of(self, thing: Thing) -> np.ndarray:
+        """Returns SEEN_POINTS points or more of a thing's surface as it is now."""
+        key = thing.id, thing.position, thing.rotation, thing.openness, thing.is_toggled
+        if key not in self._points:
+            self._points[key] = surface_points(thing, SEEN_POINTS)
+        return self._points[key]
 
     def learn(self, thing_id: str | None) -> None:
         """Takes in what one has run into; a wall is known already."""
@@ -253,12 +280,8 @@ class KnownFloor:
         return self._oracle.clearance().room(things, self._shifts_m)
 
     def _things(self) -> dict[str, Thing]:
-        things = self._oracle.scene.things
-        return {name: things[name] for name in sorted(self._known) if _is_in_the_way(things[name])}
-
-
-def _is_in_the_way(thing: Thing) -> bool:
-    return thing.is_present and not thing.is_held and bool(thing_shapes(thing))
+        things, grid = self._oracle.scene.things, self._oracle.clearance()
+        return {name: things[name] for name in sorted(self._known) if grid.is_in_the_way(things[name])}
 
 
 def _is_clear(pixel: tuple[int, int] | None) -> bool:

@@ -45,6 +45,11 @@ class Oracle:
         """What is in the hand."""
         return self._simulator.world(()).held
 
+    def moment(self) -> tuple:
+        """Returns what tells the present moment of the world from any other: where all is, and how."""
+        things = self.scene.things.values()
+        return self.agent, self.held, tuple((t.position, t.rotation, t.openness, t.is_toggled) for t in things)
+
     def plan(self) -> WalkableMap:
         """Returns the floor plan of the scene as it is now."""
         obstacles = self._current()

@@ -39,7 +39,8 @@ def refuse_with_suite(**given: object) -> None:
     """Raises SettingError on options that a suite does not have, by name."""
     for name, value in given.items():
         if value:
-            raise SettingError(f"--suite and --{name} exclude each other: a suite has kinds of its own. Leave one out.")
+            option = name.replace("_", "-")
+            raise SettingError(f"--suite and --{option} exclude each other: a suite has no such choice. Leave one out.")
 
 
 def refuse_without_suite(kind: Sequence[str] | None) -> None:

@@ -2,6 +2,7 @@
 
 # pyright: reportReturnType=false
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -42,9 +43,17 @@ class Engine(Protocol):
     def update(self, scene: Scene, ids: set[str]) -> None:
         """Takes over the present places and states of the named things."""
 
-    def cast(self, origin: Vec3, directions: np.ndarray, *, through_glass: bool, only: str | None = None) -> RayHits:
-        """Casts rays along unit `directions` (n, 3). Held and absent things are never met; with `only`
-        nothing but that thing is."""
+    def cast(
+        self,
+        origin: Vec3,
+        directions: np.ndarray,
+        *,
+        through_glass: bool,
+        only: str | None = None,
+        within_m: float = math.inf,
+    ) -> RayHits:
+        """Casts rays along unit `directions` (n, 3). Held and absent things are never met; with `only` nothing but
+        that thing is. What is farther than `within_m` may be passed over."""
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""

@@ -23,6 +23,8 @@ from vigil.sim.core.state import SceneState
 
 SPOT_WITHIN_M = 0.3
 SPOT_STEP_M = 0.025
+FIRST_TRIED = 9
+"""Spots that are looked at before all others are."""
 EDGE_INSIDE_M = 0.01
 EDGE_M = 0.03
 """How far a thing may stand out over the edge of a surface."""
@@ -69,6 +71,19 @@ class FreeSpot:
     joint: str | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spots:
+    """n places on a surface for a thing with one yaw, that edges and clearance allow."""
+
+    surface: Surface
+    frame: Motion
+    yaw: float
+    keys: np.ndarray
+    """(n, 4): distance from the click (m), rank of the yaw, and the place x, z on the surface; the least first."""
+    positions: np.ndarray
+    """(n, 3), in the house."""
+
+
 def bulk_of(state: SceneState, held: Thing) -> HeldBox:
     """Returns the bulk of a thing in the hand with all that rests on it."""
     inverse = place_of(held).inverse()
@@ -85,12 +100,20 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
     bulk = bulk_of(state, held)
     kind = kind_meant(receptacle, clicked)
     surfaces = [each for each in open_surfaces(receptacle) if kind == ("inside" if each[0].is_inside else "on")]
-    options = [_spots(bulk, held, surface, frame, clicked) for surface, frame in surfaces]
-    candidates = sorted((candidate for found in options for candidate in found), key=lambda item: item[0])
-    for chunk in (candidates[:9], candidates[9:]):
-        free = _first_free(state, bulk, [spot for _, spot in chunk], receptacle, clicked)
+    options = [each for surface, frame in surfaces for each in _spots(bulk, held, surface, frame, clicked)]
+    if not options:
+        return None
+    keys, positions = (np.concatenate([getattr(each, name) for each in options]) for name in ("keys", "positions"))
+    owners = np.repeat(np.arange(len(options)), [len(each.keys) for each in options])
+    yaws = np.array([each.yaw for each in options])[owners]
+    order = np.lexsort(keys.T[::-1])
+    for chunk in (order[:FIRST_TRIED], order[FIRST_TRIED:]):
+        free = _first_free(state, bulk, (positions[chunk], yaws[chunk]), receptacle, clicked)
         if free is not None:
-            return FreeSpot(free.position, free.yaw, receptacle.id, free.surface, free.joint)
+            option, (x, z) = options[owners[chunk[free]]], keys[chunk[free], 2:]
+            point = option.frame(np.array([[x, 0.0, z]]))[0]
+            position = Vec3(float(point[0]), float(point[1] - bulk.low[1]), float(point[2]))
+            return FreeSpot(position, option.yaw, receptacle.id, option.surface.name, option.surface.joint)
     return None
 
 
@@ -129,10 +152,8 @@ def _yaw_of(frame: Motion) -> float:
     return math.degrees(math.atan2(frame.turn[0, 2], frame.turn[2, 2]))
 
 
-def _spots(
-    bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
-) -> list[tuple[tuple[float, ...], FreeSpot]]:
-    """Returns the spots on a surface near the click that its edges and clearance allow, with sort keys."""
+def _spots(bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3) -> list[_Spots]:
+    """Returns the spots on a surface near the click that its edges and clearance allow, yaw by yaw."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
     local = offset_from(frame, clicked)
@@ -146,25 +167,27 @@ def _spots(
     keep = (np.abs(places) <= half + 1e-9).all(axis=1) & (gaps <= SPOT_WITHIN_M + 1e-9)
     places, gaps = places[keep], np.round(gaps[keep], 6)
     turn = _yaw_of(frame)
-    found: list[tuple[tuple[float, ...], FreeSpot]] = []
+    found: list[_Spots] = []
     edge = half + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
     for rank, yaw in enumerate(dict.fromkeys((held.rotation.y, wrap_deg(turn), wrap_deg(turn + 90.0)))):
         corners = bulk.footprint(places[:, 0], places[:, 1], np.full(len(places), yaw - turn))
-        for index in np.flatnonzero((np.abs(corners) <= edge).all(axis=(1, 2))):
-            point = frame(np.array([[places[index, 0], 0.0, places[index, 1]]]))[0]
-            position = Vec3(float(point[0]), float(point[1] - bulk.low[1]), float(point[2]))
-            key = (float(gaps[index]), float(rank), *map(float, places[index]))
-            found.append((key, FreeSpot(position, yaw, None, surface.name, surface.joint)))
+        fits = (np.abs(corners) <= edge).all(axis=(1, 2))
+        x, z = places[fits].T
+        keys = np.column_stack([gaps[fits], np.full(len(x), float(rank)), x, z])
+        positions = frame(np.column_stack([x, np.zeros(len(x)), z])) - np.array([0.0, bulk.low[1], 0.0])
+        found.append(_Spots(surface, frame, yaw, keys, positions))
     return found
 
 
 def _first_free(
-    state: SceneState, bulk: HeldBox, spots: list[FreeSpot], receptacle: Thing, clicked: Vec3
-) -> FreeSpot | None:
-    if not spots:
+    state: SceneState, bulk: HeldBox, spots: tuple[np.ndarray, np.ndarray], receptacle: Thing, clicked: Vec3
+) -> int | None:
+    """Returns the first of some spots, positions (n, 3) and yaws (n,), where nothing is in the way; None without."""
+    positions, yaws = spots
+    if not len(yaws):
         return None
-    columns = [np.array(values) for values in zip(*((s.position.x, s.position.z, s.yaw) for s in spots), strict=True)]
-    bottoms = np.array([spot.position.y + bulk.low[1] for spot in spots])
+    columns = [positions[:, 0], positions[:, 2], yaws]
+    bottoms = positions[:, 1] + bulk.low[1]
     footprints = shapely.polygons(bulk.footprint(*columns))
     middles = shapely.points(columns[0], columns[1])
     is_hit = _parted(state, bulk, columns, bottoms, (clicked.x, clicked.z))
@@ -179,7 +202,7 @@ def _first_free(
             level &= ~(shapely.intersects(shape, middles) & (prism.bottom < bottoms - TOUCH_M))
             shape = shape.buffer(-OWN_SLACK_M)
         is_hit |= level & shapely.intersects(footprints, shape)
-    return next((spot for spot, hit in zip(spots, is_hit, strict=True) if not hit), None)
+    return None if is_hit.all() else int(np.argmin(is_hit))
 
 
 def _parted(

@@ -13,7 +13,7 @@ import numpy as np
 from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.things import Thing
-from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
+from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine
 
 WIDTH, HEIGHT = 640, 480
 FOCAL_PX = HEIGHT / 2
@@ -23,6 +23,10 @@ RAYS_PER_OBJECT = 1600
 NEAR_CLICK_PX = 3
 VISIBLE_PX = 200
 VISIBLE_SHARE = 0.25
+BEYOND_M = 0.01
+"""What a ray that is to meet a thing still looks at behind it."""
+KEPT_POSES = 64
+"""From how many poses what was seen is kept while nothing changes."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
 
@@ -112,6 +116,12 @@ def window_of(agent: Pose, thing: Thing) -> PixelWindow | None:
     return PixelWindow(left, top, right, bottom, stride, is_whole)
 
 
+def farthest_m(eye: Vec3, thing: Thing) -> float:
+    """Returns a distance from an eye that no part of a thing is beyond, leaves where they are now."""
+    corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(thing.asset)]
+    return float(np.linalg.norm(np.concatenate(corners) - np.array(eye), axis=1).max()) + BEYOND_M
+
+
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
     """Returns the corners before the near plane, with the crossings of box edges through it, and whether all were."""
     forward, eye = camera_axes(agent)[2], np.array(agent.eye)
@@ -137,12 +147,12 @@ class Sight:
         self._engine = engine
         self._things = list(things.values())
         self._index = {thing_id: index for index, thing_id in enumerate(things)}
-        self._last: tuple[Pose, list[str], dict[str, Sighting]] | None = None
-        """From where which things were seen last, and how: a step that is refused changes nothing."""
+        self._seen: dict[Pose, dict[str, Sighting]] = {}
+        """From where which things were seen, and how, since anything changed: the same is asked again and again."""
 
     def forget(self) -> None:
         """Must be called when anything in the scene has changed."""
-        self._last = None
+        self._seen.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
@@ -160,7 +170,7 @@ class Sight:
         disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
         pixels = disc[(disc**2).sum(axis=1) <= NEAR_CLICK_PX**2] + np.array([x, y])
         pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
-        met = np.unique(self._cast(agent, pixels, through_glass=False))
+        met = np.unique(self._engine.cast(agent.eye, directions(agent, pixels), through_glass=False).things)
         return tuple(sorted(self._things[index].id for index in met if index >= 0))
 
     def clickable(self, agent: Pose, thing: Thing) -> np.ndarray:
@@ -169,11 +179,13 @@ class Sight:
         if window is None:
             return np.empty((0, 2), dtype=int)
         pixels = window.pixels()
-        return pixels[self._cast(agent, pixels, through_glass=False) == self._index[thing.id]]
+        rays, within_m = directions(agent, pixels), farthest_m(agent.eye, thing)
+        hits = self._engine.cast(agent.eye, rays, through_glass=False, within_m=within_m)
+        return pixels[hits.things == self._index[thing.id]]
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
         """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
-        hits = self._engine.cast(eye, rays, through_glass=through_glass)
+        hits = self._engine.cast(eye, rays, through_glass=through_glass, within_m=farthest_m(eye, thing))
         is_met = hits.things == self._index[thing.id]
         if through_glass and _has_glass(thing):
             alone = self._engine.cast(eye, rays, through_glass=False, only=thing.id)
@@ -182,40 +194,32 @@ class Sight:
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
         """Returns what is seen of each thing. Rays pass through the glass of other things; a vase of glass is seen."""
-        ids = [thing.id for thing in things]
-        if self._last is None or self._last[:2] != (agent, ids):
-            self._last = agent, ids, self._see(agent, things)
-        return self._last[2]
+        if agent not in self._seen and len(self._seen) >= KEPT_POSES:
+            self._seen.clear()
+        known = self._seen.setdefault(agent, {})
+        missing = [thing for thing in things if thing.id not in known]
+        if missing:
+            known |= self._see(agent, missing)
+        return {thing.id: known[thing.id] for thing in things}
 
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
-        """Casts each thing's outline alone first, then all outlines into the scene."""
+        """Casts each thing's outline alone first, then into the scene."""
         found = {thing.id: UNSEEN for thing in things}
-        outlines: list[tuple[Thing, PixelWindow, np.ndarray, RayHits]] = []
         for thing in things:
             window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
-            if window is not None:
-                rays = directions(agent, window.pixels())
-                alone = self._engine.cast(agent.eye, rays, through_glass=False, only=thing.id)
-                is_met = alone.things == self._index[thing.id]
-                outline = RayHits(alone.things[is_met], alone.roles[is_met], alone.distances[is_met])
-                outlines.append((thing, window, rays[is_met], outline))
-        if not outlines:
-            return found
-        rays = np.concatenate([rays for _, _, rays, _ in outlines])
-        hits = self._engine.cast(agent.eye, rays, through_glass=True)
-        first = 0
-        for thing, window, rays, outline in outlines:
-            part = slice(first, first + len(rays))
-            first += len(rays)
-            is_own = hits.things[part] == self._index[thing.id]
-            is_hit = is_own | (outline.distances < hits.distances[part])
+            if window is None:
+                continue
+            rays = directions(agent, window.pixels())
+            alone = self._engine.cast(agent.eye, rays, through_glass=False, only=thing.id)
+            is_met = alone.things == self._index[thing.id]
+            outline = alone.distances[is_met]
+            hits = self._engine.cast(agent.eye, rays[is_met], through_glass=True, within_m=farthest_m(agent.eye, thing))
+            is_own = hits.things == self._index[thing.id]
+            is_hit = is_own | (outline < hits.distances)
             if is_hit.any():
-                roles = np.where(is_own, hits.roles[part], outline.roles)
-                found[thing.id] = _sighting(thing, window, is_hit, roles, outline.distances)
+                roles = np.where(is_own, hits.roles, alone.roles[is_met])
+                found[thing.id] = _sighting(thing, window, is_hit, roles, outline)
         return found
-
-    def _cast(self, agent: Pose, pixels: np.ndarray, *, through_glass: bool) -> np.ndarray:
-        return self._engine.cast(agent.eye, directions(agent, pixels), through_glass=through_glass).things
 
 
 def _has_glass(thing: Thing) -> bool:

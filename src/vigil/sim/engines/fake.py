@@ -5,6 +5,7 @@ Every connected piece of a mesh counts as its bounding box, moved by its joint; 
 true enough that solvers, budgets and goals can be tried without a renderer.
 """
 
+import math
 import zlib
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -167,9 +168,18 @@ class FakeEngine:
                 self._rows[index] = _boxes_of(scene.things[thing.id], index)
         self._all = None
 
-    def cast(self, origin: Vec3, directions: np.ndarray, *, through_glass: bool, only: str | None = None) -> RayHits:
-        """Casts rays along unit `directions` (n, 3). Held and absent things are never met; with `only` nothing but
-        that thing is."""
+    def cast(
+        self,
+        origin: Vec3,
+        directions: np.ndarray,
+        *,
+        through_glass: bool,
+        only: str | None = None,
+        within_m: float = math.inf,
+    ) -> RayHits:
+        """Casts rays along unit `directions` (n, 3), however far. Held and absent things are never met; with `only`
+        nothing but that thing is."""
+        del within_m
         row, distance = self._meet(origin, directions, through_glass, only)
         boxes, _, _ = self._joined()
         thing = np.where(row >= 0, boxes.thing[row], -1).astype(np.int32)

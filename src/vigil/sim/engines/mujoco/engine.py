@@ -1,5 +1,7 @@
 """MujocoEngine: draws scenes and casts rays into them with MuJoCo."""
 
+import math
+
 import numpy as np
 
 from vigil.observation import Quality
@@ -41,9 +43,17 @@ class MujocoEngine:
             model.place(scene.things[thing_id])
         model.settle()
 
-    def cast(self, origin: Vec3, directions: np.ndarray, *, through_glass: bool, only: str | None = None) -> RayHits:
+    def cast(
+        self,
+        origin: Vec3,
+        directions: np.ndarray,
+        *,
+        through_glass: bool,
+        only: str | None = None,
+        within_m: float = math.inf,
+    ) -> RayHits:
         """Casts rays along unit `directions` (n, 3), in THOR's frame (see `Engine.cast`)."""
-        return rays.cast(self._loaded, origin, directions, through_glass=through_glass, only=only)
+        return rays.cast(self._loaded, origin, directions, through_glass=through_glass, only=only, within_m=within_m)
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""

@@ -1,0 +1,68 @@
+"""Hard starts: which things are hard to tell apart, and how hard a start is, guessed before anything is solved.
+
+For drafts that are to fill the upper levels of difficulty (`vigil.levels`): of several starts the hardest is kept, and
+things with many look-alikes and long names come first. A guess only: levels are measured on the solution.
+"""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from vigil.actions import REACH_M
+from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_for, referents
+from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.solving.oracle import Oracle
+from vigil.goals import OBSERVABLE_PX
+from vigil.levels import COSTS, Measures, index_of
+from vigil.pose import Pose
+from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.things import Thing
+
+_NOTHING = Measures(
+    path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=0, containers=0, occlusion=0.0, slack=1.0,
+    reference_words=0,
+)  # fmt: skip
+
+
+def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[str]:
+    """Returns the ids of the other things that a thing's bare name may mean."""
+    return [other.id for other in referents(Phrase(item.name), items) if other.id != item.id]
+
+
+def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
+    """Returns what a thing's look-alikes in the house and the words of its name would add to the index at most."""
+    every = list(items)
+    phrase = phrase_for(item, every)
+    words = 0 if phrase is None else len(str(phrase).split()) - 1
+    figures = {"look_alikes": len(look_alikes(item, every)), "reference_words": words}
+    measures = _NOTHING.model_copy(update=figures)
+    return sum(COSTS[name].of(measures) for name in figures)
+
+
+def start_cost(oracle: Oracle, thing: Thing, others: Iterable[str], pose: Pose) -> float:
+    """Returns the index that an episode about a thing might have if it started at a pose.
+
+    `others` are the look-alikes of the thing. The way is the shortest one to where the thing is within reach.
+    """
+    names = [thing.id, *others]
+    with oracle.standing_at(pose):
+        states = oracle.world(names).objects
+        seen = oracle.sees(pose.eye, surface_points(thing), thing.id, through_glass=True)
+        walks = oracle.walks()
+    cells = walks.plan.cells
+    lengths = walks.lengths[box_distances(box_of(thing), cells) <= REACH_M] if len(cells) else np.empty(0)
+    lengths = lengths[np.isfinite(lengths)]
+    straight_m = math.dist((pose.position.x, pose.position.z), (thing.position.x, thing.position.z))
+    is_elsewhere = oracle.room_at(pose.position) != oracle.room_at(thing.position)
+    return index_of(
+        _NOTHING.model_copy(
+            update={
+                "path_m": float(lengths.min()) if len(lengths) else straight_m,
+                "doors": int(is_elsewhere),
+                "look_alikes": sum(states[name].visible_px >= OBSERVABLE_PX for name in names[1:]),
+                "target_px": states[thing.id].visible_px,
+                "occlusion": 1.0 - float(np.mean(seen)),
+            }
+        )
+    )

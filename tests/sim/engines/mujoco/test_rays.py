@@ -1,0 +1,91 @@
+"""Rays that pass over what they cannot meet: the same hits as without."""
+
+import math
+
+import numpy as np
+import pytest
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.pack import Pack
+from vigil.pose import Vec3
+from vigil.scene.build import build_scene
+from vigil.scene.things import Scene
+from vigil.sim.core.sight import farthest_m
+from vigil.sim.engines.mujoco import rays
+from vigil.sim.engines.mujoco.engine import MujocoEngine
+
+RAYS = 300
+
+
+@pytest.fixture(scope="module")
+def furnished() -> tuple[Scene, MujocoEngine, Vec3]:
+    """A house of several rooms, and an eye in it."""
+    pack = Pack.load("starter")
+    episode = max(pack.episodes, key=lambda each: len(pack.house_of(each).document.rooms))
+    scene, engine = build_scene(pack.house_of(episode), AssetDatabase.default()), MujocoEngine()
+    engine.load(scene)
+    return scene, engine, episode.start.eye
+
+
+def cone(half_angle_deg: float, seed: int) -> np.ndarray:
+    """Unit directions about a random level axis."""
+    rng = np.random.default_rng(seed)
+    yaw = rng.uniform(0.0, 2 * math.pi)
+    towards = np.array([math.sin(yaw), -0.2, math.cos(yaw)])
+    found = towards + math.tan(math.radians(half_angle_deg)) * rng.uniform(-1.0, 1.0, size=(RAYS, 3))
+    return found / np.linalg.norm(found, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("half_angle_deg", [1.0, 10.0, 45.0, 85.0])
+@pytest.mark.parametrize("through_glass", [False, True])
+def test_what_is_beside_the_rays_changes_no_hit(
+    furnished: tuple[Scene, MujocoEngine, Vec3],
+    half_angle_deg: float,
+    through_glass: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    _, engine, eye = furnished
+    for seed in range(6):
+        directions = cone(half_angle_deg, seed)
+        pruned = engine.cast(eye, directions, through_glass=through_glass)
+        with monkeypatch.context() as patch:
+            patch.setattr(rays, "PRUNED_FROM", RAYS + 1)
+            every = engine.cast(eye, directions, through_glass=through_glass)
+        assert (pruned.things == every.things).all()
+        assert (pruned.roles == every.roles).all()
+        assert (pruned.distances == every.distances).all()
+
+
+def test_what_is_beyond_a_distance_alone_may_be_missed(furnished: tuple[Scene, MujocoEngine, Vec3]) -> None:
+    _, engine, eye = furnished
+    within_m, missed = 1.5, 0
+    for seed in range(6):
+        directions = cone(60.0, seed)
+        every = engine.cast(eye, directions, through_glass=True)
+        near = engine.cast(eye, directions, through_glass=True, within_m=within_m)
+        is_near = every.distances <= within_m
+        assert (near.things[is_near] == every.things[is_near]).all()
+        assert (near.distances[is_near] == every.distances[is_near]).all()
+        assert (near.distances[~is_near] > within_m).all()
+        missed += int((near.things != every.things).sum())
+    assert missed
+
+
+def test_nothing_is_left_hidden_after_a_cast(furnished: tuple[Scene, MujocoEngine, Vec3]) -> None:
+    _, engine, eye = furnished
+    before = engine.model.native.geom_group.copy()
+    engine.cast(eye, cone(5.0, 0), through_glass=True, within_m=1.0)
+    assert (engine.model.native.geom_group == before).all()
+
+
+def test_no_ray_meets_a_thing_farther_than_its_farthest_part(furnished: tuple[Scene, MujocoEngine, Vec3]) -> None:
+    scene, engine, eye = furnished
+    met = 0
+    for seed in range(6):
+        hits = engine.cast(eye, cone(80.0, seed), through_glass=True)
+        for index in np.unique(hits.things[hits.things >= 0]):
+            thing = list(scene.things.values())[index]
+            distances = hits.distances[hits.things == index]
+            met += len(distances)
+            assert distances.max() <= farthest_m(eye, thing)
+    assert met > RAYS // 2
