@@ -24,6 +24,7 @@ from vigil.authoring.packing.levels import measured_levels
 from vigil.authoring.packing.recipes import (
     Recipe,
     check_assets,
+    check_drafts,
     check_houses,
     file_sha256,
     origins_of,
@@ -46,7 +47,7 @@ from vigil.cli.making.closure import (
     suite_request,
     suite_settings,
 )
-from vigil.cli.making.drafting import drafting_of, drafts_summary, shown_on
+from vigil.cli.making.drafting import FormsOption, drafting_of, drafts_summary, forms_named, shown_on
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES, Episode
@@ -91,6 +92,7 @@ def propose(
     seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
+    forms: FormsOption = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -104,7 +106,13 @@ def propose(
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
     settings = GenerationSettings(
-        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets)
+        families or tuple(FAMILIES),
+        seed,
+        per_house,
+        tried,
+        backend,
+        AssetDatabase.of(assets),
+        forms=forms_named(forms or "public"),
     )
     if suite is not None:
         refuse_with_suite(family=families, model=model, grammar=grammar)
@@ -243,6 +251,7 @@ def make(
     kind: Kinds = None,
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
+    forms: FormsOption = None,
     robust: Robust = False,
     reviews: Reviews = None,
     workers: Workers = None,
@@ -281,6 +290,7 @@ def make(
         asset_database_sha256=file_sha256(assets),
         levels=levels_named(level or []),
         is_robust=robust,
+        forms=forms_named(forms or ("public" if houses else "all")),
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     if suite is not None:
@@ -309,6 +319,7 @@ def remake(
     """Example: vigil pack remake procthor_one_room_v1_2 --houses one_room_train.jsonl.gz --out packs/one_room"""
     wanted = Recipe.load(recipe)
     check_free(out, wanted.name)
+    check_drafts(wanted)
     check_assets(wanted, assets)
     say(wanted.notes())
     sources = sources_of(wanted, houses or [], tell)

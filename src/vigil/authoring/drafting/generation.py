@@ -18,6 +18,7 @@ import numpy as np
 from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.drafts import (
+    DRAFTS_VERSION,
     ClosureDraft,
     Draft,
     DraftFacts,
@@ -31,6 +32,7 @@ from vigil.authoring.drafting.drafts import (
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import Source
+from vigil.authoring.language.sentences import Forms
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
@@ -62,6 +64,8 @@ class GenerationSettings:
     assets: AssetDatabase | None = None
     is_spread: bool = False
     """Whether each house is asked for one family alone, in turn: more houses in the same time."""
+    forms: Forms = "public"
+    """Which half of the sentence forms is spoken."""
     author: str = AUTHOR
     """Who proposes, as the drafts file says; the grammar of a suite has a name of its own."""
 
@@ -71,7 +75,15 @@ class GenerationSettings:
 
     def header(self, simulator: str, author: str) -> Header:
         """Returns the first line of the drafts file."""
-        return Header(author=author, seed=self.seed, simulator=simulator, per_house=self.per_house, tried=self.tried)
+        return Header(
+            author=author,
+            seed=self.seed,
+            simulator=simulator,
+            per_house=self.per_house,
+            tried=self.tried,
+            forms=self.forms,
+            drafts=DRAFTS_VERSION,
+        )
 
     def kept_of_kind(self, family: Family) -> int:
         """Returns how many drafts of each of a family's kinds are kept in a house."""
@@ -200,7 +212,7 @@ class DraftGenerator:
         self._settings = settings
         self._proposer = proposer
         self._simulator = settings.simulator()
-        self._validator = Validator(self._simulator)
+        self._validator = Validator(self._simulator, is_draft=True)
 
     def work(self, source: Source, families: tuple[Family, ...]) -> Found:
         """Returns a house and what came of proposing some families in it."""
@@ -208,6 +220,7 @@ class DraftGenerator:
         try:
             house = source.house()
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
+            context.forms = self._settings.forms
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
         origin = source.origin(house)

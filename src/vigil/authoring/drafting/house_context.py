@@ -8,7 +8,9 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, phrase_for, without_repeats
+from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_for, seen_items, without_repeats
+from vigil.authoring.language.sentences import Forms, Sentences
+from vigil.authoring.language.wording import say, spoken_of
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
@@ -60,6 +62,8 @@ class HouseContext:
         """Ids of the things that may be chosen; None for all."""
         self.tried_starts = TRIED_STARTS
         """Places tried for one start."""
+        self.forms: Forms = "public"
+        """The half of the sentence forms that is spoken."""
         simulator.load(house)
         self._homes = _homes(simulator, house)
         self.begin(Setup())
@@ -96,8 +100,8 @@ class HouseContext:
 
     @property
     def items(self) -> dict[str, DescribedThing]:
-        """What one can say of the things as they are now."""
-        return items_of(self.oracle.scene)
+        """What who sees the things can say of them as they are now."""
+        return seen_items(self.oracle.scene)
 
     def thing(self, thing_id: str) -> Thing:
         """Returns a thing as it is now."""
@@ -107,6 +111,14 @@ class HouseContext:
         """Returns what to call a thing as things are now; None when nothing fits it alone."""
         items = self.items
         return phrase_for(items[thing_id], items.values())
+
+    def say(self, sentences: Sentences, **slots: str) -> str:
+        """Returns one of the sentences of the half that is spoken, with its slots filled."""
+        return say(sentences.of(self.forms), self.rng, **slots)
+
+    def said_of(self, thing: Thing, sentences: Sentences) -> str:
+        """Returns a sentence about one thing alone, as things are now."""
+        return self.say(sentences, target=str(self.phrase(thing.id)), **spoken_of(thing.category))
 
     def shuffled(self, things: list[Thing]) -> list[Thing]:
         """Returns things in a random order."""
