@@ -4,7 +4,7 @@ A counter's doors are those of a cabinet, a strip beside a washbasin is no kitch
 under a blue seat is no white stool.
 """
 
-from collections import Counter
+from collections import defaultdict
 from functools import lru_cache
 
 import numpy as np
@@ -57,7 +57,7 @@ def least_share(category: str) -> float:
 @lru_cache(maxsize=1024)
 def colour_shares(asset: Asset) -> dict[str, float]:
     """Returns word for a colour -> the share of it in what one sees of a thing from around; nothing for glass."""
-    seen: Counter[str] = Counter()
+    seen: defaultdict[str, float] = defaultdict(float)
     for part in asset.parts:
         if not part.is_glass and part.shown != "on":
             look = material(part.material)
