@@ -25,6 +25,7 @@ from vigil.authoring.packing.levels import measured_levels
 from vigil.authoring.packing.recipes import (
     Recipe,
     check_assets,
+    check_drafts,
     check_houses,
     file_sha256,
     origins_of,
@@ -46,7 +47,7 @@ from vigil.cli.making.closure import (
     suite_request,
     suite_settings,
 )
-from vigil.cli.making.drafting import drafting_of, drafts_summary, shown_on
+from vigil.cli.making.drafting import FormsOption, drafting_of, drafts_summary, forms_named, shown_on
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES
@@ -94,6 +95,7 @@ def propose(
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
     hardest_of: Starts = 1,
+    forms: FormsOption = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
@@ -107,7 +109,14 @@ def propose(
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
     settings = GenerationSettings(
-        families or tuple(FAMILIES), seed, per_house, tried, backend, AssetDatabase.of(assets), starts=hardest_of
+        families or tuple(FAMILIES),
+        seed,
+        per_house,
+        tried,
+        backend,
+        AssetDatabase.of(assets),
+        forms=forms_named(forms or "public"),
+        starts=hardest_of,
     )
     if suite is not None:
         refuse_with_suite(family=families, model=model, grammar=grammar, hardest_of=hardest_of > 1)
@@ -247,6 +256,7 @@ def make(
     kind: Kinds = None,
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
+    forms: FormsOption = None,
     robust: Robust = False,
     hardest_of: Starts = 1,
     reviews: Reviews = None,
@@ -288,6 +298,7 @@ def make(
         asset_database_sha256=file_sha256(assets),
         levels=levels_named(level or []),
         is_robust=robust,
+        forms=forms_named(forms or ("public" if houses else "all")),
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     if suite is not None:
@@ -325,6 +336,7 @@ def remake(
     """Example: vigil pack remake procthor_one_room_v1_2 --houses one_room_train.jsonl.gz --out packs/one_room"""
     wanted = Recipe.load(recipe)
     check_free(out, wanted.name)
+    check_drafts(wanted)
     check_assets(wanted, assets)
     say(wanted.notes())
     sources = sources_of(wanted, houses or [], tell)

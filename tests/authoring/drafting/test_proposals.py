@@ -1,5 +1,7 @@
 """The grammar of proposals: natural, valid and the same each time."""
 
+import re
+import string
 from collections.abc import Callable, Iterator
 from itertools import islice
 
@@ -9,6 +11,7 @@ import pytest
 from vigil.authoring.drafting import constraints, proposals, sequences
 from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
 from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.language.sentences import POINT, Forms
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
@@ -53,6 +56,26 @@ def test_drafts_are_mostly_valid_and_reproducible(family: str, simulator: Privil
     assert all(draft.family == family for draft in first)
     validator = Validator(simulator)
     assert any(validator.validate(draft, house).is_valid for draft in first)
+
+
+@pytest.mark.parametrize("forms", ["public", "held_out"])
+def test_drafts_speak_the_half_that_is_asked_for(forms: Forms, simulator: PrivilegedSimulator, house: House) -> None:
+    context = HouseContext(simulator, house, np.random.default_rng(3))
+    context.forms = forms
+    said = [draft.instruction for draft in islice(proposals.pointing(context, "medium"), 6)]
+    assert said
+    for instruction in said:
+        assert any(is_of(form, instruction) for form in POINT.of(forms))
+        assert not any(is_of(form, instruction) for form in POINT.of("all") if form not in POINT.of(forms))
+
+
+def is_of(form: str, instruction: str) -> bool:
+    """Whether an instruction is a sentence form with its slots filled."""
+    words = "".join(
+        re.escape(text) + ("" if slot is None else "(?:[Tt]he .+|it|them)")
+        for text, slot, _, _ in string.Formatter().parse(form)
+    )
+    return re.fullmatch(words, instruction) is not None
 
 
 def test_another_seed_proposes_something_else(simulator: PrivilegedSimulator, house: House) -> None:

@@ -10,9 +10,11 @@ import pytest
 from prior_stand_in import Prior, as_procthor_writes
 from typer.testing import CliRunner, Result
 
+from vigil.authoring.drafting.drafts import DRAFTS_VERSION, DraftsFile
+from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.procthor import REVISION
 from vigil.authoring.packing.recipes import PACKAGED, Recipe, made_with
-from vigil.cli import app
+from vigil.cli import app, pack_making
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.housegen import generate, spec_for
 from vigil.pack import Pack
@@ -91,6 +93,41 @@ def test_the_first_house_that_differs_is_named(made: Path, lines: list[bytes], t
     (tmp_path / "one.jsonl").write_bytes(lines[0] + b"\n")
     done = vigil("remake", made / "pack.recipe.json", "--houses", tmp_path / "one.jsonl", "--out", tmp_path / "o")
     assert "The first that is missing is house 2 of the 2" in str(done.exception)
+
+
+def test_a_recipe_says_in_which_words_it_is_drafted(made: Path) -> None:
+    recipe = Recipe.load(str(made / "pack.recipe.json"))
+    assert (recipe.forms, recipe.drafts) == ("public", DRAFTS_VERSION)
+    assert recipe.request.forms == "public"
+    header = DraftsFile(made / "pack.drafts.jsonl").read().header
+    assert (header.forms, header.drafts) == ("public", DRAFTS_VERSION)
+    assert Pack.load(made / "pack").manifest.meta["forms"] == ["public"]
+
+
+def test_a_recipe_of_another_version_of_drafts_is_refused(made: Path, tmp_path: Path) -> None:
+    recipe = Recipe.load(str(made / "pack.recipe.json")).model_copy(update={"drafts": DRAFTS_VERSION - 1})
+    recipe.save(tmp_path / "old.json")
+    done = vigil("remake", tmp_path / "old.json", "--houses", made / "two.jsonl.gz", "--out", tmp_path / "o")
+    assert isinstance(done.exception, SettingError)
+    assert f"this package drafts by version {DRAFTS_VERSION}" in str(done.exception)
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"), [((), ["all"]), (("--forms", "held-out"), ["held_out"]), (("--forms", "public"), ["public"])]
+)
+def test_a_secret_seed_speaks_both_halves_unless_told(
+    given: tuple[str, ...], wanted: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+
+    def noted(file: DraftsFile, sources: object, settings: GenerationSettings, **_: object) -> None:
+        asked.append(settings.forms)
+        raise SettingError("seen enough")
+
+    monkeypatch.setattr(pack_making, "generate_drafts", noted)
+    vigil("make", "--name", "mine", "--seed", str(2**70), *given, "--out", tmp_path / "mine")
+    assert asked == wanted
 
 
 def test_other_bytes_are_told(made: Path, tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "ebbf44cd52239984cde8ebee2bf88cb8306225d0b8c316014c8fe07b8baaebb4"
+PINNED = "0b2125ccc464e393dbfcb3c35bbfc7aff2b60bc0106f201accbde1721be4dd7c"
 WAIT_S = 60.0
 
 

@@ -5,7 +5,9 @@ from collections.abc import Callable
 import pytest
 
 from vigil import goal_check, goals
-from vigil.authoring.language.wording import SEQUENCES, asks_inside, sequence
+from vigil.authoring.language.sentences import FORMS, Forms
+from vigil.authoring.language.sequence_sentences import SEQUENCES
+from vigil.authoring.language.wording import asks_inside, sequence
 from vigil.authoring.review.validate import ValidationResult, Validator
 from vigil.episode import Episode
 from vigil.goals import Goal, ObjectAtReceptacle
@@ -99,8 +101,9 @@ def test_words_that_ask_for_inside(instruction: str, is_inside: bool) -> None:
     assert asks_inside(instruction) == is_inside
 
 
+@pytest.mark.parametrize("forms", FORMS)
 @pytest.mark.parametrize("template", ["put_into", "put_into_closed", "rearrange", "open_pick_place"])
-def test_every_sentence_for_inside_says_so(template: str) -> None:
-    chosen = sequence(template, inside=True)
+def test_every_sentence_for_inside_says_so(template: str, forms: Forms) -> None:
+    chosen = sequence(template, forms, inside=True)
     assert len(chosen) >= 3
-    assert sequence(template, inside=False) == SEQUENCES[template]
+    assert sequence(template, forms, inside=False) == SEQUENCES[template].of(forms)

@@ -57,6 +57,12 @@ def word_for(red: int, green: int, blue: int) -> str | None:
     return first if far[first] <= CLEARLY_NEARER * far[second] else None
 
 
+def nearest_word(red: int, green: int, blue: int) -> str:
+    """Returns the word whose colour is nearest to one (parts 0 .. 255), however far."""
+    place = _lab(red, green, blue)
+    return min(COLOURS, key=lambda name: float(np.linalg.norm(place - _lab(*_parts(COLOURS[name])))))
+
+
 def _parts(code: str) -> tuple[int, int, int]:
     red, green, blue = (int(code[k : k + 2], 16) for k in (1, 3, 5))
     return red, green, blue

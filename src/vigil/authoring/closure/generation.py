@@ -46,6 +46,7 @@ class ClosureGenerator:
         try:
             house = source.house()
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
+            context.forms = self._settings.forms
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
         found = [line for kind in KINDS for line in self._kind(context, kind)]

@@ -17,7 +17,8 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT
 from vigil.authoring.drafting.proposals import allows, goal_for, is_target, seeking, setup_for
 from vigil.authoring.language.referring import ROOM_NAMES, DescribedThing, Phrase, referents
-from vigil.authoring.language.wording import ORDERS, SEARCH_ORDERS, VERBS, Act, opened, order, say
+from vigil.authoring.language.sentences import ORDERS, SEARCH_ORDERS
+from vigil.authoring.language.wording import VERBS, Act, opened, order, say, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.closure import ALIKE, Evidence, Kind
 from vigil.episode import Episode
@@ -208,10 +209,10 @@ def _gone(context: HouseContext) -> Tasks:
         if not spots or children(context.oracle.scene, target.id):
             yield _refused(context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above")
             continue
-        words = order("pick", target.category, str(phrase), context.rng)
+        words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
         first = episode.model_copy(
             update={
-                "instruction": say(SEARCH_ORDERS, context.rng, target=str(phrase), **words),
+                "instruction": context.say(SEARCH_ORDERS, target=str(phrase), **words),
                 "bindings": {"target": target.id, "place": support.id},
             }
         )
@@ -227,7 +228,13 @@ def _placed(context: HouseContext, item: DescribedThing) -> Phrase | None:
         return None
     colours = item.colours[:1] if len(item.colours) == 1 else ()
     for colour in (None, *colours):
-        phrase = Phrase(item.name, colour=colour, support=item.support, is_inside=item.is_inside)
+        phrase = Phrase(
+            item.name,
+            colour=colour,
+            support=item.support,
+            is_inside=item.is_inside,
+            is_on_shelf=item.is_on_shelf,
+        )
         if [each.id for each in referents(phrase, items)] == [item.id]:
             return phrase
     return None
@@ -315,12 +322,12 @@ def _untold(context: HouseContext, drafts: Iterable[Episode]) -> Tasks:
             continue
         act: Act = "open" if goal.state == "is_open" else "turn_on"
         phrase = str(context.phrase(target.id))
-        words = order(act, target.category, phrase, context.rng)
+        words = order(act, target.category, phrase, context.rng) | spoken_of(target.category)
         if constraint.kind == "object_moved":  # whoever opens it has moved what stood there, however far
             constraint = constraint.model_copy(update={"distance_m": ANY_MOVE_M})
         bare = episode.model_copy(
             update={
-                "instruction": say(ORDERS, context.rng, target=phrase, **words),
+                "instruction": context.say(ORDERS, target=phrase, **words),
                 "bindings": {"target": target.id},
                 "goal": goal.model_copy(update={"constraint": constraint}),
             }

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import assert_never
 
 from vigil.actions import Action, Intent, InteractPixel, Look, Navigate, Report, Status
-from vigil.authoring.language.referring import Phrase, items_of, mentions, resolved
+from vigil.authoring.language.referring import Phrase, items_of, mentions, resolved, seen_items
 from vigil.authoring.ways.goal_kinds import closing_words
 from vigil.goals import Goal, is_observable
 from vigil.observation import FRAME_WIDTH
@@ -55,7 +55,11 @@ def phrases_in(instruction: str, scene: Scene, held: str | None) -> dict[str, Ph
     phrases = mentions(instruction, [item.name for item in items.values()])
     meant = resolved(phrases, items.values(), items.get(held or ""))
     found = [(fitting[0], phrase) for phrase, fitting in zip(phrases, meant, strict=True) if len(fitting) == 1]
-    said = [(item.id, replace(phrase, is_inside=item.is_inside)) for item, phrase in found]
+    seen = seen_items(scene)
+    said = [
+        (item.id, replace(phrase, is_inside=seen[item.id].is_inside, is_on_shelf=seen[item.id].is_on_shelf))
+        for item, phrase in found
+    ]
     return dict(reversed(said))  # the first mention counts: only there is said where a thing is
 
 

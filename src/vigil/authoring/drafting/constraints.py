@@ -13,8 +13,9 @@ import shapely
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import referents
-from vigil.authoring.language.wording import CONSTRAINTS, Act, opened, order, say
+from vigil.authoring.language.wording import Act, opened, order, spoken_of
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Constraint
@@ -214,6 +215,8 @@ def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = No
     slots = order(sketch.act, target.category, str(phrase), context.rng) | {
         "target": str(phrase),
         "obstacle": str(other),
+        **spoken_of(target.category, "target_"),
+        **spoken_of(context.thing(constraint.object_id).category, "obstacle_"),
     }
     if words == "leaf":
         slots |= opened(context.thing(constraint.object_id).category, str(other)).slots("blocker")
@@ -227,7 +230,7 @@ def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = No
         TaskSpec(
             start=start,
             setup=sketch.setup,
-            instruction=say(CONSTRAINTS[words], context.rng, **slots),
+            instruction=context.say(CONSTRAINTS[words], **slots),
             goal=goal_for(target, sketch.act).model_copy(update={"constraint": constraint}),
             bindings=bindings,
             template=sketch.template,

@@ -18,6 +18,7 @@ import numpy as np
 from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.drafts import (
+    DRAFTS_VERSION,
     ClosureDraft,
     Draft,
     DraftFacts,
@@ -31,6 +32,7 @@ from vigil.authoring.drafting.drafts import (
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import Source
+from vigil.authoring.language.sentences import Forms
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
@@ -64,6 +66,8 @@ class GenerationSettings:
     """Whether each house is asked for one family alone, in turn: more houses in the same time."""
     starts: int = 1
     """Starts drawn for each draft, of which the hardest is kept; with several, what is hard to name comes first."""
+    forms: Forms = "public"
+    """Which half of the sentence forms is spoken."""
     author: str = AUTHOR
     """Who proposes, as the drafts file says; the grammar of a suite has a name of its own."""
 
@@ -80,6 +84,8 @@ class GenerationSettings:
             per_house=self.per_house,
             tried=self.tried,
             starts=self.starts,
+            forms=self.forms,
+            drafts=DRAFTS_VERSION,
         )
 
     def kept_of_kind(self, family: Family) -> int:
@@ -209,7 +215,7 @@ class DraftGenerator:
         self._settings = settings
         self._proposer = proposer
         self._simulator = settings.simulator()
-        self._validator = Validator(self._simulator)
+        self._validator = Validator(self._simulator, is_draft=True)
 
     def work(self, source: Source, families: tuple[Family, ...]) -> Found:
         """Returns a house and what came of proposing some families in it."""
@@ -218,6 +224,7 @@ class DraftGenerator:
             house = source.house()
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
             context.compared_starts = self._settings.starts
+            context.forms = self._settings.forms
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
         origin = source.origin(house)

@@ -11,7 +11,9 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import REACH_M
 from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
-from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, phrase_for, without_repeats
+from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_for, seen_items, without_repeats
+from vigil.authoring.language.sentences import Forms, Sentences
+from vigil.authoring.language.wording import say, spoken_of
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
@@ -67,6 +69,8 @@ class HouseContext:
         """Places tried for one start."""
         self.compared_starts = 1
         """Starts drawn for one, of which the hardest is kept; with several, things that are hard to name come first."""
+        self.forms: Forms = "public"
+        """The half of the sentence forms that is spoken."""
         simulator.load(house)
         self._homes = _homes(simulator, house)
         self.begin(Setup())
@@ -103,8 +107,8 @@ class HouseContext:
 
     @property
     def items(self) -> dict[str, DescribedThing]:
-        """What one can say of the things as they are now."""
-        return items_of(self.oracle.scene)
+        """What who sees the things can say of them as they are now."""
+        return seen_items(self.oracle.scene)
 
     def thing(self, thing_id: str) -> Thing:
         """Returns a thing as it is now."""
@@ -114,6 +118,14 @@ class HouseContext:
         """Returns what to call a thing as things are now; None when nothing fits it alone."""
         items = self.items
         return phrase_for(items[thing_id], items.values())
+
+    def say(self, sentences: Sentences, **slots: str) -> str:
+        """Returns one of the sentences of the half that is spoken, with its slots filled."""
+        return say(sentences.of(self.forms), self.rng, **slots)
+
+    def said_of(self, thing: Thing, sentences: Sentences) -> str:
+        """Returns a sentence about one thing alone, as things are now."""
+        return self.say(sentences, target=str(self.phrase(thing.id)), **spoken_of(thing.category))
 
     def shuffled(self, things: list[Thing]) -> list[Thing]:
         """Returns things in a random order."""

@@ -44,10 +44,10 @@ class Idea(BaseModel):
 
 ASKS: dict[Family, str] = {
     "PG": "Ask to point at one thing in view, within reach. Kinds are the size of the target. Role: target.",
-    "DA": "Ask to walk up to one thing in view. Say the standard: 'to within about one and a half metres of ...'. "
-    "Role: target.",
+    "DA": "Ask to walk up to one thing in view. Say the standard: 'to within about one and a half metres of ..., "
+    "near enough to touch it'. Role: target.",
     "VS": "Ask to look for one thing that is out of view at the start. Kinds: walk (another room or place), turn "
-    "(turning on the spot shows it). Role: target.",
+    "(turning on the spot shows it). Say when it is done: once the thing is in the picture. Role: target.",
     "SV": "Ask in which state one thing in view is; name both possible answers, never the answer. Kinds are the true "
     "answer: on, off, open, closed. Role: target.",
     "AI": "Ask to do one thing with a target in view but out of reach. Kinds: open, close, turn_on, turn_off, pick. "

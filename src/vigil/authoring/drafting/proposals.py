@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
 from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec
-from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Act, order, question, say
+from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
+from vigil.authoring.language.wording import Act, order, question, spoken_of
 from vigil.authoring.review.rules import WIDE_OPEN, place_blind_to
 from vigil.episode import LOOKING_DOWN_DEG, Episode, Family, Size
 from vigil.goals import (
@@ -100,7 +101,7 @@ def pointing(context: HouseContext, size: Size) -> Drafts:
                 "PG",
                 TaskSpec(
                     start=start,
-                    instruction=say(POINT, context.rng, target=str(context.phrase(thing.id))),
+                    instruction=context.said_of(thing, POINT),
                     goal=TargetGrounded(object_id=thing.id),
                     bindings={"target": thing.id},
                     difficulty=size,
@@ -119,7 +120,7 @@ def approaching(context: HouseContext) -> Drafts:
                 "DA",
                 TaskSpec(
                     start=start,
-                    instruction=say(APPROACH, context.rng, target=str(context.phrase(thing.id))),
+                    instruction=context.said_of(thing, APPROACH),
                     goal=AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M),
                     bindings={"target": thing.id},
                 ),
@@ -140,7 +141,7 @@ def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
                 "VS",
                 TaskSpec(
                     start=start,
-                    instruction=say(SEARCH, context.rng, target=str(context.phrase(thing.id))),
+                    instruction=context.said_of(thing, SEARCH),
                     goal=ObjectInState(object_id=thing.id, state="is_visible"),
                     bindings={"target": thing.id},
                     template="turn" if by_turning else "walk",
@@ -200,7 +201,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
                 TaskSpec(
                     start=start,
                     setup=setup,
-                    instruction=question(state, thing.category, str(phrase), context.rng),
+                    instruction=question(state, thing.category, str(phrase), context.forms, context.rng),
                     goal=ReportStatus(object_id=thing.id, state=state),
                     bindings={"target": thing.id},
                     template=label,
@@ -236,7 +237,7 @@ def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) 
 
 def _drafts_of_act(
     context: HouseContext,
-    kind: tuple[Family, tuple[str, ...], Act],
+    kind: tuple[Family, Sentences, Act],
     things: Iterable[Thing],
     start_for: Callable[[Thing], Pose | None],
 ) -> Drafts:
@@ -250,12 +251,11 @@ def _drafts_of_act(
         phrase = str(context.phrase(thing.id))
         context.begin(Setup())
         if start is not None:
+            words = order(act, thing.category, phrase, context.rng) | spoken_of(thing.category)
             task = TaskSpec(
                 start=start,
                 setup=setup,
-                instruction=say(
-                    sentences, context.rng, target=phrase, **order(act, thing.category, phrase, context.rng)
-                ),
+                instruction=context.say(sentences, target=phrase, **words),
                 goal=goal_for(thing, act),
                 bindings={"target": thing.id},
                 template=act,

@@ -7,7 +7,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target
 from vigil.authoring.language.referring import Phrase
-from vigil.authoring.language.wording import opened, say, sequence
+from vigil.authoring.language.wording import opened, say, sequence, spoken_of
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.scene.supports import is_level, surface_frame, surface_named
@@ -109,12 +109,14 @@ def _draft(
     receptacle = roles.get("receptacle")
     leaf = receptacle if template == "put_into" and receptacle and receptacle.is_openable else roles.get("container")
     inside = receptacle is not None and (template == "put_into" or receptacle.category in PUT_INTO)
-    sentences = sequence("put_into_closed" if leaf is not None and leaf is receptacle else template, inside=inside)
+    key = "put_into_closed" if leaf is not None and leaf is receptacle else template
+    sentences = sequence(key, context.forms, inside=inside)
     words = {role: str(phrase) for role, phrase in named.items()}
+    words |= spoken_of(roles["target"].category, "target_")
     if leaf is not None:
         role = next(role for role, thing in roles.items() if thing is leaf)
         words |= opened(leaf.category, words[role]).slots()
-    words |= {"into": "into", "in_": "in"} if inside else {"into": "on", "in_": "on"}
+    words |= {"into": "into", "in_": _in(named.get("receptacle"))} if inside else {"into": "on", "in_": "on"}
     yield context.draft(
         "SM",
         TaskSpec(
@@ -133,6 +135,11 @@ def _is_wordy(phrases: dict[str, Phrase]) -> bool:
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())
     return is_placed or phrases["target"].room is not None or len(set(rooms)) < len(rooms)
+
+
+def _in(receptacle: Phrase | None) -> str:
+    """Returns how to say that something is placed in a receptacle: not "in the sink in the kitchen"."""
+    return "into" if receptacle is not None and receptacle.room else "in"
 
 
 def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside: bool) -> Goal:

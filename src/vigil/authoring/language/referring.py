@@ -6,13 +6,14 @@ fits is decided as a careful listener would: "the bottle" fits a wine bottle too
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.palette import COLOURS
+from vigil.authoring.language.looks import colour_shares, is_misnamed, is_open_shelf, least_share, passes_for
 from vigil.pose import rotate_floor
 from vigil.scene.outlines import room_floor
 from vigil.scene.supports import surface_named
@@ -63,7 +64,7 @@ UNCERTAIN_COLOURS = frozenset({"WineBottle", "Safe"})
 SIDE_M = 0.3
 """From the middle of a door to either side of it."""
 
-_ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|in|inside) the "
+_ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|on a shelf of|in|inside) the "
 
 
 BETWEEN = " between "
@@ -85,6 +86,14 @@ class DescribedThing:
     support: str | None = None
     is_inside: bool = False
     """It lies inside its support, not on top of it."""
+    is_on_shelf: bool = False
+    """It lies on a shelf of its support that nobody opens."""
+    also: tuple[str, ...] = ()
+    """What else it would be called by who sees it."""
+    is_misnamed: bool = False
+    """Nobody would call it there by its name."""
+    is_room_one: bool = True
+    """The home has no other room that is called as its room is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +105,7 @@ class Phrase:
     support: str | None = None
     room: str | None = None
     is_inside: bool = False
+    is_on_shelf: bool = False
 
     @property
     def placeless(self) -> "Phrase":
@@ -105,7 +115,8 @@ class Phrase:
     def __str__(self) -> str:
         text = f"the {self.colour} {self.name}" if self.colour else f"the {self.name}"
         if self.support:
-            text += f" {'in' if self.is_inside else 'on'} the {self.support}"
+            where = "on a shelf of" if self.is_on_shelf else "in" if self.is_inside else "on"
+            text += f" {where} the {self.support}"
         return f"{text} in the {self.room}" if self.room else text
 
 
@@ -135,6 +146,35 @@ def items_of(scene: Scene) -> dict[str, DescribedThing]:
     """Returns what one can say of every thing that is present, by id, in the scene's order."""
     rooms = [(room.id, ROOM_NAMES.get(room.room_type), room_floor(room)) for room in scene.rooms]
     return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
+
+
+def seen_items(scene: Scene) -> dict[str, DescribedThing]:
+    """Returns the same as a person would say it who sees the things, and not the catalog: by what they look like."""
+    named = [ROOM_NAMES.get(room.room_type) for room in scene.rooms]
+    twice = {name for name in named if name is not None and named.count(name) > 1}
+    return {key: _seen(scene.things[key], item, twice, scene) for key, item in items_of(scene).items()}
+
+
+def _seen(thing: Thing, item: DescribedThing, twice: set[str], scene: Scene) -> DescribedThing:
+    parent = scene.things.get(item.support_id or "")
+    is_on_shelf = item.is_inside and parent is not None and is_open_shelf(parent, thing.surface)
+    joined = item.name.partition(BETWEEN)[2]
+    return replace(
+        item,
+        colours=tuple(colour for colour in item.colours if _is_seen_as(thing, colour)),
+        is_inside=item.is_inside and not is_on_shelf,
+        is_on_shelf=is_on_shelf,
+        also=passes_for(thing),
+        is_misnamed=is_misnamed(thing.category, item.room) or any(f"the {name}" in joined for name in twice),
+        is_room_one=item.room not in twice,
+    )
+
+
+def _is_seen_as(thing: Thing, colour: str) -> bool:
+    """Whether what one sees of a thing is mostly of a colour; of glass there is nothing else to go by."""
+    shares = colour_shares(thing.asset)
+    alike = sum(share for word, share in shares.items() if _look_alike(colour, word))
+    return not shares or alike >= least_share(thing.category)
 
 
 def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
@@ -184,7 +224,7 @@ def _colours(thing: Thing) -> tuple[str, ...]:
 def fits(phrase: Phrase, item: DescribedThing) -> bool:
     """Whether a listener could take `item` for what `phrase` means."""
     return (
-        _names_fit(phrase.name, item.name)
+        (_names_fit(phrase.name, item.name) or phrase.name in item.also)
         and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
         and (phrase.support is None or (item.support is not None and _names_fit(phrase.support, item.support)))
         and (phrase.room is None or phrase.room == item.room)
@@ -198,15 +238,19 @@ def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[Described
 
 def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
     """Returns the shortest phrase that fits `item` alone; None when there is none."""
+    if item.is_misnamed:
+        return None
     others = [other for other in items if other.id != item.id]
+    room = item.room if item.is_room_one else None
+    place = Phrase(item.name, support=item.support, is_inside=item.is_inside, is_on_shelf=item.is_on_shelf)
     colour = item.colours[0] if len(item.colours) == 1 else None
     candidates = [
         Phrase(item.name),
         Phrase(item.name, colour=colour),
-        Phrase(item.name, support=item.support, is_inside=item.is_inside),
-        Phrase(item.name, room=item.room),
-        Phrase(item.name, colour=colour, support=item.support, is_inside=item.is_inside),
-        Phrase(item.name, colour=colour, room=item.room),
+        place,
+        Phrase(item.name, room=room),
+        replace(place, colour=colour),
+        Phrase(item.name, colour=colour, room=room),
     ]
     return next(
         (phrase for phrase in candidates if not referents(phrase, others) and _is_plain(phrase, item, others)), None

@@ -14,6 +14,7 @@ from typing import Any
 
 import vigil
 from vigil.authoring.drafting.drafts import Draft, DraftsFile, HouseOrigin
+from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.rejections import rejected_by_rule
 from vigil.authoring.packing.strata import count_strata, stratum_of, text_guess
@@ -84,6 +85,8 @@ class PackRequest:
     """Levels of difficulty that each family is shared out over evenly; none where they do not matter."""
     is_robust: bool = False
     """Whether episodes must hold by the rules about robustness, too, which the check of candidates then includes."""
+    forms: Forms = "public"
+    """Which half of the sentence forms is spoken where drafts are proposed for it."""
 
     @property
     def quotas(self) -> dict[Level, int]:
@@ -330,6 +333,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         "aliases": list(pack_request.aliases),
         "authors": sorted({header.author for header in headers}),
         **_level_facts(chosen, pack_request),
+        "forms": sorted({header.forms for header in headers}),
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
         "reviews": review_counts(chosen),
         **_seed_facts(pack_request),

@@ -15,9 +15,10 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from vigil.authoring.drafting.drafts import HouseOrigin
+from vigil.authoring.drafting.drafts import DRAFTS_VERSION, UNNAMED_DRAFTS, HouseOrigin
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import Filed, dataset_houses, read_all
+from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.episode import Family
 from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
@@ -63,6 +64,10 @@ class Recipe(BaseModel):
     """Whether every episode holds by the rules about robustness."""
     starts: int = Field(default=1, ge=1)
     """Starts drawn for each draft, of which the hardest is kept."""
+    forms: Forms = "public"
+    """Which half of the sentence forms is spoken."""
+    drafts: int = Field(default=UNNAMED_DRAFTS, ge=1)
+    """The version of what is drafted, and in which words."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1)
 
     @property
@@ -77,6 +82,7 @@ class Recipe(BaseModel):
             asset_database_sha256=self.asset_database_sha256,
             levels=self.levels,
             is_robust=self.is_robust,
+            forms=self.forms,
         )
 
     def notes(self) -> list[str]:
@@ -142,6 +148,8 @@ def recipe_of(
         levels=pack_request.levels,
         is_robust=pack_request.is_robust,
         starts=starts,
+        forms=pack_request.forms,
+        drafts=DRAFTS_VERSION,
         houses=tuple(origins),
     )
 
@@ -149,6 +157,16 @@ def recipe_of(
 def made_with() -> dict[str, str]:
     """Returns the versions here of Python and of what may move a float."""
     return {"python": ".".join(map(str, sys.version_info[:2])), **{name: version(name) for name in LIBRARIES}}
+
+
+def check_drafts(recipe: Recipe) -> None:
+    """Raises SettingError on a recipe of another version of what is drafted: its bytes cannot come out."""
+    if recipe.drafts != DRAFTS_VERSION:
+        raise SettingError(
+            f"Recipe {recipe.name!r} is of version {recipe.drafts} of what is drafted, and in which words; this "
+            f"package drafts by version {DRAFTS_VERSION}, and other episodes would come out. Install the package that "
+            "wrote the recipe, or make a new pack of the same houses with vigil pack make."
+        )
 
 
 def check_assets(recipe: Recipe, path: Path | None) -> None:

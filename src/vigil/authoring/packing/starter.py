@@ -187,7 +187,7 @@ def _fill(
     slot: EpisodeQuota, number: int, houses: list[House], chosen: Selected, simulator: PrivilegedSimulator
 ) -> Episode:
     """Finds the next episode for a slot, adds it to what is chosen and returns it."""
-    validator = Validator(simulator)
+    validator = Validator(simulator, is_draft=True)
     for is_strict, proposals in zip((True, False, False), slot.proposals, strict=False):
         for house in _in_order(slot, houses, chosen):
             key = f"{slot.family} {slot.kind} {number} {house.name}"

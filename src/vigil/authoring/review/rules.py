@@ -39,7 +39,10 @@ from vigil.world import ObjectState, WorldState
 MARGIN_M, MARGIN_PX = 0.02, 20
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
-STANDARD_IN_WORDS = "within about one and a half metres of"
+STANDARDS_IN_WORDS = (
+    "within about one and a half metres of",
+    "no farther than about one and a half metres from",
+)
 NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
 """Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
 SM_TEMPLATES = ("reveal_pick", "put_into", "rearrange", "open_pick_place")
@@ -204,8 +207,8 @@ def place_blind_to(oracle: Oracle, thing: Thing, threshold_m: float) -> Vec3 | N
 
 
 def _in_words(case: EpisodeStart) -> Faults:
-    if STANDARD_IN_WORDS not in case.episode.instruction:
-        yield f"the instruction does not say {STANDARD_IN_WORDS!r}"
+    if not any(standard in case.episode.instruction for standard in STANDARDS_IN_WORDS):
+        yield f"the instruction does not say {' or '.join(map(repr, STANDARDS_IN_WORDS))}"
 
 
 def _named(case: EpisodeStart) -> Faults:
@@ -275,7 +278,8 @@ def _stands(case: EpisodeStart) -> Faults:
         yield "the goal can be reached without resolving the constraint"
 
 
-def _all(_family: Family) -> bool:
+def every_family(_: Family) -> bool:
+    """Whether a rule that is for all binds a family."""
     return True
 
 
@@ -295,31 +299,32 @@ def _searched(family: Family) -> bool:
     return _done(family) and not FAMILIES[family].visible_at_start
 
 
-def _only(*families: Family) -> Callable[[Family], bool]:
+def only(*families: Family) -> Callable[[Family], bool]:
+    """Returns whether a rule that is for some families binds one."""
     return lambda family: family in families
 
 
 RULES: dict[str, Rule] = {
-    "protocol": Rule(_all, "budgets and start horizon are the family's", _protocol),
-    "objects_exist": Rule(_all, "what is bound is in the scene", _objects),
-    "start_free": Rule(_all, "the body fits where it starts", _start),
+    "protocol": Rule(every_family, "budgets and start horizon are the family's", _protocol),
+    "objects_exist": Rule(every_family, "what is bound is in the scene", _objects),
+    "start_free": Rule(every_family, "the body fits where it starts", _start),
     "goal_unmet": Rule(_done, "what is asked for is still to be done", _unmet),
     "visible_at_start": Rule(_seen, "the object to act on is in view", _visible),
     "hidden_at_start": Rule(_searched, "what is to be searched for is out of view", _hidden),
     "state_visible_at_start": Rule(_asked, "what is asked about can be told from the first frame", _state_visible),
-    "graded": Rule(_only("PG"), "pointing tasks are graded by the size of the target", _graded),
-    "in_reach_at_start": Rule(_only("PG"), "pointing needs no walking", _in_reach),
-    "out_of_reach_at_start": Rule(_only("DA", "AI"), "there is a way to go", _out_of_reach),
-    "settled_openness": Rule(_all, "open and closed are clearly so", _settled),
-    "near_sees_target": Rule(_only("DA"), "being near on the other side of a wall is no arrival", _other_rooms),
-    "standard_in_words": Rule(_only("DA"), "the agent is told how near is near", _in_words),
-    "target_named": Rule(_all, "every bound object is said so that it alone is meant", _named),
-    "unambiguous": Rule(_all, "every thing mentioned is one thing", _unambiguous),
+    "graded": Rule(only("PG"), "pointing tasks are graded by the size of the target", _graded),
+    "in_reach_at_start": Rule(only("PG"), "pointing needs no walking", _in_reach),
+    "out_of_reach_at_start": Rule(only("DA", "AI"), "there is a way to go", _out_of_reach),
+    "settled_openness": Rule(every_family, "open and closed are clearly so", _settled),
+    "near_sees_target": Rule(only("DA"), "being near on the other side of a wall is no arrival", _other_rooms),
+    "standard_in_words": Rule(only("DA"), "the agent is told how near is near", _in_words),
+    "target_named": Rule(every_family, "every bound object is said so that it alone is meant", _named),
+    "unambiguous": Rule(every_family, "every thing mentioned is one thing", _unambiguous),
     "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _secret),
-    "chain_of_objects": Rule(_only("SM"), "a sequence has a template and several objects", _chained),
-    "inside_in_words": Rule(_only("SM"), "into is said where inside is meant, and only there", _said_inside),
-    "constraint_visible": Rule(_only("CR"), "what is in the way is seen at the start", _seen_constraint),
-    "constraint_stands": Rule(_only("CR"), "the goal is out of reach until the constraint is resolved", _stands),
+    "chain_of_objects": Rule(only("SM"), "a sequence has a template and several objects", _chained),
+    "inside_in_words": Rule(only("SM"), "into is said where inside is meant, and only there", _said_inside),
+    "constraint_visible": Rule(only("CR"), "what is in the way is seen at the start", _seen_constraint),
+    "constraint_stands": Rule(only("CR"), "the goal is out of reach until the constraint is resolved", _stands),
 }
 """Rule name -> rule, in the order in which they are checked."""
 

@@ -2,19 +2,17 @@
 
 import re
 
+from vigil.authoring.drafting.drafts import DRAFTS_VERSION
 from vigil.errors import SettingError
 from vigil.housegen.generate import GENERATOR_VERSION
 from vigil.pack_names import STREAM
 from vigil.versions import RULES_VERSION, SHAPES_VERSION
 
-DRAFTS_VERSION = 1
-"""Of what is drafted in a house, and in which words. Raised when a stream holds other episodes than before in the same
-houses: `tests/authoring/streaming` pins some."""
 _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?", re.ASCII)
 
 
 def stream_version() -> str:
-    """Returns the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `4.3.2.1`."""
+    """Returns the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `4.3.2.2`."""
     return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
 
 

@@ -2,12 +2,31 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
 
 from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings
+from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.episode import FAMILIES
+
+FormsName = Literal["public", "held-out", "all"]
+FormsOption = Annotated[
+    FormsName | None,
+    typer.Option(
+        "--forms",
+        help="Sentence forms: those of published packs, those held out, or both.",
+        show_default="make with a secret seed: all; else public",
+    ),
+]
+
+
+def forms_named(name: FormsName) -> Forms:
+    """Returns the half of the sentence forms that an option names."""
+    return "held_out" if name == "held-out" else name
 
 
 def shown_on(show: Callable[[int, int, str], None]) -> Callable[[GenerationProgress], None]:
@@ -40,5 +59,6 @@ def drafting_of(
         pack_request.house_uses,
         backend=verification.backend,
         assets=verification.assets,
+        forms=pack_request.forms,
     )
     return DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")), settings

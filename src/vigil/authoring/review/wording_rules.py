@@ -1,0 +1,130 @@
+"""The rules about how a draft is worded: faults that readers found, each with its name and its reason.
+
+They bind new drafts; frozen packs were made before them, and `vigil pack verify` does not ask for them. Most hold of
+the built-in grammar by construction; a language model that proposes is held to them as well.
+"""
+
+import re
+from collections.abc import Iterator
+
+from vigil.authoring.language.referring import BETWEEN, ROOM_NAMES, DescribedThing, Phrase, referents, seen_items
+from vigil.authoring.review.rules import EpisodeStart, Faults, Rule, every_family, only
+from vigil.goals import ObjectHeld
+
+VAGUE = re.compile(
+    r"\b(clear(?:ly)?|well in view|in front of you|good (?:view|look)|close by|close to|nearby|near by)\b"
+)
+"""Words of which nobody can say when they hold."""
+TO_BE_CHECKED = {
+    "DA": re.compile(r"\b(touch|reach)\b"),
+    "VS": re.compile(r"\b(see|seen|seeing|in (?:the |your )?(?:picture|view)|into (?:the picture|view))\b"),
+}
+"""Family -> words for an end that an agent can tell: from what it could do, or from its frames."""
+_ROOMS = "|".join(ROOM_NAMES.values())
+STACKED = re.compile(
+    rf"\b(?:put|place|placed|leave)\b[^.;]*? in the [\w -]+? in the (?:{_ROOMS})\b|"
+    rf"\bin the (?:{_ROOMS}) (?:in|into|on|onto) (?:the|your)\b"
+)
+"""Places said one after the other: "put it in the sink in the kitchen", "the stool in the bedroom in your hand"."""
+ONE_PAIR = re.compile(r"\bpair of \w+,? (?:which|that) \w+s\b|\bpair of \w+\b[^.;]*?\b(?:pick|put|move|take|find) it\b")
+"""A pair spoken of as one thing."""
+ASIDE = re.compile(r"\b(?:aside|away|down|elsewhere|somewhere else|out of the way)\b")
+"""Where something that was in the way is left, so that the hand is free again."""
+
+
+def _stop(case: EpisodeStart) -> Faults:
+    said = case.episode.instruction.lower()
+    vague = VAGUE.search(said)
+    if vague is not None:
+        yield f"nobody can tell when {vague[0]!r} holds"
+    elif not TO_BE_CHECKED[case.episode.family].search(said):
+        yield "the instruction says nothing by which an agent can tell that it is done"
+
+
+def _second_answers(case: EpisodeStart) -> Faults:
+    things = seen_items(case.oracle.scene)
+    for phrase, meant in case.mentioned:
+        others = [item.id for item in referents(phrase, things.values()) if phrase.name in item.also]
+        if len(meant) == 1 and others:
+            yield f"{str(phrase)!r} fits {others[0]!r} as well, by what it looks like"
+
+
+def _names(case: EpisodeStart) -> Faults:
+    for phrase, item in _meant(case):
+        if item.is_misnamed and BETWEEN not in item.name:
+            yield f"nobody calls {item.id!r} {str(phrase.placeless)!r} in the {item.room}"
+
+
+def _rooms(case: EpisodeStart) -> Faults:
+    for phrase, item in _meant(case):
+        joined = item.is_misnamed and BETWEEN in phrase.name
+        if joined or (phrase.room is not None and not item.is_room_one):
+            yield f"{str(phrase)!r} names a room of which the home has several"
+
+
+def _shelves(case: EpisodeStart) -> Faults:
+    for _, item in _meant(case):
+        said = rf"\b{re.escape(item.name)}\b[^.,;]*? (?:in|inside) the {re.escape(item.support or '')}\b"
+        if item.is_on_shelf and re.search(said, case.episode.instruction):
+            yield f"{item.id!r} lies on a shelf of the {item.support}, not in it"
+
+
+def _colours(case: EpisodeStart) -> Faults:
+    for phrase, item in _meant(case):
+        if phrase.colour is not None and case.items[item.id].colours and phrase.colour not in item.colours:
+            yield f"{str(phrase)!r}: what one sees of {item.id!r} is mostly of another colour"
+
+
+def _needless(case: EpisodeStart) -> Faults:
+    things = seen_items(case.oracle.scene)
+    for phrase, item in _meant(case):
+        if phrase.colour is not None and referents(Phrase(phrase.name), things.values()) == [item]:
+            yield f"{str(phrase)!r} names a colour, and there is no other {phrase.name}"
+
+
+def _stacked(case: EpisodeStart) -> Faults:
+    found = STACKED.search(case.episode.instruction)
+    if found is not None:
+        yield f"places are said one after the other: {found[0]!r}"
+
+
+def _number(case: EpisodeStart) -> Faults:
+    found = ONE_PAIR.search(case.episode.instruction)
+    if found is not None:
+        yield f"a pair is spoken of as one thing: {found[0]!r}"
+
+
+def _hand(case: EpisodeStart) -> Faults:
+    goal = case.episode.goal
+    is_moved = goal.constraint is not None and goal.constraint.kind == "object_moved"
+    is_told = "obstacle" in case.episode.bindings and len(case.mentioned) > 1
+    if is_moved and is_told and isinstance(goal, ObjectHeld) and not ASIDE.search(case.episode.instruction):
+        yield "the hand is to take something else, and nothing says that what was in the way is put aside"
+
+
+def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
+    """Returns each phrase that means one thing, with what who sees that thing can say of it."""
+    things = seen_items(case.oracle.scene)
+    return [(phrase, things[meant[0].id]) for phrase, meant in case.mentioned if len(meant) == 1]
+
+
+WORDING_RULES: dict[str, Rule] = {
+    "stop_can_be_checked": Rule(only("DA", "VS"), "an agent can tell by frames or reach that it is done", _stop),
+    "no_second_answer": Rule(every_family, "a counter with doors is a cabinet, too, for who sees it", _second_answers),
+    "called_as_it_looks": Rule(every_family, "nobody calls a worktop beside a washbasin the countertop", _names),
+    "one_such_room": Rule(every_family, "a room is named only where the home has one of the kind", _rooms),
+    "on_a_shelf": Rule(every_family, "what lies on an open shelf does not lie in the furniture", _shelves),
+    "colour_of_the_whole": Rule(every_family, "a thing is not called by the colour of its legs or its label", _colours),
+    "no_needless_colour": Rule(every_family, "no colour is named where the name alone is enough", _needless),
+    "no_stacked_places": Rule(every_family, "places that follow each other are misread", _stacked),
+    "pairs_are_plural": Rule(every_family, "one picks them up, a pair of boots", _number),
+    "hand_is_freed": Rule(only("CR"), "who is told to pick up what is in the way is told to put it aside", _hand),
+}
+"""Rule name -> rule, in the order in which they are checked."""
+
+
+def worded_badly(case: EpisodeStart) -> Iterator[tuple[str, str]]:
+    """Yields (rule, message) for every rule about wording that a draft breaks."""
+    for name, rule in WORDING_RULES.items():
+        if rule.is_for(case.episode.family):
+            yield from ((name, message) for message in rule.faults(case))
