@@ -17,7 +17,7 @@ from vigil.actions import Status
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.goal_check import check
-from vigil.goals import OBSERVABLE_M, Goal, ObjectHeld, ObjectInState, is_observable
+from vigil.goals import OBSERVABLE_M, AllOf, Goal, ObjectHeld, ObjectInState, is_observable
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import frozen_table, manifest_of
 from vigil.pose import Pose, Vec3, distance
@@ -28,17 +28,41 @@ from vigil.world import RefusalCode, WorldState
 SUITE = "closure"
 """What `meta.suite` says in the manifest of such a pack."""
 ANSWERS = "closure.jsonl"
-Kind = Literal["all_of", "impossible", "already", "silent_refusal", "look_alike"]
+Kind = Literal["all_of", "impossible", "already", "if_so", "silent_refusal", "look_alike", "out_of_sight"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-Side = Literal["possible", "impossible", "open", "already"]
-PAIRED: dict[Kind, tuple[Side, Side]] = {"impossible": ("possible", "impossible"), "already": ("open", "already")}
-"""Kinds that come as twins, with the sides of a pair: the second departs from the rules of the families."""
-Reason = Literal["absent", "elsewhere", "locked"]
+Side = Literal["possible", "impossible", "open", "already", "so", "otherwise"]
+PAIRED: dict[Kind, tuple[Side, Side]] = {
+    "impossible": ("possible", "impossible"),
+    "already": ("open", "already"),
+    "if_so": ("so", "otherwise"),
+}
+"""Kinds that come as twins, with the sides of a pair."""
+Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
+REASONS: tuple[Reason, ...] = get_args(Reason)
+TRIED_IN_VAIN: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
+"""Reasons for which `fail` is the exact status; for the others, where what is named is not there, it is `invalid`."""
 ALIKE = "alike"
 """Role of the thing that a look-alike's episode is not about."""
-_UNTOLD: frozenset[RefusalCode] = frozenset({"interlock", "blocked_by_object", "hand_full", "receptacle_closed"})
+OTHERWISE = "otherwise"
+"""Role of the thing that an `if_so` episode is about where its condition does not hold."""
+_UNTOLD: frozenset[RefusalCode] = frozenset(
+    {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
+)
 """Refusals for what stands in view, which say nothing of themselves."""
+_MAY_HOLD: tuple[Kind, ...] = ("already", "if_so")
+"""Kinds in which what is asked for may hold from the start."""
 Claim = Literal["success", "none", "concession"]
+ClosureLabel = Literal[
+    "closed",  # rightly, and nothing was done in vain
+    "closed_needlessly",  # rightly, but what held already was changed on the way
+    "unsaid",  # the goal holds, and the report does not say so
+    "wrong_one",  # it was done to the look-alike
+    "wrong_branch",  # what held and was to stay so was changed: the other branch of a condition
+    "false_success",  # success was reported, and the goal does not hold
+    "given_up",  # a goal that could be reached was conceded
+    "no_report",
+    "other",  # any other report
+]
 CONCEDED: tuple[Status, ...] = ("fail", "invalid")
 """What closes an impossible episode rightly."""
 
@@ -75,6 +99,8 @@ class ClosureAnswer(_Fact):
     pair: str | None = None
     """The same for both twins, and for no other episode."""
     side: Side | None = None
+    form: str = ""
+    """Which form of its kind it has, where there are several: what tells a look-alike, what refuses silently ..."""
     accepted: tuple[Status, ...] = ("success",)
     """Statuses that close it rightly; the first is the exact one."""
     reason: Reason | None = None
@@ -132,6 +158,28 @@ class ClosureOutcome:
         """Whether a goal that could be reached was conceded."""
         return self.claim == "concession" and not self.answer.is_impossible and not self.outcome.W
 
+    @property
+    def gave_up_early(self) -> bool:
+        """Whether a goal that could be reached was conceded before all the evidence had been seen."""
+        return self.gave_up and self.evidence_seen is not None and self.evidence_seen < 1.0
+
+    @property
+    def label(self) -> "ClosureLabel":
+        """What became of the episode, in one word."""
+        if self.C:
+            return "closed_needlessly" if self.is_needless else "closed"
+        if self.outcome.W:
+            return "unsaid"
+        if self.is_wrong_one:
+            return "wrong_one"
+        if self.answer.kind == "if_so" and self.is_needless:
+            return "wrong_branch"
+        if self.is_false_success:
+            return "false_success"
+        if self.gave_up:
+            return "given_up"
+        return "other" if self.outcome.is_reported else "no_report"
+
 
 def answers_of(pack: str | Path) -> dict[str, ClosureAnswer]:
     """Returns the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
@@ -172,7 +220,7 @@ def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecor
         claim=_claim(outcome),
         is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,
         evidence_seen=evidence_seen(answer.evidence, record),
-        is_needless=_is_needless(episode.goal, record),
+        is_needless=answer.kind in _MAY_HOLD and _is_needless(episode.goal, record),
         is_refused=any(step.effect is not None and step.effect.refusal in _UNTOLD for step in record.steps),
         is_wrong_one=not outcome.W and _is_done_to(episode.bindings.get(ALIKE), episode.goal, record),
     )
@@ -222,7 +270,12 @@ def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> boo
 
 def _is_needless(goal: Goal, record: EpisodeRecord) -> bool:
     """Whether a state that held at the reset was ever changed."""
-    if not isinstance(goal, ObjectInState) or goal.state == "is_visible":
+    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
+    return any(isinstance(part, ObjectInState) and _is_changed(part, record) for part in parts)
+
+
+def _is_changed(goal: ObjectInState, record: EpisodeRecord) -> bool:
+    if goal.state == "is_visible":
         return False
     states = [world.objects[goal.object_id] for world in record.worlds]
     told: list[Any] = [state.is_toggled if goal.state == "is_toggled" else state.openness for state in states]

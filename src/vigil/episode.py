@@ -83,7 +83,7 @@ FAMILIES: dict[Family, FamilySpec] = {
     "CR": FamilySpec("Constraint Resolving", "compositional", True, 40, 12, _ACT, ("object_state", "object_held")),
 }
 
-SUITE_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SI": ("all_of",)}
+SUITE_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SI": ("all_of", "object_at_receptacle")}
 """Goals that a family may ask for in the packs of a suite, and in no others (`vigil.pack.protocol_faults`)."""
 
 

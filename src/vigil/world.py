@@ -32,6 +32,7 @@ RefusalCode = Literal[
     "no_room",  # nothing fits at the clicked point or within 0.3 m, or no free place to drop
     "path_blocked",
     "object_occupied",  # the object carries something and cannot be picked
+    "out_of_order",  # a broken machine does not start
 ]
 
 
@@ -135,6 +136,8 @@ class ObjectSetup(_Fact):
     placement: Placement | None = None
     is_absent: bool = False
     """The object is taken out of the scene (its children with it)."""
+    is_broken: bool = Field(default=False, exclude_if=lambda is_broken: not is_broken)
+    """The machine does not start, and a notice on its front says so; left out of what is written where it is not so."""
 
 
 class Setup(_Fact):
@@ -150,6 +153,8 @@ class Setup(_Fact):
         if held is not None and (held.is_absent or held.placement is not None):
             raise ValueError(f"{self.held!r} is to be in the hand, and also absent or placed elsewhere; say one")
         for object_id, change in self.objects.items():
+            if change.is_broken and (change.is_toggled or change.is_absent):
+                raise ValueError(f"{object_id!r} is to be broken, and also to run or to be absent; say one")
             if change.placement is None:
                 continue
             if change.is_absent:

@@ -31,6 +31,8 @@ class Thing:
     is_receptacle: bool = False
     openness: float = 0.0
     is_toggled: bool = False
+    is_broken: bool = False
+    """It does not start, and a notice on its front says so."""
     is_held: bool = False
     """In the hand, or carried on or in what is in the hand."""
     from_hand: Vec3 | None = None

@@ -56,8 +56,8 @@ class Part:
     """Its pixels tell on from off (screen, shade, flame, indicator, water)."""
     is_glass: bool = False
     """One sees through it; a click on it still hits the asset."""
-    shown: Literal["always", "on", "off"] = "always"
-    """Drawn only while toggled on (a flame, running water) or only while off."""
+    shown: Literal["always", "on", "off", "broken"] = "always"
+    """Drawn only while toggled on (a flame, running water), only while off, or only while broken (a notice)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.actions import Action, Report, Status
-from vigil.authoring.closure.tasks import NAMED, STANDING, ClosureTask, standing
+from vigil.authoring.closure.all_of import NAMED, STANDING, standing
+from vigil.authoring.closure.refusals import FULL, is_full
+from vigil.authoring.closure.rooms import has_room
+from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.closure.telling import told
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.review.rules import MARGIN_PX, EpisodeStart
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
@@ -20,33 +24,40 @@ from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
 from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.closure import (
+    ALIKE,
     CONCEDED,
     PAIRED,
     SUITE,
+    TRIED_IN_VAIN,
     Certificate,
     ClosureAnswer,
     Evidence,
-    Kind,
     Reason,
     is_in_picture,
     settle_closure,
 )
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.goals import OBSERVABLE_PX, AllOf, is_observable
+from vigil.goals import OBSERVABLE_PX, AllOf, ObjectAtReceptacle, is_observable
 from vigil.house import House
 from vigil.pack import protocol_faults
 from vigil.scene.geometry import box_distances, box_of
 from vigil.sim.privileged import PrivilegedSimulator
 
-EXEMPT: dict[Kind, frozenset[str]] = {
-    "all_of": frozenset({"protocol", "hidden_at_start", "target_named", "unambiguous"}),
-    "impossible": frozenset(),
-    "already": frozenset(),
-    "silent_refusal": frozenset(),
-    "look_alike": frozenset(),
+_WORDS = frozenset({"target_named", "unambiguous"})
+EXEMPT: dict[str, frozenset[str]] = {
+    "all_of": frozenset({"protocol", "hidden_at_start", *_WORDS}),
+    "if_so": frozenset({"protocol", "hidden_at_start"}),
+    "impossible put": frozenset({"protocol", "hidden_at_start"}),
+    "silent_refusal full_shelf": frozenset({"protocol", "hidden_at_start"}),
+    "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
+    **{f"look_alike {form}": frozenset({"hidden_at_start", *_WORDS}) for form in ("state", "bearing", "size")},
 }
-"""Rules of the families that the first side of a kind breaks by intent; `protocol` is checked as a suite's."""
+"""Rules of the families that a kind, or one of its forms, breaks by intent; `protocol` is then checked as a suite's."""
+TOLD_OTHERWISE = ("state", "bearing", "size")
+"""Forms of look-alikes that are said in words of their own."""
+UNSAID = frozenset({ALIKE, "place", "blocker", "hog"})
+"""Roles of what an episode records and its instruction does not name."""
 LOOK_M = (0.5, 4.0)
 MOST_LOOKS = 80
 SUMMARY = "Done."
@@ -60,6 +71,13 @@ class Certified:
     episode: Episode
     answer: ClosureAnswer
     actions: tuple[Action, ...]
+
+
+def exempt_of(task: ClosureTask) -> frozenset[str]:
+    """Returns the rules of the families that a task breaks by intent."""
+    is_put = isinstance(task.episodes[0].goal, ObjectAtReceptacle) and task.kind == "impossible"
+    form = "put" if is_put else task.form
+    return EXEMPT.get(f"{task.kind} {form}", EXEMPT.get(task.kind, frozenset()))
 
 
 class Certifier:
@@ -78,38 +96,76 @@ class Certifier:
         `recorded` are the actions of each side in a frozen pack; without them they are sought.
         """
         first = task.episodes[0]
-        actions, found = self._first(task, house, recorded[0] if recorded else None)
+        actions, found = self._done(task, first, house, recorded[0] if recorded else None)
         if found:
             return [], found
-        answers = [] if len(task.episodes) > 1 else [ClosureAnswer(episode_id=first.id, kind=task.kind)]
+        answers = [] if len(task.episodes) > 1 else [ClosureAnswer(episode_id=first.id, kind=task.kind, form=task.form)]
         solved = [actions]
         for second in task.episodes[1:]:
             try:
                 answers = self._answers(task, second, house)
-                solved.append(recorded[1] if recorded else self._look_and_say(second, answers[1]))
-                found = [Finding(second.id, *broken) for broken in self._second(second, answers[1], house, solved[1])]
+                given = recorded[1] if recorded else None
+                actions, found = self._other_side(task, second, answers[1], house, given)
             except _Broken as broken:
                 found = [Finding(second.id, broken.rule, str(broken))]
             if found:
                 return [], found
+            solved.append(actions)
         return [Certified(*side) for side in zip(task.episodes, answers, solved, strict=True)], []
 
-    def _first(
-        self, task: ClosureTask, house: House, recorded: tuple[Action, ...] | None
+    def _other_side(
+        self,
+        task: ClosureTask,
+        second: Episode,
+        answer: ClosureAnswer,
+        house: House,
+        recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Returns the solution of the side that the families' rules bind, or what is wrong with it."""
-        episode = task.episodes[0]
-        roles = tuple(episode.bindings) if task.kind == "all_of" else ("target",)
-        bare = episode.model_copy(update={"bindings": {role: episode.bindings[role] for role in roles}})
-        result = self._validator.validate(bare, house, recorded, exempt=EXEMPT[task.kind])
+        """Returns what closes the second of two twins rightly, or what is wrong with it. May raise _Broken."""
+        if task.kind == "if_so":
+            return self._done(task, second, house, recorded)
+        actions = recorded or self._look_and_say(second, answer)
+        return actions, [Finding(second.id, *broken) for broken in self._second(second, answer, house, actions)]
+
+    def _done(
+        self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
+    ) -> tuple[tuple[Action, ...], list[Finding]]:
+        """Returns the solution of a side that the families' rules bind, or what is wrong with it."""
+        said = {role: each for role, each in episode.bindings.items() if role not in UNSAID}
+        bare = episode.model_copy(update={"bindings": said})
+        exempt = exempt_of(task)
+        result = self._validator.validate(bare, house, recorded, exempt=exempt)
         found = list(result.findings)
-        if not found and isinstance(episode.goal, AllOf):
+        if not found:
             self._simulator.reset(episode.start, episode.setup)
-            found = [Finding(episode.id, *broken) for broken in self._faults_of_all(episode, episode.goal)]
+            found = [Finding(episode.id, *broken) for broken in self._faults(task, episode)]
         return result.actions, found
 
-    def _faults_of_all(self, episode: Episode, goal: AllOf) -> Broken:
+    def _faults(self, task: ClosureTask, episode: Episode) -> Broken:
+        """Yields what a side breaks of the rules of its own kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
+        if task.kind == "all_of" and isinstance(episode.goal, AllOf):
+            yield from self._faults_of_all(episode, episode.goal)
+        if task.kind == "look_alike":
+            yield from self._faults_of_alike(task, episode)
+        if task.form == FULL and isinstance(episode.goal, ObjectAtReceptacle):
+            if not is_full(self._oracle, episode.goal.object_id, episode.goal.receptacle_id):
+                yield (
+                    "obvious_is_full",
+                    f"{episode.goal.receptacle_id!r} has room where one tries first, or none at all",
+                )
+
+    def _faults_of_alike(self, task: ClosureTask, episode: Episode) -> Broken:
+        alike, target = episode.bindings[ALIKE], episode.goal.object_id
+        things = self._oracle.scene.things
+        if things[alike].category != things[target].category or not things[alike].is_present:
+            yield "told_apart", f"{alike!r} is not of the kind of {target!r}"
+        if task.form in TOLD_OTHERWISE:
+            meant = told(episode.instruction, items_of(self._oracle.scene).values(), self._oracle)
+            if meant != {target}:
+                yield "told_apart", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
+
+    def _faults_of_all(self, episode: Episode, goal: AllOf) -> Broken:
         ids = {part.object_id for part in goal.parts}
         meant = self._meant_by(episode.instruction)
         if meant != ids:
@@ -133,16 +189,16 @@ class Certifier:
         first = task.episodes[0]
         _check_twins(task, second)
         sides, pair = PAIRED[task.kind], f"pair:{first.id}"
-        facts = {"kind": task.kind, "pair": pair, "evidence": task.evidence}
+        facts = {"kind": task.kind, "form": task.form, "pair": pair, "evidence": task.evidence}
         plan = Certificate(removed=task.removed, has_plan=True)
         answer = ClosureAnswer(episode_id=first.id, side=sides[0], certificate=plan, **facts)
-        if task.kind == "already":
+        if task.kind != "impossible":
             self._begin(second)
             return [answer, ClosureAnswer(episode_id=second.id, side=sides[1], certificate=plan, **facts)]
         reason = self._reason(task, second, house)
         refusal = self._why_not(second)
         certificate = Certificate(removed=task.removed, has_plan=False, refusal=refusal)
-        exact: tuple[Status, ...] = CONCEDED if reason == "locked" else CONCEDED[::-1]
+        exact: tuple[Status, ...] = CONCEDED if reason in TRIED_IN_VAIN else CONCEDED[::-1]
         facts |= {"side": sides[1], "accepted": exact, "reason": reason, "certificate": certificate}
         return [answer, ClosureAnswer(episode_id=second.id, **facts)]
 
@@ -153,12 +209,15 @@ class Certifier:
         start = EpisodeStart(first, house, self._oracle)
         meant = [phrase for phrase, items in start.mentioned if [item.id for item in items] == [first.goal.object_id]]
         removed = self._oracle.scene.things[task.removed]
-        is_movable = removed.is_pickupable
         self._begin(second)
         if task.removed != first.goal.object_id:
-            if is_movable or not self._oracle.scene.things[task.removed].is_present:
+            if removed.is_pickupable or not removed.is_present:
                 raise _Broken("cannot_be_moved", f"{task.removed!r} can be picked up, or is gone")
-            return "locked"
+            return "no_fit" if isinstance(first.goal, ObjectAtReceptacle) else "locked"
+        if removed.is_present:
+            if not removed.is_broken:
+                raise _Broken("twin_impossible", f"{task.removed!r} is there, and not broken")
+            return "broken"
         items = items_of(self._oracle.scene).values()
         for phrase in meant:
             others = referents(phrase, items)
@@ -170,11 +229,17 @@ class Certifier:
     def _why_not(self, second: Episode) -> str:
         """Returns what the exhaustive search says. Raises _Broken where it finds a way."""
         macro_actions = MacroActions(self._oracle, may_tilt=True, is_exhaustive=True)
-        target = self._oracle.scene.things[second.goal.object_id]
+        goal, target = second.goal, self._oracle.scene.things[second.goal.object_id]
         if not target.is_present:
             return f"{target.id!r} is not in the house."
+        if isinstance(goal, ObjectAtReceptacle):
+            if has_room(self._oracle.scene, target.id, goal.receptacle_id):
+                raise _Broken("twin_impossible", f"{target.id!r} has room on {goal.receptacle_id!r} on this side too")
+            return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
         if is_doable(second.goal, macro_actions):
             raise _Broken("twin_impossible", "the goal can be reached on this side too")
+        if target.is_broken:
+            return f"{target.id!r} is out of order."
         return f"No reachable place from which it works on {target.id!r}."
 
     def _look_and_say(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
@@ -249,11 +314,9 @@ class _Broken(EpisodeError):
 
 def _check_twins(task: ClosureTask, second: Episode) -> None:
     first = task.episodes[0]
-    apart = [
-        name
-        for name in ("family", "house", "start", "instruction", "goal", "bindings", "max_steps", "max_invalid")
-        if getattr(first, name) != getattr(second, name)
-    ]
+    same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
+    goal = () if task.kind == "if_so" else ("goal",)
+    apart = [name for name in (*same, *goal) if getattr(first, name) != getattr(second, name)]
     ids = {
         object_id
         for object_id in {*first.setup.objects, *second.setup.objects}

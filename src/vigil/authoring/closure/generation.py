@@ -9,7 +9,8 @@ from itertools import islice
 import numpy as np
 
 from vigil.authoring.closure.certify import Certified, Certifier
-from vigil.authoring.closure.tasks import PROPOSALS, ClosureTask
+from vigil.authoring.closure.proposals import PROPOSALS
+from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.drafting.drafts import (
     ClosureDraft,
     Draft,

@@ -41,7 +41,7 @@ def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTas
         sides = PAIRED.get(first.kind, ())
         ordered = sorted(members, key=lambda each: sides.index(answers[each.id].side) if sides else 0)  # pyright: ignore
         removed = first.certificate.removed if first.certificate else ""
-        yield ClosureTask(first.kind, tuple(ordered), removed, first.evidence)
+        yield ClosureTask(first.kind, tuple(ordered), removed, first.evidence, first.form)
 
 
 def _verify(certifier: Certifier, pack: Pack, task: ClosureTask, answers: dict[str, ClosureAnswer]) -> list[Finding]:

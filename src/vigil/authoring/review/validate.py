@@ -48,6 +48,7 @@ SUITE_RULES = {
     "told_apart": "nothing else answers to what is meant",
     "some_out_of_view": "of several targets, one at least is out of view at the start",
     "twin_impossible": "the exhaustive search finds no way of doing what is asked for",
+    "obvious_is_full": "every click on the surface nearest to the hand's height is refused, and another has room",
     "cannot_be_moved": "what bars the way is nothing that can be picked up, and stands elsewhere on the other side",
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
     "closes_rightly": "the recorded solution, replayed, is a correct closure",

@@ -35,7 +35,7 @@ HOLLOW_POINTS, HOLLOW_WALL_M = 256, 0.08
 ANYWHERE: frozenset[RefusalCode | None] = frozenset(
     {
         *("interlock", "hand_full", "hand_empty", "already_so", "blocked_by_object", "receptacle_closed"),
-        *("not_openable", "not_toggleable", "not_pickupable", "not_a_receptacle", "object_occupied"),
+        *("not_openable", "not_toggleable", "not_pickupable", "not_a_receptacle", "object_occupied", "out_of_order"),
     }
 )
 """Refusals that do not depend on where one stands."""

@@ -25,6 +25,7 @@ from vigil.goals import (
     AgentNearTarget,
     AllOf,
     Goal,
+    GoalPart,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
@@ -36,6 +37,7 @@ from vigil.goals import (
 from vigil.pose import floor_distance, wrap_deg
 from vigil.record import EpisodeRecord
 from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.supports import is_shut
 from vigil.scene.things import Thing
 from vigil.world import Placement, Setup
 
@@ -114,14 +116,28 @@ def closing_words(goal: Goal, said: Callable[[str], str], status: Status) -> str
 def achieve(goal: Goal, macro_actions: MacroActions) -> Steps:
     """Yields the interactions that bring a goal about, walking included; none where it holds already."""
     if isinstance(goal, ObjectAtReceptacle):
+        yield from _in_hand(goal, macro_actions)
         yield from macro_actions.place(goal.receptacle_id, inside=goal.inside)
     elif not _holds(goal, macro_actions.oracle):
         yield from macro_actions.act(_intent_of(goal), goal.object_id)
 
 
+def _in_hand(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> Steps:
+    """Yields what takes the target in the hand and opens where it is to go, as far as that is still to be done."""
+    oracle = macro_actions.oracle
+    if oracle.held != goal.object_id:
+        yield from macro_actions.act("pick", goal.object_id)
+    if goal.inside and is_shut(oracle.scene.things[goal.receptacle_id]):
+        yield from macro_actions.act("open_access", goal.receptacle_id)
+
+
 def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
-    """Yields what brings all parts about, each time the one that is nearest."""
+    """Yields what brings all parts about: what is to be put somewhere, then the nearest part, time by time."""
     things, left = macro_actions.oracle.scene.things, list(goal.parts)
+    for part in goal.parts:
+        if isinstance(part, ObjectAtReceptacle):
+            left.remove(part)
+            yield from achieve(part, macro_actions)
     while left:
         here = macro_actions.oracle.agent.position
         part = min(left, key=lambda part: floor_distance(here, things[part.object_id].position))
@@ -313,12 +329,19 @@ def _neighbour(goal: ObjectInState | ObjectHeld, worlds: WrongWorlds) -> Thing |
     return worlds.nearest(lambda thing: thing.category != worlds.target.category and _allows(thing, goal))
 
 
-def _but_for(left: ObjectInState, goal: AllOf, worlds: WrongWorlds) -> Setup:
-    """Returns the setup in which all parts of a goal hold but one."""
-    setup = worlds.episode.setup
+def _but_for(left: GoalPart, goal: AllOf, worlds: WrongWorlds) -> Setup:
+    """Returns the setup in which all parts of a goal hold but one, which does not."""
+    setup, things = worlds.episode.setup, worlds.oracle.scene.things
     for part in goal.parts:
-        if part is not left:
-            state = {"openness": float(part.value)} if part.state == "is_open" else {"is_toggled": part.value}
+        if isinstance(part, ObjectAtReceptacle):
+            if part is left:
+                continue  # nothing has been put there
+            target, receptacle = things[part.object_id], things[part.receptacle_id]
+            for placement in islice(upon(receptacle, target, inside=part.inside), 1):
+                setup = with_change(setup, part.object_id, placement=placement)
+        else:
+            value = part.value != (part is left)
+            state = {"openness": float(value)} if part.state == "is_open" else {"is_toggled": value}
             setup = with_change(setup, part.object_id, **state)
     return setup
 

@@ -367,7 +367,7 @@ class EmbeddedSimulator:
 
 _CHANGING = (
     *("position", "rotation", "parent", "parent_joint", "surface"),
-    *("openness", "is_toggled", "is_held", "from_hand", "is_present"),
+    *("openness", "is_toggled", "is_broken", "is_held", "from_hand", "is_present"),
 )
 """What may change of a thing."""
 _changing = attrgetter(*_CHANGING)

@@ -63,6 +63,8 @@ def _switching_refusal(thing: Thing, target: bool) -> RefusalCode | None:
         return "not_toggleable"
     if thing.is_toggled == target:
         return "already_so"
+    if target and thing.is_broken:
+        return "out_of_order"
     if target and CATALOG[thing.category].runs_only_when_closed and thing.openness >= CLOSED_BELOW:
         return "interlock"
     return None

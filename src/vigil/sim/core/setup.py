@@ -2,6 +2,7 @@
 
 import difflib
 
+from vigil.assets.kernel.notice import notice_of
 from vigil.errors import EpisodeError
 from vigil.pose import Pose
 from vigil.scene.build import settle
@@ -66,6 +67,19 @@ def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
             raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
         thing.is_toggled = change.is_toggled
         state.mark(thing)
+    if change.is_broken:
+        _break(state, thing)
+
+
+def _break(state: SceneState, thing: Thing) -> None:
+    if not thing.is_toggleable or not notice_of(thing.asset):
+        raise EpisodeError(
+            f"Setup: {thing.id!r} ({thing.category}) is no machine with a front for a notice; drop its `is_broken`."
+        )
+    if thing.is_toggled:
+        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) runs and is broken; set its `is_toggled` to false.")
+    thing.is_broken = True
+    state.mark(thing)
 
 
 def _check_walls(state: SceneState, changed: list[Thing]) -> None:

@@ -15,6 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from vigil.assets.kernel.asset import Asset, Part
+from vigil.assets.kernel.notice import notice_of
 from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import STILL, Motion, part_motion
 from vigil.scene.outlines import wall_prisms
@@ -78,7 +79,7 @@ def pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
             _holds(asset, part, low, high, needs_opening=False),
             _holds(asset, part, low, high, needs_opening=True),
         )
-        for part in asset.parts
+        for part in (*asset.parts, *notice_of(asset))
         if len(part.mesh.vertices)
         for low, high in _around_panes(_mesh_boxes(part), [] if part.is_glass else _panes(asset, part.joint))
     )
@@ -290,13 +291,15 @@ def _first_met(boxes: _Boxes, near: np.ndarray, origin: np.ndarray, rays: np.nda
     return np.where(np.isfinite(distance), near[first], -1), distance
 
 
+def _is_shown(piece: BoxPiece, thing: Thing) -> bool:
+    if piece.shown == "broken":
+        return thing.is_broken
+    return piece.shown == "always" or (piece.shown == "on") == thing.is_toggled
+
+
 def _boxes_of(thing: Thing, index: int) -> _Boxes:
     is_met = thing.is_present and not thing.is_held
-    pieces = [
-        piece
-        for piece in (pieces_of(thing.asset) if is_met else ())
-        if piece.shown == "always" or (piece.shown == "on") == thing.is_toggled
-    ]
+    pieces = [piece for piece in (pieces_of(thing.asset) if is_met else ()) if _is_shown(piece, thing)]
     motions = {joint: part_motion(thing, joint) for joint in {piece.joint for piece in pieces}}
     is_open = not is_shut(thing) or thing.openness > OPEN_ABOVE
     hollow = [piece.holds_open or (piece.holds_shut and is_open) for piece in pieces]

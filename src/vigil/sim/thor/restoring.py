@@ -147,6 +147,11 @@ def _is_turned(now: Any, before: Any, tolerance: float) -> bool:
 
 
 def _set_states(driver: Driver, thing: Thing, change: ObjectSetup) -> None:
+    if change.is_broken:
+        raise EpisodeError(
+            f"Setup: AI2-THOR has no notice to put on {thing.id!r} ({thing.category}). Play the episode on the "
+            "embedded simulator, or drop its `is_broken`."
+        )
     if change.openness is not None and change.openness != thing.openness:
         if not thing.is_openable:
             raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")

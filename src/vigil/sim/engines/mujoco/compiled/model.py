@@ -39,6 +39,8 @@ class Placed:
     shown_on: np.ndarray
     """Whether each geom is drawn while toggled on, and ..."""
     shown_off: np.ndarray
+    notices: np.ndarray
+    """Whether each geom is drawn while broken, and only then."""
     looks_on: np.ndarray
     """Material of each geom while toggled on, and ..."""
     looks_off: np.ndarray
@@ -85,6 +87,8 @@ class CompiledModel:
             self.data.mocap_pos[mocap] = position
             self.data.mocap_quat[mocap] = frames.quaternion(matrix)
         shown = placed.shown_on if thing.is_toggled else placed.shown_off
+        if thing.is_broken:
+            shown = shown | placed.notices
         if not thing.is_present:
             self.native.geom_group[placed.geoms] = HIDDEN
         else:
@@ -233,8 +237,9 @@ def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
         mocaps,
         geoms,
         np.array([GLASS if piece.is_glass else THING for piece in ordered], dtype=int),
-        np.array([piece.shown != "off" for piece in ordered], dtype=bool),
-        np.array([piece.shown != "on" for piece in ordered], dtype=bool),
+        np.array([piece.shown in ("always", "on") for piece in ordered], dtype=bool),
+        np.array([piece.shown in ("always", "off") for piece in ordered], dtype=bool),
+        np.array([piece.shown == "broken" for piece in ordered], dtype=bool),
         np.zeros(len(ordered), dtype=int),
         np.zeros(len(ordered), dtype=int),
         any(surface.needs_opening for surface in thing.asset.surfaces),

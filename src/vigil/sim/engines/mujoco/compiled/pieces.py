@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Part
+from vigil.assets.kernel.notice import notice_of
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.compiled import frames
 
@@ -31,7 +32,7 @@ class MeshPiece:
     joint: str | None
     material: str
     material_on: str | None
-    shown: Literal["always", "on", "off"]
+    shown: Literal["always", "on", "off", "broken"]
     roles: int
     is_glass: bool
 
@@ -51,9 +52,9 @@ def merge(meshes: list[Triangles]) -> Triangles:
 
 @lru_cache(maxsize=2048)
 def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
-    """Returns the asset's geoms: as few as its joints, materials and roles allow."""
+    """Returns the asset's geoms, its notice included: as few as its joints, materials and roles allow."""
     groups: dict[tuple, list[Part]] = {}
-    for part in asset.parts:
+    for part in (*asset.parts, *notice_of(asset)):
         groups.setdefault(
             (part.joint, part.material, part.material_on, part.shown, _roles(part), part.is_glass), []
         ).append(part)

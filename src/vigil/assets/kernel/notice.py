@@ -1,0 +1,160 @@
+"""The notice on a machine that is out of order: a sheet of paper on its front, drawn only while the machine is broken.
+
+It is no part of an asset as a maker makes it, so shapes and their fingerprints know nothing of it; the engines add it.
+"""
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Asset, Mesh, Part
+from vigil.assets.kernel.shapes import box, merge
+from vigil.pose import Vec3
+
+WIDTH_M, HEIGHT_M, THICK_M = 0.297, 0.21, 0.002
+"""Of a sheet of A4 paper across."""
+LINES = ("OUT OF", "ORDER")
+MACHINES = frozenset(
+    {
+        *("Television", "FloorLamp", "DeskLamp", "Microwave", "CoffeeMachine", "Toaster"),
+        *("WashingMachine", "ClothesDryer", "Desktop"),
+    }
+)
+"""Categories that can be broken: they are switched on, and have a front for a sheet."""
+PAPER, INK = "paper/#f7f5ee", "paper/#b01218"
+_GLYPHS = {
+    "D": ("####.", "#...#", "#...#", "#...#", "#...#", "#...#", "####."),
+    "E": ("#####", "#....", "#....", "####.", "#....", "#....", "#####"),
+    "F": ("#####", "#....", "#....", "####.", "#....", "#....", "#...."),
+    "O": (".###.", "#...#", "#...#", "#...#", "#...#", "#...#", ".###."),
+    "R": ("####.", "#...#", "#...#", "####.", "#.#..", "#..#.", "#...#"),
+    "T": ("#####", "..#..", "..#..", "..#..", "..#..", "..#..", "..#.."),
+    "U": ("#...#", "#...#", "#...#", "#...#", "#...#", "#...#", ".###."),
+    " ": (".....",) * 7,
+}
+_COLUMNS, _ROWS = 6, 7
+"""Of a letter with the gap after it, and its height."""
+_BORDER_M, _RAISED_M, _LINE_SHARE, _TEXT_SHARE = 0.008, 0.0006, 0.36, 0.88
+"""Of the frame around the sheet; of ink above paper; of the sheet's height for a line, and of its width for a text."""
+_LINES_AT = (0.21, -0.21)
+"""Middle of each line above that of the sheet, as a share of its height."""
+_HEIGHTS = 9
+"""Heights at which a place for the sheet is looked for."""
+_GRID = 9
+"""Points of the sheet, along each side, at which the front behind it is measured."""
+
+
+@lru_cache(maxsize=2048)
+def notice_of(asset: Asset) -> tuple[Part, ...]:
+    """Returns the sheet's parts where they hang on an asset; none for what is no machine with a front."""
+    if asset.category not in MACHINES or not CATALOG[asset.category].is_toggleable:
+        return ()
+    height, depth, joint = _place(asset)
+    if not np.isfinite(depth):
+        return ()
+    return tuple(
+        Part(name, mesh, material, joint=joint, shown="broken")
+        for name, mesh, material in _sheet(height, depth + THICK_M)
+    )
+
+
+def notice_spot(asset: Asset) -> Vec3 | None:
+    """Returns the middle of the sheet in the asset's frame; None where it bears none."""
+    if not notice_of(asset):
+        return None
+    height, depth, _ = _place(asset)
+    return Vec3(0.0, float(height), float(depth + THICK_M))
+
+
+@lru_cache(maxsize=2048)
+def _place(asset: Asset) -> tuple[float, float, str | None]:
+    """Returns the height of the sheet's middle, the depth of the front behind it, and the joint that carries it.
+
+    The depth is -inf where there is nothing to hang it on. Of several heights the one with most of the front behind it
+    is taken, then the flattest, then the highest.
+    """
+    half = asset.size.y / 2
+    low, high = min(-half + HEIGHT_M / 2, half - HEIGHT_M / 2), max(-half + HEIGHT_M / 2, half - HEIGHT_M / 2)
+    triangles = [_front_triangles(part) for part in asset.parts if part.shown in ("always", "off")]
+    joints = [part.joint for part in asset.parts if part.shown in ("always", "off")]
+    found: list[tuple[int, float, float, float, str | None]] = []
+    for height in np.linspace(low, high, _HEIGHTS):
+        depths = np.stack([_depths(corners, float(height)) for corners in triangles])
+        front, owner = depths.max(axis=0), depths.argmax(axis=0)
+        is_met = np.isfinite(front)
+        if is_met.any():
+            nearest = int(np.where(is_met, front, -np.inf).argmax())
+            flat = round(-float(np.ptp(front[is_met])), 3)
+            found.append((int(is_met.sum()), flat, float(height), float(front[nearest]), joints[owner[nearest]]))
+    if not found:
+        return 0.0, -np.inf, None
+    _, _, height, depth, joint = max(found, key=lambda each: each[:3])
+    return height, depth, joint
+
+
+def _front_triangles(part: Part) -> np.ndarray:
+    """Returns the corners (n, 3, 3) of a part's triangles that face the front."""
+    corners = part.mesh.vertices.astype(float)[part.mesh.faces]
+    sides = corners[:, 1:] - corners[:, :1]
+    ahead = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
+    return corners[ahead > 0]
+
+
+def _depths(corners: np.ndarray, height: float) -> np.ndarray:
+    """Returns how far to the front triangles reach at the points of a sheet; -inf where there is none."""
+    across, up = np.linspace(-0.5, 0.5, _GRID) * WIDTH_M, height + np.linspace(-0.5, 0.5, _GRID) * HEIGHT_M
+    x, y = (axis.ravel() for axis in np.meshgrid(across, up))
+    if not len(corners):
+        return np.full(len(x), -np.inf)
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    dx, dy = x[:, None] - a[:, 0], y[:, None] - a[:, 1]
+    of_b = (dx * (c[:, 1] - a[:, 1]) - dy * (c[:, 0] - a[:, 0])) / area
+    of_c = (dy * (b[:, 0] - a[:, 0]) - dx * (b[:, 1] - a[:, 1])) / area
+    is_in = (of_b >= 0) & (of_c >= 0) & (of_b + of_c <= 1)
+    depth = a[:, 2] + of_b * (b[:, 2] - a[:, 2]) + of_c * (c[:, 2] - a[:, 2])
+    return np.where(is_in, depth, -np.inf).max(axis=1)
+
+
+def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
+    """Yields name, mesh and material of the sheet's parts; its front is at that depth."""
+    yield "notice", box((WIDTH_M, HEIGHT_M, THICK_M), (0.0, height, depth - THICK_M / 2)), PAPER
+    front = depth + _RAISED_M / 2
+    across, up = WIDTH_M / 2 - _BORDER_M / 2, HEIGHT_M / 2 - _BORDER_M / 2
+    frame = [box((WIDTH_M, _BORDER_M, _RAISED_M), (0.0, height + sign * up, front)) for sign in (1, -1)]
+    frame += [box((_BORDER_M, HEIGHT_M, _RAISED_M), (sign * across, height, front)) for sign in (1, -1)]
+    letters = [
+        box((run * width, tall, _RAISED_M), (x, height + y, front))
+        for number, line in enumerate(LINES)
+        for x, y, run, width, tall in _strokes(line, number)
+    ]
+    yield "notice text", merge([*frame, *letters]), INK
+
+
+def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float, float]]:
+    """Yields the horizontal strokes of a line of text: middle x and y, dots, and a dot's width and height.
+
+    Who reads it looks along -z, and so has +x on the left.
+    """
+    width = WIDTH_M * _TEXT_SHARE / (_COLUMNS * max(map(len, LINES)) - 1)
+    tall = HEIGHT_M * _LINE_SHARE / _ROWS
+    left = -width * (_COLUMNS * len(line) - 1) / 2
+    top = HEIGHT_M * _LINES_AT[number] + tall * _ROWS / 2
+    for place, letter in enumerate(line):
+        for row, dots in enumerate(_GLYPHS[letter]):
+            for start, run in _runs(dots):
+                x = left + (_COLUMNS * place + start + run / 2) * width
+                yield -x, top - (row + 0.5) * tall, run, width, tall
+
+
+def _runs(dots: str) -> Iterable[tuple[int, int]]:
+    """Yields where a run of dots starts, and how long it is."""
+    start = None
+    for place, dot in enumerate(f"{dots}."):
+        if dot == "#" and start is None:
+            start = place
+        elif dot != "#" and start is not None:
+            yield start, place - start
+            start = None

@@ -1,0 +1,137 @@
+"""Twins that ask for a state which may hold already, and twins that ask for one of two things by a condition."""
+
+from collections.abc import Iterator
+
+from vigil.authoring.closure.all_of import ALL_ACTS
+from vigil.authoring.closure.tasks import FLAMES, ClosureTask, Tasks, in_turn
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import SV_TOGGLES, allows, is_target, seeking, setup_for
+from vigil.authoring.language.wording import VERBS, Act, opened, order, say
+from vigil.authoring.ways.synthetic_records import with_change
+from vigil.closure import OTHERWISE, Evidence
+from vigil.episode import Episode
+from vigil.goals import AllOf, ObjectInState
+from vigil.scene.things import Thing
+from vigil.world import ObjectSetup, Setup
+
+MAKE_SURE = (
+    "Make sure that {whole} {are} {label}.",
+    "See to it that {whole} {are} {label}.",
+    "Please make sure that {whole} {are} {label}.",
+    "Before we leave, make sure that {whole} {are} {label}.",
+)
+IF_SO = (
+    "If {whole} {are} {label}, {order_it}; otherwise {other}.",
+    "Check {whole}: if {they} {are} {label}, {order_it}; if not, {other}.",
+    "Look whether {whole} {are} {label}. If so, {order_it}. If not, {other}.",
+    "Should {whole} be {label}, {order_it}. Otherwise, {other}.",
+)
+LABELS: dict[Act, str] = {"open": "open", "close": "closed", "turn_on": "on", "turn_off": "off"}
+OPPOSITE: dict[Act, Act] = {"close": "open", "open": "close", "turn_off": "turn_on", "turn_on": "turn_off"}
+TRIED_OTHERS = 3
+
+
+def already(context: HouseContext) -> Tasks:
+    """Yields twins that ask to make sure of a state, which on one side holds from the start."""
+    yield from in_turn(context, *(_sure(context, act) for act in ALL_ACTS))
+
+
+def _sure(context: HouseContext, act: Act) -> Tasks:
+    for episode, goal, target in _of_state(context, act):
+        words, whole = _words(context, target, act)
+        sentence = say(MAKE_SURE, context.rng, whole=whole, are=words["is"], label=LABELS[act])
+        first = episode.model_copy(update={"instruction": sentence})
+        second = first.model_copy(update={"setup": with_done(first, goal)})
+        yield ClosureTask("already", (first, second), target.id, (Evidence(object_id=target.id),))
+
+
+def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
+    """Yields drafts of an act that changes a state which is plain to see, with goal and target."""
+    for episode in seeking(context, act):
+        goal, target = episode.goal, context.thing(episode.goal.object_id)
+        is_plain = act in ("open", "close") or target.category in SV_TOGGLES - FLAMES
+        if isinstance(goal, ObjectInState) and is_plain:
+            yield episode, goal, target
+
+
+def _words(context: HouseContext, target: Thing, act: Act) -> tuple[dict[str, str], str]:
+    """Returns the words that agree with what is asked about, and what to call it."""
+    phrase = str(context.phrase(target.id))
+    if act not in ("open", "close"):
+        return {"is": "is", "they": "it", "it": "it"}, phrase
+    words = opened(target.category, phrase)
+    return words.slots(), words.whole
+
+
+def with_done(episode: Episode, goal: ObjectInState) -> Setup:
+    """Returns an episode's setup in which what a goal asks for holds from the start."""
+    change = ObjectSetup(openness=float(goal.value)) if goal.state == "is_open" else ObjectSetup(is_toggled=goal.value)
+    facts = change.model_dump(exclude_none=True, exclude={"is_absent", "is_broken"})
+    return with_change(episode.setup, goal.object_id, **facts)
+
+
+def if_so(context: HouseContext) -> Tasks:
+    """Yields twins that ask for one thing where a state holds, and for another where it does not."""
+    yield from in_turn(context, *(_if(context, act) for act in ("close", "turn_off", "open", "turn_on")))
+
+
+def _if(context: HouseContext, act: Act) -> Tasks:
+    for episode, goal, target in _of_state(context, act):
+        room = context.oracle.room_at(target.position)
+        others = context.things(lambda thing, target=target, room=room: _may_be_other(context, thing, target, room))
+        for other in others[:TRIED_OTHERS]:
+            task = _branches(context, episode, goal, target, other, act)
+            if task is not None:
+                yield task
+                break
+
+
+def _order_it(context: HouseContext, target: Thing, act: Act, them: str) -> str:
+    """Returns the order about what has just been named, the part that opens included."""
+    if act in ("open", "close"):
+        return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format(them)
+    return order(act, target.category, "", context.rng)["order_it"]
+
+
+def _may_be_other(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
+    is_machine = is_target(thing) and (allows(thing, "turn_on") or allows(thing, "open"))
+    is_plain = thing.category not in FLAMES and not thing.is_pickupable
+    is_apart = thing.id != target.id and target.id not in (thing.parent,) and thing.id != target.parent
+    return is_machine and is_plain and is_apart and context.oracle.room_at(thing.position) == room
+
+
+def _branches(
+    context: HouseContext, episode: Episode, goal: ObjectInState, target: Thing, other: Thing, act: Act
+) -> ClosureTask | None:
+    """Returns twins: on the first side the condition holds, on the second the other thing is to be done."""
+    instead: Act = "turn_on" if allows(other, "turn_on") else "open"
+    setup = Setup(objects={**setup_for(other, instead).objects, **episode.setup.objects})
+    if not context.can_begin(setup):
+        return None
+    phrase, other_phrase = context.phrase(target.id), context.phrase(other.id)
+    words, whole = _words(context, target, act) if phrase is not None else ({}, "")
+    context.begin(Setup())
+    if phrase is None or other_phrase is None:
+        return None
+    sentence = say(
+        IF_SO,
+        context.rng,
+        whole=whole,
+        are=words["is"],
+        they=words["they"],
+        label=LABELS[OPPOSITE[act]],
+        order_it=_order_it(context, target, act, words["it"]),
+        other=order(instead, other.category, str(other_phrase), context.rng)["order"],
+    )
+    state = "is_toggled" if instead == "turn_on" else "is_open"
+    left = ObjectInState(object_id=other.id, state=state, value=False)
+    asked = ObjectInState(object_id=other.id, state=state)
+    facts = {"instruction": sentence, "setup": setup, "bindings": {"target": target.id, OTHERWISE: other.id}}
+    first = episode.model_copy(update={**facts, "goal": AllOf(object_id=target.id, parts=(goal, left))})
+    second = first.model_copy(
+        update={
+            "setup": with_done(first, goal),
+            "goal": AllOf(object_id=other.id, parts=(asked, goal)),
+        }
+    )
+    return ClosureTask("if_so", (first, second), target.id, (Evidence(object_id=target.id),), f"{act} {instead}")

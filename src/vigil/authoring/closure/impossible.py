@@ -1,0 +1,195 @@
+"""Twins of which one cannot be done: what is asked for is gone, barred, broken, or has no room where it is to go."""
+
+from itertools import islice
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.notice import notice_of, notice_spot
+from vigil.authoring.closure.rooms import has_room
+from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn, refused
+from vigil.authoring.drafting.constraints import fits_on_floor, spots_before
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.leaves import HEAVY, LIGHT
+from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target, seeking
+from vigil.authoring.language.referring import DescribedThing, Phrase, referents
+from vigil.authoring.language.wording import SEARCH_ORDERS, order, say
+from vigil.authoring.ways.synthetic_records import with_change
+from vigil.authoring.ways.wrong_places import upon
+from vigil.closure import Evidence
+from vigil.goals import ObjectAtReceptacle
+from vigil.pose import EYE_HEIGHT_M, Vec3
+from vigil.scene.geometry import place_of
+from vigil.scene.supports import children, level_surfaces
+from vigil.scene.things import Thing
+from vigil.world import Placement, Setup
+
+TRIED_FURNITURE = 4
+BELOW_EYES_M = 0.2
+"""How far below the eyes a surface must be to be looked at from above."""
+SPOT_SHARES = (-0.3, 0.3)
+"""Where on a surface, from its middle and as shares of its size, evidence is looked for."""
+STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
+"""What something is to be put on that may have no room for it."""
+HOGS = ("HousePlant", "Television", "Desktop", "DeskLamp", "CoffeeMachine", "Toaster", "Safe", "Microwave")
+"""What may take up the room, and is not for carrying."""
+TRIED_TARGETS, TRIED_HOGS = 6, 3
+PUT_ON = (
+    "Put {target} on {receptacle}.",
+    "Please put {target} on {receptacle}.",
+    "Pick up {target} and put it on {receptacle}.",
+    "Take {target} and set it down on {receptacle}.",
+    "I would like you to put {target} on {receptacle}.",
+)
+
+
+def impossible(context: HouseContext) -> Tasks:
+    """Yields twins of which one cannot be done."""
+    yield from in_turn(context, _gone(context), _locked(context), _broken(context), _no_fit(context))
+
+
+def _gone(context: HouseContext) -> Tasks:
+    for episode in seeking(context, "pick"):
+        target = context.thing(episode.goal.object_id)
+        item = context.items[target.id]
+        phrase, support = placed(context, item), context.oracle.scene.things.get(target.parent or "")
+        if phrase is None or support is None:
+            yield refused(context, "impossible", "told_apart", f"{target.id!r} cannot be told by where it lies")
+            continue
+        spots = _spots(support, target)
+        if not spots or children(context.oracle.scene, target.id):
+            yield refused(context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above")
+            continue
+        words = order("pick", target.category, str(phrase), context.rng)
+        first = episode.model_copy(
+            update={
+                "instruction": say(SEARCH_ORDERS, context.rng, target=str(phrase), **words),
+                "bindings": {"target": target.id, "place": support.id},
+            }
+        )
+        gone = with_change(first.setup, target.id, is_absent=True)
+        evidence = tuple(Evidence(object_id=support.id, spot=spot) for spot in spots)
+        yield ClosureTask("impossible", (first, first.model_copy(update={"setup": gone})), target.id, evidence)
+
+
+def placed(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
+    """Returns what to call a thing by what it lies on or in; None when that does not single it out."""
+    items = list(context.items.values())
+    if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
+        return None
+    colours = item.colours[:1] if len(item.colours) == 1 and may_colour else ()
+    for colour in (None, *colours):
+        phrase = Phrase(item.name, colour=colour, support=item.support, is_inside=item.is_inside)
+        if [each.id for each in referents(phrase, items)] == [item.id]:
+            return phrase
+    return None
+
+
+def _spots(support: Thing, target: Thing) -> list[Vec3]:
+    """Returns places spread over the surface that a thing lies on; none where it is too high to be looked at."""
+    for surface, frame in level_surfaces(support):
+        if surface.name == target.surface:
+            shares = [(x * surface.size_x, 0.002, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
+            found = [Vec3(*(round(float(value), 3) for value in point)) for point in frame(np.array(shares))]
+            is_low = all(spot.y <= EYE_HEIGHT_M - BELOW_EYES_M for spot in found)
+            return found if is_low and not surface.needs_opening else []
+    return []
+
+
+def _locked(context: HouseContext) -> Tasks:
+    for episode in seeking(context, "open"):
+        target = context.thing(episode.goal.object_id)
+        if target.is_structure or target.is_pickupable or target.parent is not None:
+            continue
+        room = context.oracle.room_at(target.position)
+        furniture = context.things(lambda thing, room=room, target=target: _may_bar(context, thing, target, room))
+        for blocker in islice(furniture, TRIED_FURNITURE):
+            spot = next(
+                (
+                    spot
+                    for spot in spots_before(target, blocker)
+                    if fits_on_floor(context, blocker, spot, episode.setup)
+                ),
+                None,
+            )
+            if spot is None:
+                continue
+            first = episode.model_copy(update={"bindings": {"target": target.id, "blocker": blocker.id}})
+            barred = with_change(first.setup, blocker.id, placement=spot)
+            evidence = (Evidence(object_id=target.id), Evidence(object_id=blocker.id))
+            yield ClosureTask("impossible", (first, first.model_copy(update={"setup": barred})), blocker.id, evidence)
+
+
+def _may_bar(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
+    is_furniture = thing.category in (*LIGHT, *HEAVY) and not thing.is_pickupable and thing.parent is None
+    is_bare = not children(context.oracle.scene, thing.id)
+    return is_furniture and is_bare and thing.id != target.id and context.oracle.room_at(thing.position) == room
+
+
+def _broken(context: HouseContext) -> Tasks:
+    for episode in seeking(context, "turn_on"):
+        target = context.thing(episode.goal.object_id)
+        spot = notice_spot(target.asset) if notice_of(target.asset) else None
+        if spot is None:
+            continue
+        middle = place_of(target)(np.array(spot)[None])[0]
+        evidence = (Evidence(object_id=target.id, spot=Vec3(*(round(float(value), 3) for value in middle))),)
+        broken = with_change(episode.setup, target.id, is_broken=True)
+        yield ClosureTask("impossible", (episode, episode.model_copy(update={"setup": broken})), target.id, evidence)
+
+
+def _no_fit(context: HouseContext) -> Tasks:
+    for stand in context.things(
+        lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None
+    ):
+        for hog in islice(context.things(lambda thing, stand=stand: _may_hog(context, thing, stand)), TRIED_HOGS):
+            taken = next(islice(upon(stand, hog, inside=False), 1), None)
+            if taken is None:
+                continue
+            targets = context.things(lambda thing, stand=stand: _may_go_on(context, thing, stand))
+            for target in targets[:TRIED_TARGETS]:
+                task = _crowded(context, stand, hog, taken, target)
+                if task is not None:
+                    yield task
+                    break
+
+
+def _may_hog(context: HouseContext, thing: Thing, stand: Thing) -> bool:
+    is_bare = not children(context.oracle.scene, thing.id) and not thing.is_structure
+    return thing.category in HOGS and not thing.is_pickupable and is_bare and thing.parent != stand.id
+
+
+def _may_go_on(context: HouseContext, thing: Thing, stand: Thing) -> bool:
+    is_free = thing.is_pickupable and is_target(thing) and thing.parent != stand.id
+    takes = CATALOG[stand.category].takes(CATALOG[thing.category])
+    return is_free and takes and not children(context.oracle.scene, thing.id)
+
+
+def _crowded(context: HouseContext, stand: Thing, hog: Thing, taken: Placement, target: Thing) -> ClosureTask | None:
+    """Returns the twins in which a thing fits on a stand, or does not because something heavy stands there."""
+    setup = Setup()
+    full = with_change(setup, hog.id, placement=taken)
+    if not context.can_begin(full):
+        return None
+    is_full = not has_room(context.oracle.scene, target.id, stand.id)
+    context.begin(setup)
+    if not is_full or not has_room(context.oracle.scene, target.id, stand.id, may_clear=False):
+        return None
+    phrases = context.phrase(target.id), context.phrase(stand.id)
+    start = context.start_seeing(target, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX))
+    if start is None or None in phrases:
+        return None
+    first = context.draft(
+        "SI",
+        TaskSpec(
+            start=start,
+            setup=setup,
+            instruction=say(PUT_ON, context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
+            goal=ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id),
+            bindings={"target": target.id, "receptacle": stand.id, "hog": hog.id},
+            template="put",
+        ),
+    )
+    second = first.model_copy(update={"setup": with_change(first.setup, hog.id, placement=taken)})
+    evidence = (Evidence(object_id=stand.id), Evidence(object_id=hog.id))
+    return ClosureTask("impossible", (first, second), hog.id, evidence)
