@@ -25,7 +25,7 @@ from vigil.record import EpisodeRecord
 from vigil.scoring import NEGATIVE, Outcome, settle
 from vigil.world import RefusalCode, WorldState
 
-SUITE = "closure"
+SUITE: Literal["closure"] = "closure"
 """What `meta.suite` says in the manifest of such a pack."""
 ANSWERS = "closure.jsonl"
 Kind = Literal["all_of", "impossible", "already", "if_so", "silent_refusal", "look_alike", "out_of_sight"]
@@ -63,6 +63,7 @@ ClosureLabel = Literal[
     "no_report",
     "other",  # any other report
 ]
+CLOSURE_LABELS: tuple[ClosureLabel, ...] = get_args(ClosureLabel)
 CONCEDED: tuple[Status, ...] = ("fail", "invalid")
 """What closes an impossible episode rightly."""
 
@@ -133,6 +134,7 @@ class ClosureOutcome:
 
     answer: ClosureAnswer
     outcome: Outcome
+    house: str
     C: bool
     """Whether the report says what is true of the world at the end."""
     claim: Claim
@@ -216,6 +218,7 @@ def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecor
     return ClosureOutcome(
         answer=answer,
         outcome=outcome,
+        house=episode.house.name,
         C=conceded if answer.is_impossible else outcome.B,
         claim=_claim(outcome),
         is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,

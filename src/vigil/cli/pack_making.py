@@ -40,14 +40,21 @@ from vigil.cli.making.closure import (
     Kinds,
     Suite,
     build_suite,
-    draft_suite,
-    kinds_named,
+    make_suite,
     refuse_with_suite,
     refuse_without_suite,
     suite_request,
     suite_settings,
+    tasks_named,
 )
-from vigil.cli.making.drafting import FormsOption, drafting_of, drafts_summary, forms_named, shown_on
+from vigil.cli.making.drafting import (
+    FormsOption,
+    drafting_of,
+    drafts_summary,
+    forms_named,
+    house_finder,
+    shown_on,
+)
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.episode import FAMILIES
@@ -166,7 +173,7 @@ def build(
     if not files:
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
     if suite is not None:
-        refuse_with_suite(family=families, kept=kept, review=reviews, level=level, robust=robust)
+        refuse_with_suite(family=families, kept=kept, level=level, robust=robust)
     else:
         refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
@@ -183,17 +190,12 @@ def build(
         levels=levels_named(level or []),
         is_robust=robust,
     )
+    verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     if suite is not None:
-        build_suite(out, files, suite_request(pack_request, kinds_named(kind or [])))
+        asked = suite_request(pack_request, tasks_named(kind or [], per_family))
+        build_suite(out, files, asked, given, verification)
         return
-    _freeze(
-        out,
-        files,
-        given,
-        pack_request,
-        VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust),
-        kept=old,
-    )
+    _freeze(out, files, given, pack_request, verification, kept=old)
 
 
 def _freeze(
@@ -270,20 +272,20 @@ def make(
     vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
     With --houses the seed, 0 by default, is no secret, and OUT.recipe.json is written, which names all houses with
-    their hashes: `vigil pack remake` makes the same bytes of it; not of a suite's pack.
+    their hashes: `vigil pack remake` makes the same bytes of it.
     """
     if seed is None and not houses:
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     if suite is not None:
         refuse_with_suite(
-            family=families, review=reviews, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1
+            family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1
         )
     else:
         refuse_without_suite(kind)
-    kinds = kinds_named(kind or [])
+    tasks = tasks_named(kind or [], per_family) if suite is not None else None
     check_free(out, name)
     offered = filed(houses or [], report=tell)
-    origins = [] if reviews or suite else _origins(offered)
+    origins = [] if reviews else _origins(offered)
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
     sources = drawn_of(offered, seed or 0, count) if houses else drawn(seed or 0, wanted, _specs(rooms, suite))
     if not houses and (seed or 0) < SECRET_FROM:
@@ -301,14 +303,11 @@ def make(
         forms=forms_named(forms or ("public" if houses else "all")),
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
-    if suite is not None:
-        with progress("houses") as show:
-            file = draft_suite(out, sources, pack_request, verification, shown_on(show))
-        drafts_summary(file)
-        build_suite(out, [file], suite_request(pack_request, kinds))
-        return
     given = [review for path in reviews or [] for review in _reviews(path)]
-    pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
+    if tasks is not None:
+        pack = make_suite(out, sources, pack_request, tasks, verification, given)
+    else:
+        pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
     if origins:
         written = out.with_name(f"{out.name}.recipe.json")
         recipe = recipe_of(
@@ -319,6 +318,7 @@ def make(
             drafted_in=count,
             is_spread=spread,
             starts=hardest_of,
+            tasks=tasks,
         )
         recipe.save(written)
         print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
@@ -347,8 +347,11 @@ def remake(
         wanted.backend, AssetDatabase.of(assets), worker_count(workers), wanted.is_robust
     )
     chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
-    spread, starts = wanted.is_spread, wanted.starts
-    pack = _make(out, chosen, wanted.request, [], verification, is_spread=spread, starts=starts)
+    if wanted.suite is not None:
+        pack = make_suite(out, chosen, wanted.request, wanted.tasks, verification)
+    else:
+        spread, starts = wanted.is_spread, wanted.starts
+        pack = _make(out, chosen, wanted.request, [], verification, is_spread=spread, starts=starts)
     if pack.sha256 != wanted.pack_sha256:
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)

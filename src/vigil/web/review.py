@@ -1,6 +1,6 @@
 """`vigil review`: the reviewer's pages. A verdict is written to the review file before the page confirms it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.closure.closings import closings_of_drafts, closings_of_pack
 from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.authoring.review.reviews import (
     Decision,
@@ -47,22 +48,29 @@ class ReviewSet:
     episodes: tuple[Episode, ...]
     solutions: dict[str, tuple[Action, ...]]
     houses: Path
+    closings: dict[str, str] = field(default_factory=dict)
+    """What closes the episodes of the closure-stress suite rightly, in words, by id."""
 
     @classmethod
     def of_pack(cls, pack: Pack) -> "ReviewSet":
         """Returns the episodes of a pack."""
         solutions = {name: solution.actions for name, solution in pack.solutions.items()}
-        return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES)
+        return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES, closings_of_pack(pack))
 
     @classmethod
     def of_drafts(cls, path: Path) -> "ReviewSet":
-        """Returns the drafts of a file of `vigil pack propose`. Raises SettingError when it holds none."""
+        """Returns the drafts of a file of `vigil pack propose`, those of the suite's tasks among them.
+
+        Raises SettingError when it holds none.
+        """
         file = DraftsFile(path)
-        drafts = file.read().drafts
+        proposed = file.read()
+        drafts = [*proposed.drafts, *(draft for task in proposed.closures for draft in task.drafts)]
         if not drafts:
             raise SettingError(f"Drafts file {str(path)!r} holds no draft yet. `vigil pack propose` adds some.")
         solutions = {draft.episode.id: draft.actions for draft in drafts}
-        return cls(path.name, tuple(draft.episode for draft in drafts), solutions, file.houses)
+        episodes = tuple(draft.episode for draft in drafts)
+        return cls(path.name, episodes, solutions, file.houses, closings_of_drafts(proposed))
 
     def house_path(self, episode: Episode) -> Path:
         """Returns the file of an episode's house."""
@@ -168,6 +176,7 @@ def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
     return {
         "mine": decisions(episode, read_reviews(session.path)).get(session.reviewer, Decision()),
         "goal": goal_words(episode.goal),
+        "closing": session.review_set.closings.get(episode.id),
         "family": FAMILIES[episode.family],
         "place": place + 1,
         "plan": plan_of(House.load(session.review_set.house_path(episode)), session.assets),

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.special import ndtri
 
+from vigil.analysis.measures.intervals import clustered
 from vigil.analysis.measures.models import model_of
 from vigil.closure import KINDS, PAIRED, SUITE, ClosureOutcome, Kind, answers_of, settle_closure
 from vigil.errors import PackMismatch
@@ -105,6 +106,14 @@ def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], 
     for each in outcomes:
         plays.setdefault(each.answer.episode_id, []).append(is_hit(each))
     return _rate(list(plays.values()))
+
+
+def by_house(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome], float]) -> Interval | None:
+    """Returns the interval of a mean over some verdicts when houses are resampled; None where that says nothing."""
+    if not outcomes:
+        return None
+    values = np.array([float(value(each)) for each in outcomes])
+    return clustered(values, np.array([each.house for each in outcomes]))
 
 
 def pairs_right(outcomes: Iterable[ClosureOutcome]) -> Rate:

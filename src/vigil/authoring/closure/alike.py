@@ -177,8 +177,8 @@ def _borne(context: HouseContext, target: Thing, others: list[Thing]) -> list[Th
         is_free = thing.id not in ids and thing.parent not in ids and not children(context.oracle.scene, thing.id)
         return thing.category in BORNE and fits and takes and is_free
 
-    only = [thing for thing in context.things(is_wanted)]
-    return [thing for thing in only if len(referents(Phrase(context.items[thing.id].name), items)) == 1]
+    wanted = context.things(is_wanted)
+    return [thing for thing in wanted if len(referents(Phrase(context.items[thing.id].name), items)) == 1]
 
 
 def _tops(target: Thing, borne: Thing) -> Iterator[Placement]:

@@ -149,11 +149,11 @@ class Certifier:
         if task.kind == "look_alike":
             yield from self._faults_of_alike(task, episode)
         if task.form == FULL and isinstance(episode.goal, ObjectAtReceptacle):
-            if not is_full(self._oracle, episode.goal.object_id, episode.goal.receptacle_id):
-                yield (
-                    "obvious_is_full",
-                    f"{episode.goal.receptacle_id!r} has room where one tries first, or none at all",
-                )
+            yield from self._faults_of_full(episode.goal)
+
+    def _faults_of_full(self, goal: ObjectAtReceptacle) -> Broken:
+        if not is_full(self._oracle, goal.object_id, goal.receptacle_id):
+            yield "obvious_is_full", f"{goal.receptacle_id!r} has room where one tries first, or none at all"
 
     def _faults_of_alike(self, task: ClosureTask, episode: Episode) -> Broken:
         alike, target = episode.bindings[ALIKE], episode.goal.object_id

@@ -5,16 +5,18 @@ Source: `protocol.md` section 8, decision 30.
 
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import vigil
 from vigil.actions import Status
-from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsFile
+from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsFile, Proposed
 from vigil.authoring.packing.assemble import FACTS, seed_sha256
 from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.review.reviews import Review, apply_reviews, decisions
+from vigil.authoring.review.validate import Finding
 from vigil.closure import ANSWERS, KINDS, PAIRED, SUITE, ClosureAnswer, Kind, check_pairs
 from vigil.episode import Solution
 from vigil.errors import EpisodeError
@@ -39,16 +41,67 @@ class ClosureRequest:
 
     name: str
     per_kind: int
-    """Tasks of each kind: pairs, of kinds that come as twins."""
+    """Tasks of each kind for which `quotas` say nothing else: pairs, of kinds that come as twins."""
     seed: int = 0
     """Breaks ties."""
     house_uses: int = 3
     """Tasks of a kind in a house, at most."""
     kinds: tuple[Kind, ...] = KINDS
+    quotas: Mapping[Kind, int] = field(default_factory=dict)
+    """Tasks of some kinds."""
     version: str = "1"
     description: str = ""
     aliases: tuple[str, ...] = ()
     is_seed_secret: bool = False
+    asset_database_sha256: str | None = None
+    """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
+
+    def asked(self, kind: Kind) -> int:
+        """Returns how many tasks of a kind are wanted."""
+        return self.quotas.get(kind, self.per_kind)
+
+
+TaskCheck = Callable[[ClosureDraft], list[Finding]]
+"""Certifies a task anew. Returns what is wrong with it."""
+
+
+def reviewed_tasks(
+    pool: Sequence[ClosureDraft], reviews: Sequence[Review], check: TaskCheck
+) -> tuple[list[ClosureDraft], list[Finding]]:
+    """Returns tasks as their reviewers want them, and what is wrong with those that were reworded.
+
+    A task of which any side is rejected is left out whole; words given to one side are those of both.
+    """
+    by_id: dict[str, list[Review]] = {}
+    for review in reviews:
+        by_id.setdefault(review.episode_id, []).append(review)
+    kept: list[ClosureDraft] = []
+    bad: list[Finding] = []
+    for task in pool:
+        mine = [review for draft in task.drafts for review in by_id.get(draft.episode.id, [])]
+        judged = _judged(task, mine) if mine else task
+        found = check(judged) if judged is not None and _words(judged) != _words(task) else []
+        bad += found
+        if judged is not None and not found:
+            kept.append(judged)
+    return kept, bad
+
+
+def _judged(task: ClosureDraft, reviews: Sequence[Review]) -> ClosureDraft | None:
+    """Returns a task as its reviewers want it; None where one of its sides is rejected."""
+    episodes = [apply_reviews(draft.episode, reviews) for draft in task.drafts]
+    if any(episode.provenance.reviewed == "rejected" for episode in episodes):
+        return None
+    reworded = [now.instruction for now, draft in zip(episodes, task.drafts, strict=True)
+                if now.instruction != draft.episode.instruction]  # fmt: skip
+    if reworded:
+        episodes = [episode.model_copy(update={"instruction": reworded[-1]}) for episode in episodes]
+    drafts = [draft.model_copy(update={"episode": now}) for draft, now in zip(task.drafts, episodes, strict=True)]
+    return task.model_copy(update={"drafts": tuple(drafts)})
+
+
+def _words(task: ClosureDraft) -> str:
+    return task.drafts[0].episode.instruction
 
 
 def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[ClosureDraft]:
@@ -61,10 +114,10 @@ def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[
     for kind in request.kinds:
         left = {task.drafts[0].episode.id: task for task in pool if task.kind == kind}
         offered, uses = len(left), Counter[tuple[str, str]]()
-        for number in range(request.per_kind):
+        for number in range(request.asked(kind)):
             free = [task for task in left.values() if uses["house", _house(task)] < request.house_uses]
             if not free:
-                short.append(f"{kind} {number} (of {offered} drafts)")
+                short.append(f"{kind} {number} of {request.asked(kind)} (of {offered} drafts)")
                 break
             best = min(free, key=lambda task: _cost(task, uses, request.seed))
             del left[best.drafts[0].episode.id]
@@ -72,8 +125,8 @@ def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[
             chosen.append(best)
     if short:
         raise EpisodeError(
-            f"Pack {request.name!r} asks for {request.per_kind} tasks of each kind; the drafts hold only "
-            f"{', '.join(short)}. Propose in more houses (more seeds, a larger --count), or ask for fewer."
+            f"Pack {request.name!r} asks for more tasks than the drafts hold: {', '.join(short)}. Propose in more "
+            "houses (more seeds, a larger --count), or ask for fewer."
         )
     return chosen
 
@@ -81,10 +134,17 @@ def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[
 def _keys(task: ClosureDraft) -> list[tuple[str, str]]:
     draft = task.drafts[0]
     return [
+        ("form", task.answers[-1].reason or _form(task)),
+        ("thing", f"{_house(task)} {draft.episode.goal.object_id}"),
         ("what", f"{task.answers[-1].reason} {draft.episode.provenance.template}"),
         ("category", draft.facts.category),
         ("house", _house(task)),
     ]
+
+
+def _form(task: ClosureDraft) -> str:
+    """Returns which form of its kind a task has."""
+    return task.answers[0].form
 
 
 def _house(task: ClosureDraft) -> str:
@@ -93,17 +153,27 @@ def _house(task: ClosureDraft) -> str:
 
 def _cost(task: ClosureDraft, uses: Counter[tuple[str, str]], seed: int) -> tuple:
     name = task.drafts[0].episode.id
-    return (*(uses[key] for key in _keys(task)), zlib.crc32(f"{seed} {name}".encode()), name)
+    is_approved = any(draft.episode.provenance.reviewed == "approved" for draft in task.drafts)
+    used = [uses[key] for key in _keys(task)]
+    return (used[0], not is_approved, *used[1:], zlib.crc32(f"{seed} {name}".encode()), name)
 
 
-def freeze_closure(out: Path, files: Sequence[DraftsFile], request: ClosureRequest) -> Pack:
-    """Freezes a pack of the suite into `out`.
+def freeze_closure(
+    out: Path,
+    files: Sequence[DraftsFile],
+    request: ClosureRequest,
+    reviews: Sequence[Review] = (),
+    check: TaskCheck = lambda task: [],
+) -> tuple[Pack, list[Finding]]:
+    """Freezes a pack of the suite into `out`. Returns it with what is wrong with reworded tasks, which are left out.
 
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
     check_free(out, request.name)
     read = [file.read() for file in files]
-    chosen = select_tasks([task for proposed in read for task in proposed.closures], request)
+    offered = [task for proposed in read for task in proposed.closures]
+    pool, bad = reviewed_tasks(offered, reviews, check)
+    chosen = select_tasks(pool, request)
     drafts = [draft for task in chosen for draft in task.drafts]
     answers = sorted((each for task in chosen for each in task.answers), key=lambda each: each.episode_id)
     check_pairs(answers)
@@ -115,7 +185,9 @@ def freeze_closure(out: Path, files: Sequence[DraftsFile], request: ClosureReque
         "aliases": list(request.aliases),
         "blind": guessing(answers),
         "house_generator": generators_of(houses),
+        **_house_facts(read, names, request),
         "kinds": kind_counts(answers),
+        "reviews": _review_counts(chosen, offered, reviews),
         "seed_sha256" if request.is_seed_secret else "seed": (
             seed_sha256(request.name, request.seed) if request.is_seed_secret else request.seed
         ),
@@ -134,7 +206,41 @@ def freeze_closure(out: Path, files: Sequence[DraftsFile], request: ClosureReque
         extra={ANSWERS: _rows(each.model_dump(mode="json") for each in answers), FACTS: _rows(facts)},
     )
     write_card(pack)
-    return pack
+    return pack, bad
+
+
+def _review_counts(
+    chosen: Sequence[ClosureDraft], offered: Sequence[ClosureDraft], reviews: Sequence[Review]
+) -> dict[str, int]:
+    """Returns how many episodes were judged by a person, by a model alone, and by nobody; and how many were rejected,
+    their twins included."""
+    versions = {draft.episode.id: draft.episode for task in offered for draft in task.drafts}
+    kinds: dict[str, set[str]] = {}
+    rejected: set[str] = set()
+    for name, episode in versions.items():
+        mine = [review for review in reviews if review.episode_id == name]
+        judged = {who for who, decision in decisions(episode, mine).items() if decision.judgement}
+        kinds[name] = {review.reviewer_kind for review in mine if review.reviewer in judged}
+        if apply_reviews(episode, mine).provenance.reviewed == "rejected":
+            rejected.add(name)
+    of = [kinds[draft.episode.id] for task in chosen for draft in task.drafts]
+    left_out = [task for task in offered if any(draft.episode.id in rejected for draft in task.drafts)]
+    return {
+        "person": sum("person" in each for each in of),
+        "model": sum(each == {"model"} for each in of),
+        "none": sum(not each for each in of),
+        "rejected": sum(len(task.drafts) for task in left_out),
+    }
+
+
+def _house_facts(read: Sequence[Proposed], names: Sequence[str], request: ClosureRequest) -> dict[str, Any]:
+    """Returns where houses are from that were not generated, and what gave their things sizes, as far as there is."""
+    origins = {origin.name: origin for proposed in read for origin in proposed.origins}
+    sources = {
+        name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names if name in origins
+    }
+    facts = {"asset_database_sha256": request.asset_database_sha256, "house_sources": sources}
+    return {name: fact for name, fact in facts.items() if fact}
 
 
 def solution_of(draft: Draft) -> Solution:

@@ -1,12 +1,15 @@
 """Verification of a pack of the suite: each task certified anew with its recorded solutions, house by house."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from vigil.authoring.closure.certify import Certifier
+from vigil.authoring.closure.packing import TaskCheck
 from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.drafting.drafts import ClosureDraft
 from vigil.authoring.review.validate import Finding
 from vigil.closure import PAIRED, ClosureAnswer, answers_of
 from vigil.episode import Episode
+from vigil.house import House
 from vigil.pack import Pack
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -37,11 +40,28 @@ def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTas
     for episode in sorted(pack.episodes, key=lambda each: (each.house.name, each.id)):
         twins.setdefault(answers[episode.id].pair or episode.id, []).append(episode)
     for members in twins.values():
-        first = answers[members[0].id]
-        sides = PAIRED.get(first.kind, ())
-        ordered = sorted(members, key=lambda each: sides.index(answers[each.id].side) if sides else 0)  # pyright: ignore
-        removed = first.certificate.removed if first.certificate else ""
-        yield ClosureTask(first.kind, tuple(ordered), removed, first.evidence, first.form)
+        yield task_of(members, [answers[each.id] for each in members])
+
+
+def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:
+    """Returns the task that some sides are, with their answers in the same order."""
+    first = answers[0]
+    sides = PAIRED.get(first.kind, ())
+    ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore
+    removed = first.certificate.removed if first.certificate else ""
+    return ClosureTask(first.kind, tuple(episode for _, episode in ordered), removed, first.evidence, first.form)
+
+
+def certified_anew(simulator: PrivilegedSimulator, house_of: Callable[[Episode], House]) -> TaskCheck:
+    """Returns the function that certifies a task with its recorded solutions, and gives back what is wrong with it."""
+    certifier = Certifier(simulator)
+
+    def check(task: ClosureDraft) -> list[Finding]:
+        episodes = [draft.episode for draft in task.drafts]
+        recorded = tuple(draft.actions for draft in task.drafts)
+        return certifier.certify(task_of(episodes, task.answers), house_of(episodes[0]), recorded)[1]
+
+    return check
 
 
 def _verify(certifier: Certifier, pack: Pack, task: ClosureTask, answers: dict[str, ClosureAnswer]) -> list[Finding]:

@@ -5,13 +5,13 @@ dataset makes the same bytes. Recipes that come with the package lie in `vigil/r
 """
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from hashlib import sha256
 from importlib.metadata import version
 from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -20,6 +20,7 @@ from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import Filed, dataset_houses, read_all
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
+from vigil.closure import SUITE, Kind
 from vigil.episode import Family
 from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
 from vigil.levels import Level
@@ -68,6 +69,10 @@ class Recipe(BaseModel):
     """Which half of the sentence forms is spoken."""
     drafts: int = Field(default=UNNAMED_DRAFTS, ge=1)
     """The version of what is drafted, and in which words."""
+    suite: Literal["closure"] | None = None
+    """The suite that it is a pack of, whose `tasks` then stand in for families and levels."""
+    tasks: dict[Kind, int] = Field(default_factory=dict)
+    """Tasks of each kind of the suite."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1)
 
     @property
@@ -130,8 +135,9 @@ def recipe_of(
     drafted_in: int | None,
     is_spread: bool,
     starts: int = 1,
+    tasks: Mapping[Kind, int] | None = None,
 ) -> Recipe:
-    """Returns the recipe of a pack that nobody reviewed, whose houses are all of others."""
+    """Returns the recipe of a pack that nobody reviewed, whose houses are all of others; `tasks` are a suite's."""
     return Recipe(
         name=pack_request.name,
         seed=pack_request.seed,
@@ -150,6 +156,8 @@ def recipe_of(
         starts=starts,
         forms=pack_request.forms,
         drafts=DRAFTS_VERSION,
+        suite=None if tasks is None else SUITE,
+        tasks=dict(tasks or {}),
         houses=tuple(origins),
     )
 

@@ -1,6 +1,6 @@
 """What `vigil pack propose`, `build` and `make` do with `--suite closure`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,12 +9,16 @@ import typer
 
 from vigil.authoring.closure.generation import AUTHOR, FAMILY, closure_bench
 from vigil.authoring.closure.packing import ClosureRequest, freeze_closure
-from vigil.authoring.drafting.drafts import DraftsFile
+from vigil.authoring.closure.verify import certified_anew
+from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile
 from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings, generate_drafts
 from vigil.authoring.drafting.sources import Source
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
-from vigil.cli.making.drafting import drafting_of
+from vigil.authoring.review.reviews import Review
+from vigil.authoring.review.validate import Finding
+from vigil.cli.making.drafting import drafting_of, drafts_summary, house_finder, shown_on
+from vigil.cli.progress import progress
 from vigil.closure import KINDS, Kind
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack
@@ -24,7 +28,8 @@ Suite = Annotated[
     typer.Option("--suite", help="A suite's pack; --per-family is then tasks (single, or twins) of each kind."),
 ]
 Kinds = Annotated[
-    list[str] | None, typer.Option("--kind", help=f"Of a suite: {', '.join(KINDS)}; repeat.", show_default="all")
+    list[str] | None,
+    typer.Option("--kind", help=f"KIND or KIND:TASKS of a suite: {', '.join(KINDS)}; repeat.", show_default="all"),
 ]
 SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
 """What `--rooms mixed` stands for in the suite, where reaching is to be easy."""
@@ -49,19 +54,42 @@ def refuse_without_suite(kind: Sequence[str] | None) -> None:
         raise SettingError("--kind is of a suite's pack: give --suite closure too, or --family instead.")
 
 
-def kinds_named(names: Sequence[str]) -> tuple[Kind, ...]:
-    """Returns the suite's kinds of these names in the table's order, all without a name. Raises SettingError."""
+def tasks_named(names: Sequence[str], per_kind: int) -> dict[Kind, int]:
+    """Returns how many tasks of which kinds are asked for, in the table's order: `KIND` for so many of it, or
+    `KIND:TASKS`; without a name all kinds. Raises SettingError."""
+    found: dict[str, int] = {}
     for name in names:
-        if name not in KINDS:
-            raise SettingError(f"Kind {name!r} does not exist.{did_you_mean(name, KINDS)} Kinds: {', '.join(KINDS)}.")
-    return tuple(kind for kind in KINDS if kind in names or not names)
+        kind, colon, count = name.partition(":")
+        if kind not in KINDS:
+            raise SettingError(f"Kind {kind!r} does not exist.{did_you_mean(kind, KINDS)} Kinds: {', '.join(KINDS)}.")
+        if colon and (not count.isdecimal() or int(count) < 1):
+            raise SettingError(f"--kind {name}: {count!r} is no number of tasks. Write --kind {kind}:20, for instance.")
+        found[kind] = int(count) if colon else per_kind
+    return {kind: found.get(kind, per_kind) for kind in KINDS if kind in found or not names}
 
 
-def build_suite(out: Path, files: Sequence[DraftsFile], request: ClosureRequest) -> Pack:
-    """Freezes a pack of the suite and says what it holds."""
-    pack = freeze_closure(out, files, request)
+def build_suite(
+    out: Path,
+    files: Sequence[DraftsFile],
+    request: ClosureRequest,
+    reviews: Sequence[Review],
+    verification: VerificationSettings,
+) -> Pack:
+    """Freezes a pack of the suite and says what it holds; what reviewers reworded is certified anew."""
+
+    def check(task: ClosureDraft) -> list[Finding]:
+        simulator = verification.simulator()
+        try:
+            return certified_anew(simulator, house_finder(files))(task)
+        finally:
+            simulator.close()
+
+    pack, bad = freeze_closure(out, files, request, reviews, check)
+    for finding in bad:
+        print(f"left out: {finding}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
     print(", ".join(f"{name}: {count}" for name, count in pack.manifest.meta["kinds"].items()))
+    print(f"reviewed: {pack.manifest.meta['reviews']}")
     return pack
 
 
@@ -85,16 +113,33 @@ def draft_suite(
     return file
 
 
-def suite_request(pack_request: PackRequest, kinds: tuple[Kind, ...]) -> ClosureRequest:
-    """Returns which pack of the suite is asked for by what is asked of any pack."""
+def suite_request(pack_request: PackRequest, tasks: Mapping[Kind, int]) -> ClosureRequest:
+    """Returns which pack of the suite is asked for by what is asked of any pack, and so many tasks of each kind."""
     return ClosureRequest(
         pack_request.name,
         pack_request.per_family,
         pack_request.seed,
         pack_request.house_uses,
-        kinds,
+        tuple(tasks),
+        tasks,
         version=pack_request.version,
         description=pack_request.description,
         aliases=pack_request.aliases,
         is_seed_secret=pack_request.is_seed_secret,
+        asset_database_sha256=pack_request.asset_database_sha256,
     )
+
+
+def make_suite(
+    out: Path,
+    sources: Sequence[Source],
+    pack_request: PackRequest,
+    tasks: Mapping[Kind, int],
+    verification: VerificationSettings,
+    reviews: Sequence[Review] = (),
+) -> Pack:
+    """Proposes in all houses, or goes on, and freezes the pack."""
+    with progress("houses") as show:
+        file = draft_suite(out, sources, pack_request, verification, shown_on(show))
+    drafts_summary(file)
+    return build_suite(out, [file], suite_request(pack_request, tasks), reviews, verification)
