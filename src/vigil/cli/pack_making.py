@@ -1,6 +1,6 @@
 """`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -40,7 +40,7 @@ from vigil.cli.making.closure import (
     Kinds,
     Suite,
     build_suite,
-    make_suite,
+    draft_suite,
     refuse_with_suite,
     refuse_without_suite,
     suite_request,
@@ -57,6 +57,7 @@ from vigil.cli.making.drafting import (
 )
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
+from vigil.closure import Kind
 from vigil.episode import FAMILIES
 from vigil.errors import SettingError
 from vigil.freezing import check_free
@@ -305,7 +306,7 @@ def make(
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     given = [review for path in reviews or [] for review in _reviews(path)]
     if tasks is not None:
-        pack = make_suite(out, sources, pack_request, tasks, verification, given)
+        pack = _make_suite(out, sources, pack_request, tasks, verification, given)
     else:
         pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
     if origins:
@@ -348,7 +349,7 @@ def remake(
     )
     chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
     if wanted.suite is not None:
-        pack = make_suite(out, chosen, wanted.request, wanted.tasks, verification)
+        pack = _make_suite(out, chosen, wanted.request, wanted.tasks, verification, [])
     else:
         spread, starts = wanted.is_spread, wanted.starts
         pack = _make(out, chosen, wanted.request, [], verification, is_spread=spread, starts=starts)
@@ -380,6 +381,21 @@ def _make(
         generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
     drafts_summary(file)
     return _freeze(out, [file], given, pack_request, verification)
+
+
+def _make_suite(
+    out: Path,
+    sources: Sequence[Source],
+    pack_request: PackRequest,
+    tasks: Mapping[Kind, int],
+    verification: VerificationSettings,
+    given: list[Review],
+) -> Pack:
+    """Proposes tasks of the suite in all houses, or goes on, and freezes the pack."""
+    with progress("houses") as show:
+        file = draft_suite(out, sources, pack_request, verification, shown_on(show))
+    drafts_summary(file)
+    return build_suite(out, [file], suite_request(pack_request, tasks), given, verification)
 
 
 def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:

@@ -2,7 +2,7 @@
 something stands before a door, or a shelf is full."""
 
 from collections.abc import Iterable
-from itertools import combinations
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -30,8 +30,9 @@ SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", 
 """What may have several level surfaces, of which one can be full."""
 HAND_M = 1.0
 """Height of the hand: the surface nearest to it is the obvious one."""
-TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MOST_FILLERS = 4, 4, 6, 3
-"""Shelves and things to be put there that are tried, the largest things to fill a shelf with, and how many it takes."""
+TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MOST_FILLERS, TRIED_ROWS = 3, 2, 6, 3, 4
+"""Shelves and things to be put there that are tried, the largest things to fill a shelf with, how many it takes at most,
+and rows of them that are tried."""
 LEAST_SIDE_M = 0.07
 """For something slimmer there is nearly always a gap."""
 FULL = "full_shelf"
@@ -124,11 +125,11 @@ def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thi
         (thing for thing in context.oracle.scene.things.values() if _may_fill(context, thing, stands, target, surface)),
         key=lambda thing: (-thing.asset.size.x * thing.asset.size.z, thing.id),
     )[:TRIED_FILLERS]
-    for count in range(MOST_FILLERS + 1):
-        for chosen in combinations(fillers, count):
-            setup = _row(opened, stands, surface, frame, chosen, _side(target))
-            if setup is not None and context.can_begin(setup) and is_full(context.oracle, target.id, stands.id):
-                return _putting(context, setup, stands, target, surface)
+    sets = (chosen for count in range(MOST_FILLERS + 1) for chosen in combinations(fillers, count))
+    rows = (_row(opened, stands, surface, frame, chosen, _side(target)) for chosen in sets)
+    for setup in islice((row for row in rows if row is not None), TRIED_ROWS):
+        if context.can_begin(setup) and is_full(context.oracle, target.id, stands.id):
+            return _putting(context, setup, stands, target, surface)
     context.begin(Setup())
     return None
 

@@ -99,9 +99,12 @@ class MacroActions:
                 raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
         return None
 
-    def place(self, receptacle_id: str, *, inside: bool) -> Iterator[Action]:
-        """Puts what is in the hand inside a receptacle, or on it (in it where it has no top). Raises Unsolvable."""
-        view, pixel = self.find_place(self.spots_of(receptacle_id, inside=inside))
+    def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
+        """Puts what is in the hand inside a receptacle, or on it (in it where it has no top). Raises Unsolvable.
+
+        Who is thorough looks at each of its surfaces by itself where looking at them all finds no place.
+        """
+        view, pixel = self.find_place(self.spots_of(receptacle_id, inside=inside), is_thorough=is_thorough)
         yield from self.go(view)
         yield self.click("place", pixel)
 
@@ -109,20 +112,29 @@ class MacroActions:
         """Returns where something may be put. Raises Unsolvable when a receptacle has no such surfaces."""
         receptacle = self.oracle.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
-        points = _surface_grid(surfaces)
-        if inside:
-            points = np.concatenate([points, _hollow_points(receptacle, surfaces)])
-        return Spots(receptacle_id, frozenset(surface.name for surface, _ in surfaces), points)
+        return _spots_on(receptacle, surfaces, inside=inside)
 
-    def find_place(self, spots: "Spots") -> tuple[Viewpoint, tuple[int, int]]:
+    def find_place(self, spots: "Spots", *, is_thorough: bool = False) -> tuple[Viewpoint, tuple[int, int]]:
         """Returns the nearest view from which what is in the hand can be put there. Raises Unsolvable."""
+        for part in (spots, *(self._parts_of(spots) if is_thorough else ())):
+            found = self._view_to_place(part)
+            if found is not None:
+                return found
+        raise Unsolvable(f"No reachable place from which {self.oracle.held!r} can be put on {spots.receptacle_id!r}.")
+
+    def _parts_of(self, spots: "Spots") -> "list[Spots]":
+        receptacle = self.oracle.scene.things[spots.receptacle_id]
+        surfaces = [each for each in level_surfaces(receptacle) if each[0].name in spots.surfaces]
+        return [_spots_on(receptacle, [each], inside=each[0].is_inside) for each in surfaces]
+
+    def _view_to_place(self, spots: "Spots") -> tuple[Viewpoint, tuple[int, int]] | None:
         for slack_m in self.slacks_m:
             tried = islice(viewpoints(self.oracle, self.oracle.walks(), self.query_of(spots, slack_m)), MOST_TRIED)
             for view in tried:
                 pixel = self.placing_pixel(view, spots)
                 if pixel is not None:
                     return view, pixel
-        raise Unsolvable(f"No reachable place from which {self.oracle.held!r} can be put on {spots.receptacle_id!r}.")
+        return None
 
     def query_of(self, spots: "Spots", slack_m: float) -> ViewpointQuery:
         """Returns what to look for to put something there."""
@@ -230,6 +242,14 @@ def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Mot
         where = "inside" if inside else "to put things on"
         raise Unsolvable(f"{receptacle.id!r} has no level surface {where}.")
     return wanted
+
+
+def _spots_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, inside: bool) -> Spots:
+    """Returns where on some surfaces of a receptacle something may be put."""
+    points = _surface_grid(surfaces)
+    if inside:
+        points = np.concatenate([points, _hollow_points(receptacle, surfaces)])
+    return Spots(receptacle.id, frozenset(surface.name for surface, _ in surfaces), points)
 
 
 def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:

@@ -88,7 +88,7 @@ class NoisyMacroActions(MacroActions):
             if self.oracle.held not in (in_hand, thing_id):
                 yield from self.put_down(lambda: True)
 
-    def place(self, receptacle_id: str, *, inside: bool) -> Iterator[Action]:
+    def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
         """Puts what is in the hand inside a receptacle, or on it; what went elsewhere is taken up again.
 
         Raises Unsolvable.
@@ -101,7 +101,7 @@ class NoisyMacroActions(MacroActions):
                 yield from self.act("pick", held)
             yield from self._try(
                 lambda: self.placing_pixel(view_ahead(self.oracle, query), spots),
-                lambda: self.find_place(spots)[0],
+                lambda: self.find_place(spots, is_thorough=is_thorough)[0],
                 "place",
             )
 

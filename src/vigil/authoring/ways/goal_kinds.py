@@ -117,7 +117,7 @@ def achieve(goal: Goal, macro_actions: MacroActions) -> Steps:
     """Yields the interactions that bring a goal about, walking included; none where it holds already."""
     if isinstance(goal, ObjectAtReceptacle):
         yield from _in_hand(goal, macro_actions)
-        yield from macro_actions.place(goal.receptacle_id, inside=goal.inside)
+        yield from macro_actions.place(goal.receptacle_id, inside=goal.inside, is_thorough=not goal.chain)
     elif not _holds(goal, macro_actions.oracle):
         yield from macro_actions.act(_intent_of(goal), goal.object_id)
 

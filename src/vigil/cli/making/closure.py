@@ -17,8 +17,7 @@ from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.reviews import Review
 from vigil.authoring.review.validate import Finding
-from vigil.cli.making.drafting import drafting_of, drafts_summary, house_finder, shown_on
-from vigil.cli.progress import progress
+from vigil.cli.making.drafting import drafting_of, house_finder
 from vigil.closure import KINDS, Kind
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack
@@ -128,18 +127,3 @@ def suite_request(pack_request: PackRequest, tasks: Mapping[Kind, int]) -> Closu
         is_seed_secret=pack_request.is_seed_secret,
         asset_database_sha256=pack_request.asset_database_sha256,
     )
-
-
-def make_suite(
-    out: Path,
-    sources: Sequence[Source],
-    pack_request: PackRequest,
-    tasks: Mapping[Kind, int],
-    verification: VerificationSettings,
-    reviews: Sequence[Review] = (),
-) -> Pack:
-    """Proposes in all houses, or goes on, and freezes the pack."""
-    with progress("houses") as show:
-        file = draft_suite(out, sources, pack_request, verification, shown_on(show))
-    drafts_summary(file)
-    return build_suite(out, [file], suite_request(pack_request, tasks), reviews, verification)
