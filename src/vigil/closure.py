@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.actions import Status
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.goal_check import check
-from vigil.goals import OBSERVABLE_M, AllOf, Goal, ObjectHeld, ObjectInState, is_observable
+from vigil.goals import OBSERVABLE_M, OBSERVABLE_PX, AllOf, Goal, ObjectHeld, ObjectInState, is_observable
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import frozen_table, manifest_of
 from vigil.pose import Pose, Vec3, distance
@@ -79,6 +79,10 @@ class Evidence(_Fact):
     """It must be observable."""
     spot: Vec3 | None = None
     """A place on it that must lie in the picture at the same time; None where the thing itself says enough."""
+    within_m: float = Field(default=OBSERVABLE_M, gt=0, le=OBSERVABLE_M)
+    """How far from the camera the place may be: what is written is read from near by."""
+    least_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
+    """Pixels of the thing that must be in the frame."""
 
 
 class Certificate(_Fact):
@@ -239,12 +243,12 @@ def evidence_seen(evidence: Sequence[Evidence], record: EpisodeRecord) -> float 
 
 def _shows(world: WorldState, evidence: Evidence) -> bool:
     state = world.objects.get(evidence.object_id)
-    if state is None or not is_observable(state):
+    if state is None or not is_observable(state) or state.visible_px < evidence.least_px:
         return False
-    return evidence.spot is None or is_in_picture(world.agent, evidence.spot)
+    return evidence.spot is None or is_in_picture(world.agent, evidence.spot, evidence.within_m)
 
 
-def is_in_picture(agent: Pose, spot: Vec3) -> bool:
+def is_in_picture(agent: Pose, spot: Vec3, within_m: float = OBSERVABLE_M) -> bool:
     """Whether a place lies within the frame of an agent, near enough to be told; what hides it is not asked."""
     eye = agent.eye
     x, y, z = (there - here for there, here in zip(spot, eye, strict=True))
@@ -254,7 +258,7 @@ def is_in_picture(agent: Pose, spot: Vec3) -> bool:
     ahead = level * math.cos(pitch) - y * math.sin(pitch)
     up = level * math.sin(pitch) + y * math.cos(pitch)
     is_in_frame = abs(up) <= ahead and abs(right) <= ahead * FRAME_WIDTH / FRAME_HEIGHT
-    return ahead > 0 and is_in_frame and distance(eye, spot) <= OBSERVABLE_M
+    return ahead > 0 and is_in_frame and distance(eye, spot) <= within_m
 
 
 def _claim(outcome: Outcome) -> Claim:

@@ -6,7 +6,7 @@ from itertools import islice
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.closure.all_of import ALL_ACTS
 from vigil.authoring.closure.impossible import placed
-from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn
+from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn
 from vigil.authoring.closure.telling import by_bearing, by_size, by_state, is_clearly_larger, is_inside_of
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, seeking, setup_for
@@ -22,21 +22,10 @@ from vigil.world import ObjectSetup, Placement, Setup
 ACTS: tuple[Act, ...] = ("pick", *ALL_ACTS)
 OPENED = ("Box", "Laptop")
 """What is carried, and plainly open or closed."""
-BORNE = (
-    "Apple",
-    "Tomato",
-    "Egg",
-    "Potato",
-    "Book",
-    "Vase",
-    "Statue",
-    "Mug",
-    "Cup",
-    "AlarmClock",
-    "TissueBox",
-    "Candle",
-)
-"""What may lie on one of two things, so that it is told by that."""
+FOOD = ("Apple", "Tomato", "Egg", "Potato")
+"""What may lie on or in one of two dishes, so that it is told by that."""
+ON_FURNITURE = ("Book", "Vase", "Statue", "AlarmClock", "TissueBox", "Candle")
+"""The same, of two pieces of furniture."""
 TRIED_BORNE = 4
 _BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
 """What is asked of a thing that is told by what it bears: the first that it allows."""
@@ -112,8 +101,8 @@ def _of_state(context: HouseContext) -> Tasks:
             continue
         if target.category in OPENED:
             labels = ("open", "closed")
-        elif target.is_toggleable and target.category != "CellPhone":
-            labels = ("on", "off")
+        elif target.category in FLAMES:
+            labels = ("burning", "not burning")
         else:
             continue
         label, other_label = labels if context.rng.integers(2) else labels[::-1]
@@ -125,7 +114,7 @@ def _of_state(context: HouseContext) -> Tasks:
 def _state(label: str) -> ObjectSetup:
     if label in ("open", "closed"):
         return ObjectSetup(openness=float(label == "open"))
-    return ObjectSetup(is_toggled=label == "on")
+    return ObjectSetup(is_toggled=label == "burning")
 
 
 def _of_size(context: HouseContext) -> Tasks:
@@ -170,12 +159,13 @@ def _borne(context: HouseContext, target: Thing, others: list[Thing]) -> list[Th
     """Returns what could lie on a thing so that it is told by that, in a random order: a thing of a name of its own."""
     items = list(context.items.values())
     ids = {target.id, *(each.id for each in others)}
+    suits = FOOD if target.is_pickupable else ON_FURNITURE
 
     def is_wanted(thing: Thing) -> bool:
         fits = max(thing.asset.size.x, thing.asset.size.z) <= min(target.asset.size.x, target.asset.size.z)
         takes = CATALOG[target.category].takes(CATALOG[thing.category])
         is_free = thing.id not in ids and thing.parent not in ids and not children(context.oracle.scene, thing.id)
-        return thing.category in BORNE and fits and takes and is_free
+        return thing.category in suits and fits and takes and is_free
 
     wanted = context.things(is_wanted)
     return [thing for thing in wanted if len(referents(Phrase(context.items[thing.id].name), items)) == 1]

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 
 from vigil.authoring.closure.all_of import ALL_ACTS
-from vigil.authoring.closure.tasks import FLAMES, ClosureTask, Tasks, in_turn
+from vigil.authoring.closure.tasks import FLAMES, ClosureTask, Tasks, in_turn, plain
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import SV_TOGGLES, allows, is_target, seeking, setup_for
 from vigil.authoring.language.wording import VERBS, Act, opened, order, say
 from vigil.authoring.ways.synthetic_records import with_change
-from vigil.closure import OTHERWISE, Evidence
+from vigil.closure import OTHERWISE
 from vigil.episode import Episode
 from vigil.goals import AllOf, ObjectInState
 from vigil.scene.things import Thing
@@ -28,6 +28,8 @@ IF_SO = (
 )
 LABELS: dict[Act, str] = {"open": "open", "close": "closed", "turn_on": "on", "turn_off": "off"}
 OPPOSITE: dict[Act, Act] = {"close": "open", "open": "close", "turn_off": "turn_on", "turn_on": "turn_off"}
+CONDITIONS: tuple[Act, ...] = ("close", "turn_off", "open")
+"""What is to be done where a condition holds."""
 TRIED_OTHERS = 3
 
 
@@ -42,7 +44,7 @@ def _sure(context: HouseContext, act: Act) -> Tasks:
         sentence = say(MAKE_SURE, context.rng, whole=whole, are=words["is"], label=LABELS[act])
         first = episode.model_copy(update={"instruction": sentence})
         second = first.model_copy(update={"setup": with_done(first, goal)})
-        yield ClosureTask("already", (first, second), target.id, (Evidence(object_id=target.id),))
+        yield ClosureTask("already", (first, second), target.id, (plain(target.id),))
 
 
 def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
@@ -72,7 +74,7 @@ def with_done(episode: Episode, goal: ObjectInState) -> Setup:
 
 def if_so(context: HouseContext) -> Tasks:
     """Yields twins that ask for one thing where a state holds, and for another where it does not."""
-    yield from in_turn(context, *(_if(context, act) for act in ("close", "turn_off", "open", "turn_on")))
+    yield from in_turn(context, *(_if(context, act) for act in CONDITIONS))
 
 
 def _if(context: HouseContext, act: Act) -> Tasks:
@@ -134,4 +136,4 @@ def _branches(
             "goal": AllOf(object_id=other.id, parts=(asked, goal)),
         }
     )
-    return ClosureTask("if_so", (first, second), target.id, (Evidence(object_id=target.id),), f"{act} {instead}")
+    return ClosureTask("if_so", (first, second), target.id, (plain(target.id),), f"{act} {instead}")

@@ -16,6 +16,7 @@ from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.telling import told
 from vigil.authoring.language.referring import Phrase, items_of, referents
+from vigil.authoring.review.robustness import shows_one_wall
 from vigil.authoring.review.rules import MARGIN_PX, EpisodeStart
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
 from vigil.authoring.solving.aim import surface_points
@@ -38,7 +39,7 @@ from vigil.closure import (
 )
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.goals import OBSERVABLE_PX, AllOf, ObjectAtReceptacle, is_observable
+from vigil.goals import AllOf, ObjectAtReceptacle, is_observable
 from vigil.house import House
 from vigil.pack import protocol_faults
 from vigil.scene.geometry import box_distances, box_of
@@ -139,6 +140,8 @@ class Certifier:
         if not found:
             self._simulator.reset(episode.start, episode.setup)
             found = [Finding(episode.id, *broken) for broken in self._faults(task, episode)]
+            if shows_one_wall(EpisodeStart(episode, house, self._oracle)):
+                found.append(Finding(episode.id, "more_than_a_wall", "the first frame shows one wall"))
         return result.actions, found
 
     def _faults(self, task: ClosureTask, episode: Episode) -> Broken:
@@ -262,11 +265,11 @@ class Certifier:
         thing = self._oracle.scene.things[evidence[0].object_id]
         spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
         points = np.array(spots) if spots else surface_points(thing)
-        box = box_of(thing)
+        box, most = box_of(thing), min(LOOK_M[1], *(each.within_m for each in evidence))
 
         def near(places: np.ndarray) -> np.ndarray:
             away = box_distances(box, places)
-            return np.where((away >= LOOK_M[0]) & (away <= LOOK_M[1]), 0.0, np.inf)
+            return np.where((away >= LOOK_M[0]) & (away <= most), 0.0, np.inf)
 
         query = ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
         for number, view in enumerate(viewpoints(self._oracle, self._oracle.walks(), query)):
@@ -279,8 +282,12 @@ class Certifier:
     def _shows_all(self, view: Viewpoint, evidence: tuple[Evidence, ...]) -> bool:
         with self._oracle.standing_at(view.pose):
             states = self._oracle.world({each.object_id for each in evidence}).objects
-        clear = [is_observable(state) and state.visible_px >= OBSERVABLE_PX + MARGIN_PX for state in states.values()]
-        return all(clear) and all(each.spot is None or is_in_picture(view.pose, each.spot) for each in evidence)
+        clear = [
+            is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.least_px + MARGIN_PX
+            for each in evidence
+        ]
+        places = [(each.spot, each.within_m) for each in evidence if each.spot is not None]
+        return all(clear) and all(is_in_picture(view.pose, *place) for place in places)
 
     def _second(self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]) -> Broken:
         """Yields what is wrong with the second side of twins and the actions that are to close it."""

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.notice import notice_of, notice_spot
 from vigil.authoring.closure.rooms import has_room
-from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn, refused
+from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn, plain, refused
 from vigil.authoring.drafting.constraints import fits_on_floor, spots_before
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT
@@ -25,6 +25,8 @@ from vigil.scene.things import Thing
 from vigil.world import Placement, Setup
 
 TRIED_FURNITURE = 4
+READ_M = 2.0
+"""How far from the camera a notice is read."""
 BELOW_EYES_M = 0.2
 """How far below the eyes a surface must be to be looked at from above."""
 SPOT_SHARES = (-0.3, 0.3)
@@ -116,7 +118,7 @@ def _locked(context: HouseContext) -> Tasks:
                 continue
             first = episode.model_copy(update={"bindings": {"target": target.id, "blocker": blocker.id}})
             barred = with_change(first.setup, blocker.id, placement=spot)
-            evidence = (Evidence(object_id=target.id), Evidence(object_id=blocker.id))
+            evidence = plain(target.id), plain(blocker.id)
             yield ClosureTask("impossible", (first, first.model_copy(update={"setup": barred})), blocker.id, evidence)
 
 
@@ -133,7 +135,8 @@ def _broken(context: HouseContext) -> Tasks:
         if spot is None:
             continue
         middle = place_of(target)(np.array(spot)[None])[0]
-        evidence = (Evidence(object_id=target.id, spot=Vec3(*(round(float(value), 3) for value in middle))),)
+        place = Vec3(*(round(float(value), 3) for value in middle))
+        evidence = (Evidence(object_id=target.id, spot=place, within_m=READ_M),)
         broken = with_change(episode.setup, target.id, is_broken=True)
         yield ClosureTask("impossible", (episode, episode.model_copy(update={"setup": broken})), target.id, evidence)
 
@@ -191,5 +194,5 @@ def _crowded(context: HouseContext, stand: Thing, hog: Thing, taken: Placement, 
         ),
     )
     second = first.model_copy(update={"setup": with_change(first.setup, hog.id, placement=taken)})
-    evidence = (Evidence(object_id=stand.id), Evidence(object_id=hog.id))
+    evidence = plain(stand.id), plain(hog.id)
     return ClosureTask("impossible", (first, second), hog.id, evidence)

@@ -12,10 +12,10 @@ from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Setup
 
 PUT_AWAY = (
-    "Put {target} into {receptacle} and close {piece}.",
-    "Please put {target} into {receptacle}, then close {piece}.",
-    "Put {target} away: it goes into {receptacle}. Close {piece} afterwards.",
-    "Take {target}, put it into {receptacle} and shut {piece} again.",
+    "Put {target} into {receptacle} and close {shut}.",
+    "Please put {target} into {receptacle}, then close {shut}.",
+    "Put {target} away: it goes into {receptacle}. Close {shut} afterwards.",
+    "Take {target}, put it into {receptacle} and shut {shut} again.",
     "I would like {target} to be inside {receptacle}, with {whole} closed.",
 )
 TRIED_TARGETS = 3
@@ -52,13 +52,16 @@ def _put_away(context: HouseContext, target: Thing, container: Thing) -> Closure
     context.begin(Setup())
     if start is None or None in phrases:
         return None
-    words = opened(container.category, str(phrases[1])).slots()
+    parts = opened(container.category, str(phrases[1]))
+    shut = parts.whole if parts.piece == "it" else parts.piece  # "it" would be what is put away
     is_in = ObjectAtReceptacle(object_id=target.id, receptacle_id=container.id, inside=True)
     is_shut = ObjectInState(object_id=container.id, state="is_open", value=False)
     task = TaskSpec(
         start=start,
         setup=setup,
-        instruction=say(PUT_AWAY, context.rng, target=str(phrases[0]), receptacle=str(phrases[1]), **words),
+        instruction=say(
+            PUT_AWAY, context.rng, target=str(phrases[0]), receptacle=str(phrases[1]), shut=shut, whole=parts.whole
+        ),
         goal=AllOf(object_id=target.id, parts=(is_in, is_shut)),
         bindings={"target": target.id, "receptacle": container.id},
         template="put_away",

@@ -31,7 +31,7 @@ SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", 
 HAND_M = 1.0
 """Height of the hand: the surface nearest to it is the obvious one."""
 TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MOST_FILLERS, TRIED_ROWS = 3, 2, 6, 3, 4
-"""Shelves and things to be put there that are tried, the largest things to fill a shelf with, how many it takes at most,
+"""Shelves and things to be put there that are tried, the largest things to fill a shelf with, how many it takes,
 and rows of them that are tried."""
 LEAST_SIDE_M = 0.07
 """For something slimmer there is nearly always a gap."""

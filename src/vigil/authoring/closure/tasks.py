@@ -17,6 +17,8 @@ LEVEL_DEG = 15.0
 """Camera pitch of a start that sees what is to be acted on."""
 NEAR_M = (0.7, 4.0)
 """How far such a start is from it."""
+PLAIN_PX = 300
+"""Pixels in which a thing's state, or that it bars the way, is plain to see."""
 FLAMES = frozenset({"Candle"})
 """Nobody says that it is on or off."""
 
@@ -53,6 +55,11 @@ def in_turn(context: HouseContext, *proposals: Tasks) -> Tasks:
                     break
             if is_over:
                 left.remove(each)
+
+
+def plain(thing_id: str) -> Evidence:
+    """Returns the evidence that a thing gives by itself to who sees it plainly."""
+    return Evidence(object_id=thing_id, least_px=PLAIN_PX)
 
 
 def refused(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:

@@ -15,7 +15,7 @@ from vigil.world import CLOSED_BELOW, OPEN_ABOVE
 
 SIZE_RATIO, BULK_RATIO = 1.2, 1.6
 """How much longer, and how much more in volume, the larger of two things is, so that nobody is in doubt."""
-STATES = {"open": "that is open", "closed": "that is closed", "on": "that is on", "off": "that is off"}
+STATES = ("open", "closed", "burning", "not burning")
 
 
 def by_size(name: str, *, is_larger: bool) -> str:
@@ -25,7 +25,7 @@ def by_size(name: str, *, is_larger: bool) -> str:
 
 def by_state(name: str, label: str) -> str:
     """Returns what to call the one of several things that is in a state."""
-    return f"the {name} {STATES[label]}"
+    return f"the {name} that is {label}"
 
 
 def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
@@ -43,7 +43,7 @@ def told(instruction: str, items: Iterable[DescribedThing], oracle: Oracle) -> s
         if len(sized) != 2 or not is_clearly_larger(sized[1], sized[0]):
             return {thing.id for thing in alike}
         return {sized[-1 if found["which"] == "larger" else 0].id}
-    if found := re.search(rf"\bthe (?P<name>{names}) that is (?P<label>open|closed|on|off)\b", instruction):
+    if found := re.search(rf"\bthe (?P<name>{names}) that is (?P<label>{'|'.join(STATES)})\b", instruction):
         alike = _named(found["name"], everything, things)
         return {thing.id for thing in alike if may_be_called(thing, found["label"])}
     if found := re.search(rf"\bthe (?P<name>{names}) with the (?P<other>{names}) (?:in|on) it\b", instruction):
@@ -69,9 +69,9 @@ def _bulk(thing: Thing) -> float:
 
 
 def may_be_called(thing: Thing, label: str) -> bool:
-    """Whether a thing may be called open, closed, on or off as it is now."""
-    if label in ("on", "off"):
-        return thing.is_toggleable and thing.is_toggled == (label == "on")
+    """Whether a thing may be called so, one of `STATES`, as it is now."""
+    if label in ("burning", "not burning"):
+        return thing.is_toggleable and thing.is_toggled == (label == "burning")
     if not thing.is_openable:
         return False
     return thing.openness >= CLOSED_BELOW if label == "open" else thing.openness <= OPEN_ABOVE

@@ -47,11 +47,16 @@ def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
     oracle, start = case.oracle, case.episode.start
     if not _has_room(case):
         yield "room_at_start", f"no {FREE_M} m are free ahead, left or right of the start, which looks {start.rotation}"
-    if not _shows_things(oracle) and len(_walls_ahead(case)) < 2:
+    if shows_one_wall(case):
         yield "more_than_a_wall", "the first frame shows one wall, and next to nothing else"
     fault = _fault_of_tries(case.episode, oracle, env)
     if fault is not None:
         yield "robust", fault
+
+
+def shows_one_wall(case: EpisodeStart) -> bool:
+    """Whether the first frame shows one flat wall, and next to nothing else."""
+    return not _shows_things(case.oracle) and len(_walls_ahead(case)) < 2
 
 
 def noisy_try(episode: Episode, oracle: Oracle, env: Env, number: int) -> EpisodeRecord:
