@@ -22,7 +22,7 @@ from vigil.closure import (
 )
 from vigil.errors import EpisodeError
 from vigil.goal_check import check
-from vigil.goals import AllOf, ObjectInState, goal_words
+from vigil.goals import AllOf, ObjectAtReceptacle, ObjectInState, goal_words
 from vigil.pack import protocol_faults
 from vigil.pose import Vec3
 
@@ -193,3 +193,87 @@ def test_one_report_for_both_twins_never_makes_a_pair_right(kind: Kind, statuses
         asked = episode("SI", goal=goal, max_steps=1) if statuses[0] else episode("SI", goal=goal)
         right.append(settle_closure(answer, asked, record).C)
     assert not all(right)
+
+
+def put_away() -> AllOf:
+    is_in = ObjectAtReceptacle(object_id="target", receptacle_id="fridge", inside=True)
+    return AllOf(object_id="target", parts=(is_in, ObjectInState(object_id="fridge", state="is_open", value=False)))
+
+
+def test_what_is_put_away_lies_inside_of_what_is_closed():
+    goal = put_away()
+    assert goal.ids() == {"target", "fridge"}
+    assert goal_words(goal) == "target is inside fridge and fridge is closed"
+    story = RecordBuilder(target=thing(), fridge=thing(openness=1.0))
+    story.do(target={"parent": "fridge", "inside": ("fridge",)}).do(fridge={"openness": 0.0})
+    record = story.report()
+    assert [row.semantic for row in check(goal, record).rows] == [False, False, True, True]
+    answer, asked = ClosureAnswer(episode_id="e", kind="out_of_sight", form="open"), episode("SI", goal=goal)
+    verdict = settle_closure(answer, asked, record)
+    assert (verdict.C, verdict.is_needless, verdict.label) == (True, False, "closed")
+    left_open = RecordBuilder(target=thing(), fridge=thing(openness=1.0)).do(target={"inside": ("fridge",)})
+    assert settle_closure(answer, asked, left_open.report()).label == "false_success"
+
+
+def test_parts_of_all_of_are_plain():
+    chain = (ObjectInState(object_id="fridge", state="is_open"),)
+    stored = ObjectAtReceptacle(object_id="target", receptacle_id="fridge", chain=chain)
+    with pytest.raises(ValidationError, match="of their own"):
+        AllOf(object_id="target", parts=(stored, ObjectInState(object_id="lamp", state="is_toggled")))
+
+
+def branch() -> tuple[ClosureAnswer, Any]:
+    """An `if_so` episode on the side on which the fridge stands open: close it, and leave the lamp off."""
+    shut = ObjectInState(object_id="fridge", state="is_open", value=False)
+    dark = ObjectInState(object_id="lamp", state="is_toggled", value=False)
+    answer = impossible(
+        kind="if_so", side="so", reason=None, accepted=("success",), evidence=(Evidence(object_id="fridge"),)
+    )
+    return answer, episode("SI", goal=AllOf(object_id="fridge", parts=(shut, dark)))
+
+
+@pytest.mark.parametrize(
+    ("done", "status", "label"),
+    [
+        ({"fridge": {"openness": 0.0}}, "success", "closed"),
+        ({"fridge": {"openness": 0.0}}, "fail", "unsaid"),
+        ({"fridge": {"openness": 0.0}, "lamp": {"is_toggled": True}}, "success", "wrong_branch"),
+        ({"lamp": {"is_toggled": True}}, "success", "wrong_branch"),
+        ({}, "success", "false_success"),
+        ({}, "fail", "given_up"),
+        ({}, "open", "other"),
+    ],
+)
+def test_the_label_says_what_became_of_a_condition(done: dict[str, Any], status: str, label: str):
+    answer, asked = branch()
+    story = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)).do(**done)
+    verdict = settle_closure(answer, asked, story.report(status))
+    assert verdict.label == label
+    assert verdict.C is (label == "closed")
+
+
+def test_what_was_changed_and_changed_back_is_closed_needlessly():
+    answer, asked = branch()
+    story = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False))
+    story.do(lamp={"is_toggled": True}).do(lamp={"is_toggled": False}).do(fridge={"openness": 0.0})
+    assert settle_closure(answer, asked, story.report()).label == "closed_needlessly"
+
+
+def test_giving_up_is_early_before_all_the_evidence_was_seen():
+    answer, asked = branch()
+    seen = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)).report("fail")
+    assert (settle_closure(answer, asked, seen).gave_up, settle_closure(answer, asked, seen).gave_up_early) == (
+        True,
+        False,
+    )
+    hidden = RecordBuilder(fridge=thing(openness=1.0, visible_px=0, visible=False), lamp=thing(is_toggled=False))
+    assert settle_closure(answer, asked, hidden.report("fail")).gave_up_early
+
+
+def test_evidence_may_ask_to_be_near_and_plain():
+    near = Evidence(object_id="table", spot=Vec3(0.0, 1.0, 2.0), within_m=1.5)
+    record = RecordBuilder(table=thing(visible_px=200)).report()
+    assert evidence_seen((near,), record) == 0.0
+    assert evidence_seen((near.model_copy(update={"within_m": 3.0}),), record) == 1.0
+    assert evidence_seen((Evidence(object_id="table", least_px=300),), record) == 0.0
+    assert evidence_seen((Evidence(object_id="table", least_px=100),), record) == 1.0

@@ -2,7 +2,10 @@
 
 import json
 import shutil
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
 
@@ -11,39 +14,50 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from vigil.actions import InteractPixel, Report, Status
+from vigil.authoring.closure.alike import look_alike
 from vigil.authoring.closure.certify import EXEMPT, Certifier
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
-from vigil.authoring.closure.packing import BLIND, ClosureRequest, freeze_closure, guessing, select_tasks
-from vigil.authoring.closure.tasks import ClosureTask, look_alike
-from vigil.authoring.closure.verify import verify_closure
+from vigil.authoring.closure.impossible import READ_M
+from vigil.authoring.closure.packing import (
+    BLIND,
+    ClosureRequest,
+    freeze_closure,
+    guessing,
+    reviewed_tasks,
+    select_tasks,
+)
+from vigil.authoring.closure.refusals import FULL
+from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.closure.verify import certified_anew, task_of, verify_closure
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
 from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import Seeded
+from vigil.authoring.review.reviews import Review, Verdict, episode_sha256
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import SUITE_RULES, Validator
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.cli import app
-from vigil.closure import ALIKE, ANSWERS, PAIRED, ClosureAnswer, Kind, answers_of, settle_closure
+from vigil.closure import ALIKE, ANSWERS, KINDS, PAIRED, ClosureAnswer, Kind, Reason, answers_of, settle_closure
+from vigil.episode import Episode
 from vigil.errors import EpisodeError, InputError
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import rendered_sha256
 from vigil.sim.privileged import PrivilegedSimulator
+from vigil.web.review import ReviewSet
 
-PER_KIND = 2
-FOUND: tuple[Kind, ...] = ("all_of", "impossible", "already", "silent_refusal")
-"""Kinds that the kitchen has; look-alikes are in the living room."""
+PER_KIND, PER_HOUSE = 2, 3
 
 
 @pytest.fixture(scope="module")
 def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
-    generator = ClosureGenerator(GenerationSettings(("SI",), seed=7, per_house=PER_KIND, tried=12, author=AUTHOR))
+    generator = ClosureGenerator(GenerationSettings(("SI",), seed=9, per_house=PER_HOUSE, tried=14, author=AUTHOR))
     house, lines = generator.work(Seeded(502, "kitchen"), ("SI",))
-    header = Header(author=AUTHOR, seed=7, simulator="mujoco", per_house=PER_KIND, tried=12)
+    header = Header(author=AUTHOR, seed=9, simulator="mujoco", per_house=PER_HOUSE, tried=14)
     with file.writing(header) as writer:
         writer.add(house, lines)
     return file
@@ -51,9 +65,8 @@ def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
 
 @pytest.fixture(scope="module")
 def pack(drafts: DraftsFile, tmp_path_factory: pytest.TempPathFactory) -> Pack:
-    return freeze_closure(
-        tmp_path_factory.mktemp("packs") / "stress", [drafts], ClosureRequest("stress", PER_KIND, kinds=FOUND)
-    )
+    out = tmp_path_factory.mktemp("packs") / "stress"
+    return freeze_closure(out, [drafts], ClosureRequest("stress", PER_KIND))[0]
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +90,9 @@ def vigil(*arguments: str | Path) -> Result:
 
 def test_a_pack_holds_each_kind_and_says_so(pack: Pack, answers: dict[str, ClosureAnswer]) -> None:
     assert pack.manifest.suite == "closure"
-    assert len(pack.episodes) == len(answers) == PER_KIND * 6
-    assert {answer.kind for answer in answers.values()} == set(FOUND)
-    assert {answer.reason for answer in answers.values()} == {None, "absent", "locked"}
+    assert len(pack.episodes) == len(answers) == PER_KIND * (len(KINDS) + len(PAIRED))
+    assert {answer.kind for answer in answers.values()} == set(KINDS)
+    assert len({answer.reason for answer in answers.values()} - {None}) == PER_KIND
     card = (pack.folder / "README.md").read_text()
     assert "## Closure stress" in card
     assert "`closure.jsonl`" in card
@@ -91,14 +104,15 @@ def test_twins_look_alike_to_whoever_is_asked(kind: Kind, pack: Pack, answers: d
         first, second = pack.episode(one), pack.episode(other)
         assert rendered_sha256(first.instruction, Profile()) == rendered_sha256(second.instruction, Profile())
         assert (first.start, first.max_steps, first.bound_ids()) == (second.start, second.max_steps, second.bound_ids())
-        assert (first.goal, first.provenance.template) == (second.goal, second.provenance.template)
+        assert first.provenance.template == second.provenance.template
+        assert (first.goal == second.goal) is (kind != "if_so")
 
 
 def test_episodes_say_nothing_of_kind_side_or_twin(pack: Pack, answers: dict[str, ClosureAnswer]) -> None:
-    words = {"impossible", "already", "pair", "twin", "absent", "locked", "elsewhere", "closure"}
+    words = {"impossible", "already", "pair", "twin", "absent", "locked", "elsewhere", "closure", "no_fit"}
     for episode in pack.episodes:
         told = episode.model_copy(update={"house": pack.episodes[0].house}).model_dump_json().lower()
-        said = {word for word in words if word in told.replace('"is_absent"', "")}
+        said = {word for word in words if word in told.replace('"is_absent"', "").replace('"is_broken"', "")}
         assert not said, (episode.id, said)
 
 
@@ -106,11 +120,11 @@ def test_the_pack_is_verified_and_the_same_bytes_again(
     pack: Pack, drafts: DraftsFile, simulator: PrivilegedSimulator, tmp_path: Path
 ) -> None:
     assert verify_closure(pack, simulator) == []
-    again = freeze_closure(tmp_path / "again", [drafts], ClosureRequest("stress", PER_KIND, kinds=FOUND))
+    again, _ = freeze_closure(tmp_path / "again", [drafts], ClosureRequest("stress", PER_KIND))
     assert again.sha256 == pack.sha256
     verified = vigil("pack", "verify", pack.folder)
     assert verified.exit_code == 0, verified.output
-    assert "12 of 12 episodes" in verified.stdout
+    assert f"{len(pack.episodes)} of {len(pack.episodes)} episodes" in verified.stdout
 
 
 def altered(pack: Pack, folder: Path, change: Callable[[dict], dict]) -> Pack:
@@ -129,7 +143,7 @@ def test_answers_that_the_search_does_not_give_are_found(
     pack: Pack, simulator: PrivilegedSimulator, tmp_path: Path
 ) -> None:
     wrong = altered(
-        pack, tmp_path / "wrong", lambda row: row | ({"reason": "elsewhere"} if row["reason"] == "absent" else {})
+        pack, tmp_path / "wrong", lambda row: row | ({"reason": "absent"} if row["reason"] == "locked" else {})
     )
     found = verify_closure(wrong, simulator)
     assert {finding.rule for finding in found} == {"closes_rightly"}
@@ -145,31 +159,48 @@ def test_every_rule_of_the_suite_is_documented() -> None:
         assert f"| `{name}` | {reason} |" in page
 
 
+def task_of_reason(drafts: DraftsFile, reason: Reason) -> ClosureTask:
+    found = next(task for task in drafts.read().closures if task.answers[-1].reason == reason)
+    return task_of([draft.episode for draft in found.drafts], found.answers)
+
+
 def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
-    pack: Pack, answers: dict[str, ClosureAnswer], simulator: PrivilegedSimulator
+    drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    certifier, rules = Certifier(simulator), set()
-    for one, other in twins(pack, answers, "impossible"):
-        first, second, answer = pack.episode(one), pack.episode(other), answers[one]
-        assert answer.certificate is not None
-        removed = answer.certificate.removed
-        blocker = answer.evidence[-1].object_id
-        task = ClosureTask("impossible", (first, first), removed, answer.evidence)
-        assert certifier.certify(task, pack.house_of(first))[1][0].rule == "twins_differ_in_one"
-        if removed == blocker:
-            change = second.setup.objects[removed]
-            assert change.placement is not None
-            moved = change.placement.position._replace(x=first.start.position.x + 0.4)
-            placed = change.model_copy(update={"placement": change.placement.model_copy(update={"position": moved})})
-            setup = second.setup.model_copy(update={"objects": {**second.setup.objects, removed: placed}})
-            aside = ClosureTask(
-                "impossible", (first, second.model_copy(update={"setup": setup})), removed, answer.evidence
-            )
-            sides, found = certifier.certify(aside, pack.house_of(first))
-            assert not sides
-            rules.add(found[0].rule)
-    assert rules <= {"twin_impossible", "can_be_set_up", "evidence_seen"}
-    assert rules
+    certifier, task = Certifier(simulator), task_of_reason(drafts, "locked")
+    first, second = task.episodes
+    house = drafts.house(first.house.name)
+    same = replace(task, episodes=(first, first))
+    assert certifier.certify(same, house)[1][0].rule == "twins_differ_in_one"
+    change = second.setup.objects[task.removed]
+    assert change.placement is not None
+    moved = change.placement.position._replace(x=first.start.position.x + 0.4)
+    placed = change.model_copy(update={"placement": change.placement.model_copy(update={"position": moved})})
+    setup = second.setup.model_copy(update={"objects": {**second.setup.objects, task.removed: placed}})
+    aside = replace(task, episodes=(first, second.model_copy(update={"setup": setup})))
+    sides, found = certifier.certify(aside, house)
+    assert not sides
+    assert found[0].rule in {"twin_impossible", "can_be_set_up", "evidence_seen"}
+
+
+def test_a_broken_machine_is_read_from_near_by_and_does_not_start(
+    drafts: DraftsFile, simulator: PrivilegedSimulator
+) -> None:
+    task = task_of_reason(drafts, "broken")
+    house = drafts.house(task.episodes[0].house.name)
+    sides, found = Certifier(simulator).certify(task, house)
+    assert not found
+    answer = sides[1].answer
+    assert answer.accepted[0] == "fail"
+    assert answer.evidence[0].within_m == READ_M
+    assert answer.certificate is not None
+    assert "out of order" in answer.certificate.refusal
+    played = Validator(simulator).play(task.episodes[1], house, sides[0].actions)
+    refusals = {step.effect.refusal for step in played.steps if step.effect is not None}
+    assert "out_of_order" in refusals
+    verdict = settle_closure(answer, task.episodes[1], played)
+    assert (verdict.C, verdict.label) == (False, "false_success")
+    assert verdict.is_refused
 
 
 @pytest.mark.parametrize("agent", BLIND)
@@ -178,16 +209,20 @@ def test_agents_without_sight_are_at_chance_on_pairs(
 ) -> None:
     validator = Validator(simulator)
     told = guessing(list(answers.values()))[agent]
-    for kind in PAIRED:
-        assert told[f"pairs {kind}"] == 0.0
-    closed: dict[str, list[bool]] = {kind: [] for kind in FOUND}
+    closed: dict[str, list[bool]] = {kind: [] for kind in KINDS}
     for episode in pack.episodes:
         for status in BLIND[agent]:
             record = _reported(validator, pack, episode.id, status)
             closed[answers[episode.id].kind].append(settle_closure(answers[episode.id], episode, record).C)
     assert {f"C {kind}": round(100 * sum(found) / len(found), 1) for kind, found in closed.items()} == {
-        f"C {kind}": told[f"C {kind}"] for kind in FOUND
+        f"C {kind}": told[f"C {kind}"] for kind in KINDS
     }
+
+
+@pytest.mark.parametrize("kind", PAIRED)
+def test_no_agent_without_sight_closes_both_twins_of_a_kind(kind: Kind, answers: dict[str, ClosureAnswer]) -> None:
+    told = guessing(list(answers.values()))
+    assert {agent: told[agent][f"pairs {kind}"] for agent in BLIND} == dict.fromkeys(BLIND, 0.0)
 
 
 def _reported(validator: Validator, pack: Pack, name: str, status: Status | None):
@@ -201,13 +236,70 @@ def _reported(validator: Validator, pack: Pack, name: str, status: Status | None
 
 def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None:
     pool = drafts.read().closures
-    with pytest.raises(EpisodeError, match=r"all_of 2 \(of 2 drafts\).*impossible 2.*look_alike 2 \(of 2 drafts\)"):
-        select_tasks(pool, ClosureRequest("p", 3))
-    assert select_tasks(pool, ClosureRequest("p", 2, kinds=FOUND)) == select_tasks(
-        pool[::-1], ClosureRequest("p", 2, kinds=FOUND)
-    )
-    with pytest.raises(EpisodeError, match="all_of 1"):
+    with pytest.raises(EpisodeError, match=r"all_of 2 of 9 \(of 2 drafts\).*impossible 3 of 9.*look_alike 3 of 9"):
+        select_tasks(pool, ClosureRequest("p", 9))
+    two = ClosureRequest("p", PER_KIND)
+    assert select_tasks(pool, two) == select_tasks(pool[::-1], two)
+    with pytest.raises(EpisodeError, match="all_of 1 of 2"):
         select_tasks(pool, ClosureRequest("p", 2, house_uses=1))
+
+
+def test_kinds_have_quotas_and_forms_are_shared_out(drafts: DraftsFile) -> None:
+    pool = drafts.read().closures
+    request = ClosureRequest("p", 1, quotas={"impossible": 3, "already": 2}, kinds=("impossible", "already", "if_so"))
+    chosen = select_tasks(pool, request)
+    assert Counter(task.kind for task in chosen) == {"impossible": 3, "already": 2, "if_so": 1}
+    assert len({task.answers[-1].reason for task in chosen if task.kind == "impossible"}) == 3
+    refusals = select_tasks(pool, ClosureRequest("p", 3, kinds=("silent_refusal",)))
+    assert {task.answers[0].form for task in refusals} == {"swing", "machine", "full_shelf"}
+
+
+def review_of(episode: Episode, verdict: Verdict, instruction: str | None = None) -> Review:
+    return Review(
+        at=datetime(2026, 11, 23, tzinfo=UTC),
+        reviewer="ada",
+        episode_id=episode.id,
+        episode_sha256=episode_sha256(episode),
+        verdict=verdict,
+        instruction=instruction,
+    )
+
+
+def test_twins_are_rejected_together_and_approved_tasks_enter_first(drafts: DraftsFile, tmp_path: Path) -> None:
+    pool = [task for task in drafts.read().closures if task.kind == "already"]
+    rejected, approved = pool[0].drafts[1].episode, pool[2].drafts[0].episode
+    reviews = [review_of(rejected, "reject"), review_of(approved, "approve")]
+    request = ClosureRequest("p", 1, kinds=("already",))
+    pack, bad = freeze_closure(tmp_path / "p", [drafts], request, reviews)
+    assert not bad
+    assert approved.id in {episode.id for episode in pack.episodes}
+    assert pack.manifest.meta["reviews"] == {"person": 1, "model": 0, "none": 1, "rejected": 2}
+    with pytest.raises(EpisodeError, match=r"already 2 of 3 \(of 2 drafts\)"):
+        freeze_closure(tmp_path / "q", [drafts], ClosureRequest("q", 3, kinds=("already",)), reviews)
+
+
+def test_words_given_to_one_twin_are_those_of_both_and_are_certified(
+    drafts: DraftsFile, simulator: PrivilegedSimulator, tmp_path: Path
+) -> None:
+    task = next(task for task in drafts.read().closures if task.kind == "already")
+    check = certified_anew(simulator, lambda episode: drafts.house(episode.house.name))
+    assert check(task) == []
+    first = task.drafts[0].episode
+    kept, bad = reviewed_tasks([task], [review_of(first, "edit", f"Please. {first.instruction}")], check)
+    assert not bad
+    assert {draft.episode.instruction for draft in kept[0].drafts} == {f"Please. {first.instruction}"}
+    kept, bad = reviewed_tasks([task], [review_of(first, "edit", "Open the sesame.")], check)
+    assert not kept
+    assert {finding.rule for finding in bad} == {"target_named"}
+
+
+def test_drafts_of_the_suite_are_reviewed_with_what_closes_them(drafts: DraftsFile) -> None:
+    found = ReviewSet.of_drafts(drafts.path)
+    task = next(task for task in drafts.read().closures if task.kind == "impossible")
+    assert len(found.episodes) == sum(len(task.drafts) for task in drafts.read().closures)
+    told = found.closings[task.drafts[1].episode.id]
+    assert told.startswith(f"impossible, impossible, {task.answers[1].reason}")
+    assert "its twin" in told
 
 
 def test_what_was_proposed_in_vain_is_counted_by_rule(drafts: DraftsFile) -> None:
@@ -224,9 +316,12 @@ def test_a_silent_refusal_is_met_by_whoever_goes_straight_for_it(
     for answer in answers.values():
         if answer.kind == "silent_refusal":
             episode = pack.episode(answer.episode_id)
-            assert episode.goal.constraint is not None
             solved = [action for action in pack.solutions[episode.id].actions if isinstance(action, InteractPixel)]
             assert len(solved) > 1
+            if answer.form == FULL:
+                continue
+            assert episode.goal.constraint is not None
+            simulator.load(pack.house_of(episode))
             simulator.reset(episode.start, episode.setup)
             straight = MacroActions(Oracle(simulator), may_tilt=True, is_exhaustive=True)
             assert not is_doable(episode.goal, straight)
@@ -277,7 +372,9 @@ def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -
     )
     assert written.exit_code == 0, written.output
     told = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]
-    assert set(told) == {"closure_kinds", "closure_pairs", "closure_impossible"}
+    assert set(told) == {
+        *("closure_kinds", "closure_forms", "closure_labels", "closure_pairs", "closure_impossible"),
+    }
     pairs = {(str(row["run"]).split()[0], row["kind"]): row for row in told["closure_pairs"]["rows"]}
     assert pairs["always_fail", "impossible"]["right"] == 0.0
     assert pairs["always_fail", "impossible"]["auc"] == 50.0

@@ -1,12 +1,18 @@
 """What an episode may change before it starts, and what it is refused with: never a hang."""
 
+import numpy as np
 import pytest
+from pydantic import ValidationError
 from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
+from vigil.assets.kernel.notice import notice_spot
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError
-from vigil.pose import Vec3
+from vigil.pose import Vec3, heading
+from vigil.scene.geometry import place_of
 from vigil.sim import make_simulator
+from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.staging import Stage, View
 from vigil.world import ObjectSetup, Placement, Setup
 
 
@@ -56,3 +62,44 @@ def test_what_is_placed_on_something_that_goes_is_refused(simulator):
         EpisodeError, match=rf"'Fridge\|1\|2' is placed on .*{MUG[:3]}.* which is taken out of the scene"
     ):
         simulator.reset(HERE, setup)
+
+
+def test_only_a_machine_that_stands_still_can_be_broken(simulator):
+    with pytest.raises(EpisodeError, match=r"no machine with a front for a notice; drop its `is_broken`"):
+        simulator.reset(HERE, Setup(objects={MUG: ObjectSetup(is_broken=True)}))
+    with pytest.raises(ValidationError, match="broken, and also to run"):
+        Setup(objects={FRIDGE: ObjectSetup(is_broken=True, is_toggled=True)})
+
+
+def test_what_is_not_broken_is_written_as_ever():
+    """Episodes of older packs keep their bytes, and their ids."""
+    assert "is_broken" not in ObjectSetup(openness=1.0).model_dump()
+    assert ObjectSetup(is_broken=True).model_dump()["is_broken"] is True
+    assert ObjectSetup.model_validate_json('{"is_broken":true}').is_broken
+
+
+@pytest.mark.parametrize("backend", ["fake", "mujoco"])
+def test_a_broken_machine_bears_a_notice_and_does_not_start(backend: str):
+    simulator = make_simulator(backend, assets=AssetDatabase.default())
+    house = trial_house()
+    start = house.start
+    assert start is not None
+    simulator.load(house)
+    assert isinstance(simulator, Stage)
+    microwave = simulator.scene().things["Microwave|1"]
+    spot = notice_spot(microwave.asset)
+    assert spot is not None
+    ahead_x, ahead_z = heading(microwave.rotation.y)
+    middle = Vec3(*(float(value) for value in place_of(microwave)(np.array(spot)[None])[0]))
+    eye = Vec3(middle.x + ahead_x, middle.y, middle.z + ahead_z)
+    view = View(eye, microwave.rotation.y + 180.0, 0.0, 60.0, 160, 120)
+    whole = Setup(objects={"Microwave|1": ObjectSetup(openness=0.0, is_toggled=False)})
+    broken = Setup(objects={"Microwave|1": ObjectSetup(openness=0.0, is_toggled=False, is_broken=True)})
+    pictures = []
+    for setup, refusal in ((whole, None), (broken, "out_of_order"), (whole, None)):
+        simulator.reset(start, setup)
+        pictures.append(simulator.look(view, frozenset({"rgb"}), with_hand=False).rgb)
+        assert simulator.handle("activate", "Microwave|1", middle).refusal == refusal
+    assert np.array_equal(pictures[0], pictures[2])
+    assert not np.array_equal(pictures[0], pictures[1])
+    simulator.close()
