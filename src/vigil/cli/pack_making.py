@@ -52,7 +52,6 @@ from vigil.cli.making.drafting import (
     drafting_of,
     drafts_summary,
     forms_named,
-    house_finder,
     shown_on,
 )
 from vigil.cli.progress import progress
@@ -278,9 +277,7 @@ def make(
     if seed is None and not houses:
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
     if suite is not None:
-        refuse_with_suite(
-            family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1
-        )
+        refuse_with_suite(family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1)
     else:
         refuse_without_suite(kind)
     tasks = tasks_named(kind or [], per_family) if suite is not None else None

@@ -11,7 +11,8 @@ from vigil.authoring.closure.telling import by_bearing, by_size, by_state, is_cl
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, seeking, setup_for
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.wording import ORDERS, SEARCH_ORDERS, Act, order, say
+from vigil.authoring.language.sentences import ORDERS, SEARCH_ORDERS
+from vigil.authoring.language.wording import Act, order, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
 from vigil.closure import ALIKE
@@ -68,9 +69,9 @@ def _of_place(context: HouseContext) -> Tasks:
         alike = next((context.items[thing.id] for thing in _namesakes(context, target.id)), None)
         if phrase is None or alike is None:
             continue
-        words = order("pick", target.category, str(phrase), context.rng)
+        words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
         facts = {
-            "instruction": say(SEARCH_ORDERS, context.rng, target=str(phrase), **words),
+            "instruction": context.say(SEARCH_ORDERS, target=str(phrase), **words),
             "bindings": {"target": target.id, ALIKE: alike.id},
         }
         yield ClosureTask("look_alike", (episode.model_copy(update=facts),), form="place")
@@ -188,10 +189,11 @@ def _alike_task(
     context.begin(Setup())
     if start is None:
         return
+    slots = order(act, target.category, words, context.rng) | spoken_of(target.category)
     task = TaskSpec(
         start=start,
         setup=setup,
-        instruction=say(ORDERS, context.rng, target=words, **order(act, target.category, words, context.rng)),
+        instruction=context.say(ORDERS, target=words, **slots),
         goal=goal_for(target, act),
         bindings={"target": target.id, ALIKE: alike.id},
         template=act,

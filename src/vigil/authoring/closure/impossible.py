@@ -13,7 +13,8 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target, seeking
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.wording import SEARCH_ORDERS, order, say
+from vigil.authoring.language.sentences import SEARCH_ORDERS
+from vigil.authoring.language.wording import order, say, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
 from vigil.closure import Evidence
@@ -62,10 +63,10 @@ def _gone(context: HouseContext) -> Tasks:
         if not spots or children(context.oracle.scene, target.id):
             yield refused(context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above")
             continue
-        words = order("pick", target.category, str(phrase), context.rng)
+        words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
         first = episode.model_copy(
             update={
-                "instruction": say(SEARCH_ORDERS, context.rng, target=str(phrase), **words),
+                "instruction": context.say(SEARCH_ORDERS, target=str(phrase), **words),
                 "bindings": {"target": target.id, "place": support.id},
             }
         )
@@ -81,7 +82,13 @@ def placed(context: HouseContext, item: DescribedThing, *, may_colour: bool = Tr
         return None
     colours = item.colours[:1] if len(item.colours) == 1 and may_colour else ()
     for colour in (None, *colours):
-        phrase = Phrase(item.name, colour=colour, support=item.support, is_inside=item.is_inside)
+        phrase = Phrase(
+            item.name,
+            colour=colour,
+            support=item.support,
+            is_inside=item.is_inside,
+            is_on_shelf=item.is_on_shelf,
+        )
         if [each.id for each in referents(phrase, items)] == [item.id]:
             return phrase
     return None

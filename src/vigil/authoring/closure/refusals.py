@@ -14,7 +14,8 @@ from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks,
 from vigil.authoring.drafting.constraints import interlocked, swing_blocked
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
-from vigil.authoring.language.wording import ORDERS, Act, order, say
+from vigil.authoring.language.sentences import ORDERS
+from vigil.authoring.language.wording import Act, order, say, spoken_of
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
 from vigil.goals import ObjectAtReceptacle, ObjectInState
@@ -58,12 +59,12 @@ def _untold(context: HouseContext, drafts: Iterable[Episode], form: str) -> Task
             continue
         act: Act = "open" if goal.state == "is_open" else "turn_on"
         phrase = str(context.phrase(target.id))
-        words = order(act, target.category, phrase, context.rng)
+        words = order(act, target.category, phrase, context.rng) | spoken_of(target.category)
         if constraint.kind == "object_moved":  # whoever opens it has moved what stood there, however far
             constraint = constraint.model_copy(update={"distance_m": ANY_MOVE_M})
         bare = episode.model_copy(
             update={
-                "instruction": say(ORDERS, context.rng, target=phrase, **words),
+                "instruction": context.say(ORDERS, target=phrase, **words),
                 "bindings": {"target": target.id},
                 "goal": goal.model_copy(update={"constraint": constraint}),
             }

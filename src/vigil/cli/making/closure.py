@@ -14,10 +14,11 @@ from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile
 from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings, generate_drafts
 from vigil.authoring.drafting.sources import Source
 from vigil.authoring.packing.assemble import PackRequest
+from vigil.authoring.packing.candidate_checks import house_finder
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.reviews import Review
 from vigil.authoring.review.validate import Finding
-from vigil.cli.making.drafting import drafting_of, house_finder
+from vigil.cli.making.drafting import drafting_of
 from vigil.closure import KINDS, Kind
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack

@@ -1,6 +1,6 @@
 """What `vigil pack propose` and `make` say of drafts, and where the drafts of a pack lie."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,8 +11,7 @@ from vigil.authoring.drafting.generation import GenerationProgress, GenerationSe
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
-from vigil.episode import FAMILIES, Episode
-from vigil.house import House
+from vigil.episode import FAMILIES
 
 FormsName = Literal["public", "held-out", "all"]
 FormsOption = Annotated[
@@ -63,13 +62,3 @@ def drafting_of(
         forms=pack_request.forms,
     )
     return DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")), settings
-
-
-def house_finder(files: Sequence[DraftsFile]) -> Callable[[Episode], House]:
-    """Returns the function that finds an episode's house beside one of some drafts files."""
-
-    def house_of(episode: Episode) -> House:
-        name = episode.house.name
-        return next((file for file in files if (file.houses / f"{name}.json").is_file()), files[0]).house(name)
-
-    return house_of
