@@ -129,12 +129,12 @@ def approaching(context: HouseContext) -> Drafts:
 
 def _is_approachable(thing: Thing) -> bool:
     low, high = APPROACHED_M
-    return is_target(thing) and low < max(thing.asset.size) < high
+    return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_part
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
     """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
-    for thing in context.things(lambda thing: max(thing.asset.size) > SOUGHT_M and _may_be_sought(context, thing)):
+    for thing in context.things(lambda thing: _is_worth_seeing(thing) and _may_be_sought(context, thing)):
         start = _start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
             yield context.draft(
@@ -147,6 +147,11 @@ def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
                     template="turn" if by_turning else "walk",
                 ),
             )
+
+
+def _is_worth_seeing(thing: Thing) -> bool:
+    """Whether one looks for a thing itself: it is not too small, and no drawer, which is where its furniture is."""
+    return max(thing.asset.size) > SOUGHT_M and not thing.is_part
 
 
 def _may_be_sought(context: HouseContext, thing: Thing) -> bool:
