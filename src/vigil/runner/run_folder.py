@@ -4,6 +4,7 @@ The same command continues a run, one that names more episodes lets it grow; a c
 name of the difference.
 """
 
+import hashlib
 import os
 import platform
 import shutil
@@ -37,6 +38,7 @@ from vigil.runner.workers.messages import SimulatorFacts
 LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"
 DISTRIBUTION = "vigil-bench"
+CPU_FACTS, FEATURE_DIGITS = Path("/proc/cpuinfo"), 8
 _MAY_DIFFER = frozenset({"base_url"})
 """A model that is served from another address is the same model."""
 
@@ -252,7 +254,21 @@ def host_facts() -> dict[str, str]:
         "python": platform.python_version(),
         "numpy": version("numpy"),
         "cpus": str(os.cpu_count()),
+        "processor": _processor(),
     }
+
+
+def _processor() -> str:
+    """Returns the kind of processor: its name, and a hash of what it can do, for libraries compute by that."""
+    try:
+        text = CPU_FACTS.read_text()
+    except OSError:
+        return platform.processor()
+    first = dict(line.partition("\t")[::2] for line in text.partition("\n\n")[0].splitlines())
+    facts = {name.strip(): value.lstrip("\t: ") for name, value in first.items()}
+    features = " ".join(sorted((facts.get("flags") or facts.get("Features") or "").split()))
+    digest = hashlib.sha256(features.encode()).hexdigest()[:FEATURE_DIGITS]
+    return f"{facts.get('model name') or platform.processor()} {digest}".strip()
 
 
 def _git(root: Path, *arguments: str) -> str | None:

@@ -26,6 +26,9 @@ from vigil.saved_run import read_run
 from vigil.setting import Setting, check_declared
 from vigil.sim.thor.start import require_engine
 
+SAME_HOST = ("machine", "python", "numpy", "processor")
+"""What must be alike for numbers to be the same to the last bit: libraries choose their way by what a processor can do."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySettings:
@@ -194,4 +197,4 @@ def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
 
 def _is_same_host(header: RunHeader) -> bool:
     here = host_facts()
-    return all(host.get(name) == here[name] for host in header.hosts for name in ("machine", "python", "numpy"))
+    return all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
