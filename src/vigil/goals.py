@@ -124,24 +124,27 @@ class ReportStatus(_Goal):
 Link = Annotated[ObjectInState | ObjectHeld | ObjectAtReceptacle, Field(discriminator="kind")]
 
 
+Part = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="kind")]
+
+
 class AllOf(_Goal):
-    """Several things are each in the state that is asked for; `object_id` is the first of them. Suites alone ask it."""
+    """Several things are each in the state, or in the place, that is asked for; `object_id` is the first of them."""
 
     kind: Literal["all_of"] = "all_of"
-    parts: tuple[ObjectInState, ...] = Field(min_length=2, max_length=5)
+    parts: tuple[Part, ...] = Field(min_length=2, max_length=5)
 
     @model_validator(mode="after")
     def _are_different_things(self) -> "AllOf":
         ids = [part.object_id for part in self.parts]
         if len(set(ids)) < len(ids) or ids[0] != self.object_id:
             raise ValueError("the parts of `all_of` are about different things, the first of them `object_id`")
-        if any(part.state == "is_visible" for part in self.parts):
-            raise ValueError("the parts of `all_of` are states of things: open or closed, on or off")
+        if any(isinstance(part, ObjectInState) and part.state == "is_visible" for part in self.parts):
+            raise ValueError("the parts of `all_of` are states of things (open or closed, on or off) and places")
         return self
 
     def ids(self) -> set[str]:
         """Returns the ids of all objects that the goal, its constraint and its chain name."""
-        return super().ids() | {part.object_id for part in self.parts}
+        return super().ids().union(*(part.ids() for part in self.parts))
 
 
 Goal = Annotated[

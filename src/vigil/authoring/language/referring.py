@@ -1,7 +1,8 @@
 """Referring expressions: what to call a thing so that a person knows which one is meant, and reading them back.
 
-A phrase is the thing's name, with a colour, a support or a room only when several things share the name. What it
-fits is decided as a careful listener would: "the bottle" fits a wine bottle too, a cup may pass for a mug.
+A phrase is the thing's name, with a colour, a support or a room only when several things share the name, or else with
+what the thing is next to. What it fits is decided as a careful listener would: "the bottle" fits a wine bottle too, a
+cup may pass for a mug.
 """
 
 import re
@@ -13,7 +14,9 @@ from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.palette import COLOURS
-from vigil.pose import rotate_floor
+from vigil.authoring.language.relations import RELATIONS, Placed
+from vigil.pose import Box, rotate_floor
+from vigil.scene.geometry import box_of
 from vigil.scene.outlines import room_floor
 from vigil.scene.supports import surface_named
 from vigil.scene.things import Scene, Thing
@@ -85,6 +88,7 @@ class DescribedThing:
     support: str | None = None
     is_inside: bool = False
     """It lies inside its support, not on top of it."""
+    box: Box | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +100,9 @@ class Phrase:
     support: str | None = None
     room: str | None = None
     is_inside: bool = False
+    relation: str | None = None
+    """One of `RELATIONS`, to what is called `anchor`."""
+    anchor: str | None = None
 
     @property
     def placeless(self) -> "Phrase":
@@ -106,6 +113,8 @@ class Phrase:
         text = f"the {self.colour} {self.name}" if self.colour else f"the {self.name}"
         if self.support:
             text += f" {'in' if self.is_inside else 'on'} the {self.support}"
+        if self.relation:
+            text += f" {self.relation} the {self.anchor}"
         return f"{text} in the {self.room}" if self.room else text
 
 
@@ -151,6 +160,7 @@ def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
         support_id=parent.id if parent else None,
         support=CATALOG[parent.category].spoken if parent else None,
         is_inside=surface is not None and surface.is_inside,
+        box=box_of(thing),
     )
 
 
@@ -192,8 +202,21 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Returns the items that a phrase could mean."""
-    return [item for item in items if fits(phrase, item)]
+    """Returns the items that a phrase could mean; with a relation, one alone only where it clearly holds for that."""
+    everything = list(items)
+    found = [item for item in everything if fits(phrase, item)]
+    if phrase.relation is None or phrase.anchor is None:
+        return found
+    anchors = [_placed(item) for item in everything if _names_fit(phrase.anchor, item.name)]
+    if len(anchors) != 1 or len(found) < 2 or anchors[0] is None:
+        return found
+    others = [place for item in found if item.id != anchors[0].id and (place := _placed(item)) is not None]
+    meant = RELATIONS[phrase.relation](others, anchors[0])
+    return [item for item in found if item.id in meant]
+
+
+def _placed(item: DescribedThing) -> Placed | None:
+    return None if item.box is None else Placed(item.id, item.room_id, item.box)
 
 
 def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
@@ -209,12 +232,14 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
         Phrase(item.name, colour=colour, room=item.room),
     ]
     return next(
-        (phrase for phrase in candidates if not referents(phrase, others) and _is_plain(phrase, item, others)), None
+        (phrase for phrase in candidates if not referents(phrase, others) and is_plain(phrase, item, others)), None
     )
 
 
 def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
-    """Returns the phrases "the <colour> <name> (on|in the <support>) (in the <room>)" in a text, in order.
+    """Returns the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text.
+
+    They come in order.
 
     A name that only says where another thing is, or a part of it ("the door of the fridge"), is no mention of its own.
     """
@@ -239,7 +264,14 @@ def without_repeats(text: str, names: Iterable[str]) -> str:
 
 
 def _phrase(found: re.Match[str]) -> Phrase:
-    return Phrase(found["name"], colour=found["colour"], support=found["support"], room=found["room"])
+    return Phrase(
+        found["name"],
+        colour=found["colour"],
+        support=found["support"],
+        room=found["room"],
+        relation=found["relation"],
+        anchor=found["anchor"],
+    )
 
 
 def _pattern(names: Iterable[str]) -> re.Pattern[str]:
@@ -249,11 +281,12 @@ def _pattern(names: Iterable[str]) -> re.Pattern[str]:
     rooms = "|".join(sorted(ROOM_NAMES.values()))
     return re.compile(
         rf"\b[Tt]he (?:(?P<colour>{colours}) )?(?P<name>{known})\b(?! of the )"
-        rf"(?:{_ON}(?P<support>{known})\b)?(?:{_ON}(?P<room>{rooms})\b)?"
+        rf"(?:{_ON}(?P<support>{known})\b)?(?: (?P<relation>{'|'.join(RELATIONS)}) the (?P<anchor>{known})\b)?"
+        rf"(?:{_ON}(?P<room>{rooms})\b)?"
     )
 
 
-def _is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
+def is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
     """Whether the support that a phrase leans on is itself clear."""
     if phrase.support is None or item.support_id is None:
         return phrase.support is None

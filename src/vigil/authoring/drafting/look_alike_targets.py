@@ -1,0 +1,163 @@
+"""Proposals about one of several look-alikes (PG, DA, VS, AI, SI), told apart by colour, by place or by a relation.
+
+Where the target is in view at the start, so is another thing that its bare name could mean.
+"""
+
+from collections.abc import Callable
+
+from vigil.authoring.drafting.constraints import acts_for
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import (
+    AWAY_M,
+    CLEAR_PX,
+    CLEAR_PX_BY_SIZE,
+    Drafts,
+    goal_for,
+    is_approachable,
+    is_seen,
+    is_target,
+    may_be_sought,
+    setup_for,
+    size_of_thing,
+    start_without,
+)
+from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.telling_apart import look_alikes, phrases_apart
+from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, order, say
+from vigil.authoring.review.rules import ALIKE_TEMPLATE, place_blind_to
+from vigil.episode import LOOKING_DOWN_DEG, Family
+from vigil.goals import NEAR_M, AgentNearTarget, Goal, ObjectInState, TargetGrounded, is_observable
+from vigil.pose import Pose
+from vigil.scene.things import Thing
+from vigil.world import Setup
+
+STARTS = 3
+"""Starts out of the target's sight that are tried for one that sees a look-alike."""
+WALK_TEMPLATE = "walk"
+
+
+def pointing_apart(context: HouseContext) -> Drafts:
+    """Yields PG drafts."""
+    yield from _drafts(
+        context,
+        ("PG", POINT),
+        lambda thing: context.start_seeing(
+            thing,
+            AWAY_M["PG"],
+            LOOKING_DOWN_DEG,
+            is_seen(CLEAR_PX_BY_SIZE[size_of_thing(thing)]),
+            _sees_alike(context, thing),
+        ),
+        lambda thing: TargetGrounded(object_id=thing.id),
+    )
+
+
+def approaching_apart(context: HouseContext) -> Drafts:
+    """Yields DA drafts."""
+
+    def start(thing: Thing) -> Pose | None:
+        if not is_approachable(thing) or place_blind_to(context.oracle, thing, NEAR_M) is not None:
+            return None
+        return _start_in_view(context, thing, "DA")
+
+    yield from _drafts(
+        context, ("DA", APPROACH), start, lambda thing: AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M)
+    )
+
+
+def searching_apart(context: HouseContext) -> Drafts:
+    """Yields VS drafts: the target is seen from another place only."""
+    yield from _drafts(
+        context,
+        ("VS", SEARCH),
+        lambda thing: _start_out_of_view(context, thing, by_turning=False, horizon=0.0),
+        lambda thing: ObjectInState(object_id=thing.id, state="is_visible"),
+    )
+
+
+def acting_apart(context: HouseContext) -> Drafts:
+    """Yields AI drafts."""
+    yield from _drafts(context, ("AI", ORDERS), lambda thing: _start_in_view(context, thing, "AI"), None)
+
+
+def seeking_apart(context: HouseContext) -> Drafts:
+    """Yields SI drafts."""
+    yield from _drafts(
+        context,
+        ("SI", SEARCH_ORDERS),
+        lambda thing: _start_out_of_view(context, thing, by_turning=None, horizon=LOOKING_DOWN_DEG / 2),
+        None,
+    )
+
+
+def _drafts(
+    context: HouseContext,
+    kind: tuple[Family, tuple[str, ...]],
+    start_for: Callable[[Thing], Pose | None],
+    goal_of: Callable[[Thing], Goal] | None,
+) -> Drafts:
+    """Yields a draft for each look-alike that can be told apart; without `goal_of` one of its acts is asked for."""
+    family, sentences = kind
+    for thing in context.shuffled([each for each in context.oracle.scene.things.values() if _is_wanted(context, each)]):
+        options = acts_for(thing) if goal_of is None else []
+        if goal_of is None and not options:
+            continue
+        act = options[int(context.rng.integers(len(options)))] if options else None
+        setup = setup_for(thing, act) if act is not None else Setup()
+        phrase = _phrase(context, thing, setup)
+        start = start_for(thing) if phrase is not None else None
+        context.begin(Setup())
+        if start is None or phrase is None:
+            continue
+        words = order(act, thing.category, str(phrase), context.rng) if act is not None else {}
+        task = TaskSpec(
+            start=start,
+            setup=setup,
+            instruction=say(sentences, context.rng, target=str(phrase), **words),
+            goal=goal_of(thing) if goal_of is not None else goal_for(thing, act or "pick"),
+            bindings={"target": thing.id},
+            template=WALK_TEMPLATE if family == "VS" else ALIKE_TEMPLATE,
+            difficulty=size_of_thing(thing) if family == "PG" else None,
+        )
+        yield context.draft(family, task)
+
+
+def _is_wanted(context: HouseContext, thing: Thing) -> bool:
+    is_open_to_all = context.only is None or thing.id in context.only
+    return thing.is_present and is_target(thing) and is_open_to_all and may_be_sought(context, thing)
+
+
+def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
+    """Starts the house with a setup. Returns one of the phrases that tell a thing apart; None without any."""
+    if not context.can_begin(setup):
+        return None
+    items = context.items
+    found = phrases_apart(items[thing.id], items.values())
+    return found[int(context.rng.integers(len(found)))] if found else None
+
+
+def _start_in_view(context: HouseContext, thing: Thing, family: Family) -> Pose | None:
+    return context.start_seeing(thing, AWAY_M[family], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), _sees_alike(context, thing))
+
+
+def _start_out_of_view(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
+    """Returns a start that does not see a thing, but a look-alike where there is such a place."""
+    sees_alike = _sees_alike(context, thing)
+    start: Pose | None = None
+    for _ in range(STARTS):
+        start = start_without(context, thing, by_turning=by_turning, horizon=horizon) or start
+        if start is None or sees_alike(start):
+            break
+    return start
+
+
+def _sees_alike(context: HouseContext, thing: Thing) -> Callable[[Pose], bool]:
+    """Returns the test that a pose sees something else that a thing's bare name could mean."""
+    items = context.items
+    others = [other.id for other in look_alikes(items[thing.id], items.values())]
+
+    def sees(pose: Pose) -> bool:
+        with context.oracle.standing_at(pose):
+            return any(is_observable(state) for state in context.oracle.world(others).objects.values())
+
+    return sees
