@@ -25,14 +25,19 @@ from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.telling_apart import look_alikes, phrases_apart
 from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, order, say
 from vigil.authoring.review.rules import ALIKE_TEMPLATE, place_blind_to
+from vigil.authoring.solving.aim import surface_points
 from vigil.episode import LOOKING_DOWN_DEG, Family
-from vigil.goals import NEAR_M, AgentNearTarget, Goal, ObjectInState, TargetGrounded, is_observable
-from vigil.pose import Pose
+from vigil.goals import NEAR_M, OBSERVABLE_M, AgentNearTarget, Goal, ObjectInState, TargetGrounded, is_observable
+from vigil.pose import Pose, floor_distance, wrap_deg, yaw_towards
 from vigil.scene.things import Thing
 from vigil.world import Setup
 
 STARTS = 3
 """Starts out of the target's sight that are tried for one that sees a look-alike."""
+GLANCE = 16
+"""Points of a look-alike that are looked for before its pixels are counted."""
+HALF_VIEW_DEG = 53.0
+"""From the middle of the picture to its side."""
 WALK_TEMPLATE = "walk"
 
 
@@ -153,11 +158,19 @@ def _start_out_of_view(context: HouseContext, thing: Thing, *, by_turning: bool 
 
 def _sees_alike(context: HouseContext, thing: Thing) -> Callable[[Pose], bool]:
     """Returns the test that a pose sees something else that a thing's bare name could mean."""
-    items = context.items
-    others = [other.id for other in look_alikes(items[thing.id], items.values())]
+    items, oracle = context.items, context.oracle
+    others = [context.thing(other.id) for other in look_alikes(items[thing.id], items.values())]
 
     def sees(pose: Pose) -> bool:
-        with context.oracle.standing_at(pose):
-            return any(is_observable(state) for state in context.oracle.world(others).objects.values())
+        ahead = [other for other in others if _is_ahead(pose, other)]
+        likely = [other for other in ahead if oracle.sees(pose.eye, surface_points(other, GLANCE), other.id).any()]
+        with oracle.standing_at(pose):
+            return any(is_observable(oracle.state_of(other.id)) for other in likely)
 
     return sees
+
+
+def _is_ahead(pose: Pose, thing: Thing) -> bool:
+    """Whether a thing may be in the picture from a pose, as far as its direction and distance say."""
+    aside_deg = abs(wrap_deg(yaw_towards(pose.position, thing.position) - pose.rotation))
+    return aside_deg <= HALF_VIEW_DEG and floor_distance(pose.position, thing.position) <= OBSERVABLE_M
