@@ -34,6 +34,8 @@ from vigil.world import ObjectSetup, Setup
 TOGETHER_M = 5.0
 """Things of one sequence are no farther from its first than this: the budget is thirty steps."""
 TRIED_PARTNERS = 3
+TOO_SMALL = frozenset({"Chair", "Stool", "Ottoman", "ArmChair"})
+"""What hardly two things fit on."""
 NEVER_CHANGED = frozenset({"Doorway"})
 """What changes the way through the house is no errand."""
 

@@ -32,7 +32,7 @@ CHAINS: dict[str, tuple[str, ...]] = {
         "{Target} is in {container}. Put it {into} {receptacle}, and close {whole} again.",
         "Could you take {target} out of {container}, close {whole} and put {target} {into} {receptacle}?",
         "I need {target}, which is in {container}. Put it {into} {receptacle}, and do not leave {whole} open.",
-        "First open {whole} and take {target} out. Then put it {into} {receptacle}. At the end, {whole} must be closed.",
+        "First open {whole} and take {target} out. Then put it {into} {receptacle}, and close {whole} again.",
         "Move {target} from {container} {into} {receptacle}; {whole} should be closed again at the end.",
     ),
     "swap": (

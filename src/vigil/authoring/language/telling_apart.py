@@ -22,12 +22,14 @@ NO_ANCHORS = frozenset(
             "Curtains",
             "TowelHolder",
         ),
-        *("HandTowelHolder", "ToiletPaperHanger", "WallDecor", "RoomDecor"),
+        *("HandTowelHolder", "ToiletPaperHanger", "WallDecor", "RoomDecor", "Chair", "Stool"),
     }
 )
-"""Too flat, too high or too many to find one's way by."""
+"""Too flat, too high, too many or too easily moved to find one's way by."""
 ANCHOR_M = 0.2
 """Longest side of the smallest thing that others are placed by."""
+LEAST_SHARE = 0.7
+"""Of a thing's own longest side: a desk is not found by the lamp that stands next to it."""
 LARGE_M = 0.6
 """Longest side of the smallest thing that is a landmark for the whole room."""
 LANDMARK_M = 3.0
@@ -85,7 +87,7 @@ def _may_be_anchor(item: DescribedThing, other: DescribedThing) -> bool:
     is_other = other.id not in (item.id, item.support_id) and other.support_id != item.id
     is_placed = other.room_id is not None and other.room_id == item.room_id
     is_known = other.category in CATALOG and other.category not in NO_ANCHORS and other.name != item.name
-    return is_other and is_placed and is_known and _longest_m(other) >= ANCHOR_M
+    return is_other and is_placed and is_known and _longest_m(other) >= max(ANCHOR_M, LEAST_SHARE * _longest_m(item))
 
 
 def _longest_m(item: DescribedThing) -> float:

@@ -4,7 +4,7 @@ An instruction that does not say where a thing is can only be fair when it lies 
 there are few enough places of that kind to look into.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -63,6 +63,11 @@ def may_hold(oracle: Oracle, items: dict[str, DescribedThing], target: Thing, ro
     return found
 
 
+def room_said(phrases: Iterable[Phrase]) -> str | None:
+    """Returns the room that an instruction about one thing names; None when it names none."""
+    return next((phrase.room for phrase in phrases if phrase.room is not None), None)
+
+
 def not_found_by_opening(
     oracle: Oracle, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
 ) -> Iterator[str]:
@@ -76,8 +81,7 @@ def not_found_by_opening(
             yield f"nobody would look for {target.id!r} in {name!r}"
     if any(phrase.support is not None or phrase.relation is not None for phrase in phrases):
         yield "the instruction says where it lies"
-    rooms = {phrase.room for phrase in phrases if phrase.room is not None}
-    closed = may_hold(oracle, items, target, next(iter(rooms), None))
+    closed = may_hold(oracle, items, target, room_said(phrases))
     if len(closed) > MOST_CLOSED:
         yield f"{len(closed)} closed things may hold it, at most {MOST_CLOSED} can be searched: {', '.join(closed)}"
     if (place := sees_through(oracle, target)) is not None:
