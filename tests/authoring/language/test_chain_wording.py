@@ -10,9 +10,16 @@ LEAST_FORMS = 8
 ALWAYS_INSIDE = ("put_and_close", "out_of_into")
 NEVER_INSIDE = ("swap",)
 NAMES = {
-    **{"target": "the apple", "second": "the egg", "receptacle": "the sofa", "source": "the desk"},
-    **{"container": "the safe", "whole": "the safe", "other": "the fridge", "it": "it"},
-    **{"order_a": "turn on the television", "order_b": "close the laptop"},
+    "target": "the apple",
+    "second": "the egg",
+    "receptacle": "the sofa",
+    "source": "the desk",
+    "container": "the safe",
+    "whole": "the safe",
+    "other": "the fridge",
+    "it": "it",
+    "order_a": "turn on the television",
+    "order_b": "close the laptop",
 }
 
 

@@ -16,10 +16,23 @@ KINDS = {
     "hand": "object_released",
 }
 SLOTS = {
-    **{"order": "do it", "order_it": "do it", "Order": "Do it", "target": "the safe", "Target": "The safe"},
-    **{"obstacle": "the ball", "Obstacle": "The ball", "whole": "the safe", "Whole": "The safe"},
-    **{"blocker": "the fridge", "Blocker": "The fridge", "is": "is", "they": "it", "it": "it", "its": "its"},
-    **{"stands": "stands", "blocks": "blocks"},
+    "order": "do it",
+    "order_it": "do it",
+    "Order": "Do it",
+    "target": "the safe",
+    "Target": "The safe",
+    "obstacle": "the ball",
+    "Obstacle": "The ball",
+    "whole": "the safe",
+    "Whole": "The safe",
+    "blocker": "the fridge",
+    "Blocker": "The fridge",
+    "is": "is",
+    "they": "it",
+    "it": "it",
+    "its": "its",
+    "stands": "stands",
+    "blocks": "blocks",
 }
 OF_THEMSELVES = ("close_first", "stop_first")
 """Kinds whose constraint is about the target."""

@@ -28,12 +28,15 @@ from vigil.authoring.review.containers import BELONGS_IN
 from vigil.episode import LOOKING_DOWN_DEG
 from vigil.goals import AllOf, Goal, Link, ObjectAtReceptacle, ObjectHeld, ObjectInState, Part
 from vigil.pose import floor_distance
+from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Setup
 
 TOGETHER_M = 5.0
 """Things of one sequence are no farther from its first than this: the budget is thirty steps."""
 TRIED_PARTNERS = 3
+ROOM_FACTOR = 3.0
+"""How much more free area a thing needs than it takes up, since what lies there does not lie close together."""
 TOO_SMALL = frozenset({"Chair", "Stool", "Ottoman", "ArmChair"})
 """What hardly two things fit on."""
 NEVER_CHANGED = frozenset({"Doorway"})
@@ -64,7 +67,7 @@ def two_to_one(context: HouseContext) -> Drafts:
         for receptacle in receptacles_for(context, first, {first.id, first.parent}):
             inside = receptacle.category in PUT_INTO
             second = next((each for each in context.shuffled(movable) if _may_join(each, first, receptacle)), None)
-            if second is not None and _is_near(first, receptacle):
+            if second is not None and _is_near(first, receptacle) and _has_room(context, receptacle, first, second):
                 parts = tuple(_at(each, receptacle, inside=inside) for each in (first, second))
                 roles = {"target": first, "second": second, "receptacle": receptacle}
                 chain = (_held(first), parts[0], _held(second))
@@ -100,7 +103,7 @@ def take_and_close(context: HouseContext) -> Drafts:
     for container, target, setup in filled(context):
         taken = {container.id, container.parent, target.id, target.parent}
         for receptacle in receptacles_for(context, target, taken):
-            if _is_near(container, receptacle):
+            if _is_near(container, receptacle) and _has_room(context, receptacle, target):
                 inside = receptacle.category in PUT_INTO
                 there = _at(target, receptacle, inside=inside)
                 yield from _draft(context, ChainPlan(
@@ -120,6 +123,7 @@ def swapping(context: HouseContext) -> Drafts:
             if source is None or receptacle is None or receptacle.id == source.id:
                 continue
             can_change = suits(receptacle, first) and suits(source, second)
+            can_change = can_change and _has_room(context, receptacle, first) and _has_room(context, source, second)
             if can_change and _is_near(source, receptacle):
                 parts = (_at(first, receptacle), _at(second, source))
                 roles = {"target": first, "second": second, "source": source, "receptacle": receptacle}
@@ -151,7 +155,7 @@ def three_acts(context: HouseContext) -> Drafts:
         for receptacle in receptacles_for(context, target, {target.id, target.parent})[:1]:
             found = [each for each in _errands(context) if each[0].id not in (receptacle.id, target.id, target.parent)]
             acts = [each for each in found if _is_near(target, each[0], receptacle)][:2]
-            if len(acts) < 2:
+            if len(acts) < 2 or not _has_room(context, receptacle, target):
                 continue
             inside = receptacle.category in PUT_INTO
             there = _at(target, receptacle, inside=inside)
@@ -217,6 +221,19 @@ def _rests_on(context: HouseContext, thing: Thing) -> Thing | None:
     """Returns the table or seat that a thing rests on; None when it rests on none."""
     support = context.thing(thing.parent or "") if thing.parent is not None else None
     return support if support is not None and support.category in (*TABLES, *SEATS) else None
+
+
+def _has_room(context: HouseContext, receptacle: Thing, *things: Thing) -> bool:
+    """Whether things are likely to find room on a receptacle, besides what lies there."""
+    level = [surface for surface, _ in level_surfaces(receptacle)]
+    tops = [surface for surface in level if not surface.is_inside] or level
+    there = children(context.oracle.scene, receptacle.id)
+    free_m2 = sum(surface.size_x * surface.size_z for surface in tops) - sum(map(_area_m2, there))
+    return free_m2 >= ROOM_FACTOR * sum(map(_area_m2, things))
+
+
+def _area_m2(thing: Thing) -> float:
+    return thing.asset.size.x * thing.asset.size.z
 
 
 def _is_near(first: Thing, *others: Thing) -> bool:

@@ -22,11 +22,11 @@ from vigil.authoring.drafting.proposals import (
     start_without,
 )
 from vigil.authoring.language.referring import Phrase
-from vigil.authoring.language.telling_apart import look_alikes, phrases_apart
+from vigil.authoring.language.telling_apart import anchor_of, look_alikes, phrases_apart
 from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, order, say
 from vigil.authoring.review.rules import ALIKE_TEMPLATE, place_blind_to
 from vigil.authoring.solving.aim import surface_points
-from vigil.episode import LOOKING_DOWN_DEG, Family
+from vigil.episode import FAMILIES, LOOKING_DOWN_DEG, Family
 from vigil.goals import NEAR_M, OBSERVABLE_M, AgentNearTarget, Goal, ObjectInState, TargetGrounded, is_observable
 from vigil.pose import Pose, floor_distance, wrap_deg, yaw_towards
 from vigil.scene.things import Thing
@@ -39,31 +39,26 @@ GLANCE = 16
 HALF_VIEW_DEG = 53.0
 """From the middle of the picture to its side."""
 WALK_TEMPLATE = "walk"
+PoseTest = Callable[[Pose], bool]
 
 
 def pointing_apart(context: HouseContext) -> Drafts:
     """Yields PG drafts."""
-    yield from _drafts(
-        context,
-        ("PG", POINT),
-        lambda thing: context.start_seeing(
-            thing,
-            AWAY_M["PG"],
-            LOOKING_DOWN_DEG,
-            is_seen(CLEAR_PX_BY_SIZE[size_of_thing(thing)]),
-            _sees_alike(context, thing),
-        ),
-        lambda thing: TargetGrounded(object_id=thing.id),
-    )
+
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
+        is_clear = is_seen(CLEAR_PX_BY_SIZE[size_of_thing(thing)])
+        return context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_clear, also)
+
+    yield from _drafts(context, ("PG", POINT), start, lambda thing: TargetGrounded(object_id=thing.id))
 
 
 def approaching_apart(context: HouseContext) -> Drafts:
     """Yields DA drafts."""
 
-    def start(thing: Thing) -> Pose | None:
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
         if not is_approachable(thing) or place_blind_to(context.oracle, thing, NEAR_M) is not None:
             return None
-        return _start_in_view(context, thing, "DA")
+        return context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
 
     yield from _drafts(
         context, ("DA", APPROACH), start, lambda thing: AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M)
@@ -75,14 +70,18 @@ def searching_apart(context: HouseContext) -> Drafts:
     yield from _drafts(
         context,
         ("VS", SEARCH),
-        lambda thing: _start_out_of_view(context, thing, by_turning=False, horizon=0.0),
+        lambda thing, also: _start_out_of_view(context, thing, also, by_turning=False, horizon=0.0),
         lambda thing: ObjectInState(object_id=thing.id, state="is_visible"),
     )
 
 
 def acting_apart(context: HouseContext) -> Drafts:
     """Yields AI drafts."""
-    yield from _drafts(context, ("AI", ORDERS), lambda thing: _start_in_view(context, thing, "AI"), None)
+
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
+        return context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+
+    yield from _drafts(context, ("AI", ORDERS), start, None)
 
 
 def seeking_apart(context: HouseContext) -> Drafts:
@@ -90,7 +89,7 @@ def seeking_apart(context: HouseContext) -> Drafts:
     yield from _drafts(
         context,
         ("SI", SEARCH_ORDERS),
-        lambda thing: _start_out_of_view(context, thing, by_turning=None, horizon=LOOKING_DOWN_DEG / 2),
+        lambda thing, also: _start_out_of_view(context, thing, also, by_turning=None, horizon=LOOKING_DOWN_DEG / 2),
         None,
     )
 
@@ -98,7 +97,7 @@ def seeking_apart(context: HouseContext) -> Drafts:
 def _drafts(
     context: HouseContext,
     kind: tuple[Family, tuple[str, ...]],
-    start_for: Callable[[Thing], Pose | None],
+    start_for: Callable[[Thing, PoseTest], Pose | None],
     goal_of: Callable[[Thing], Goal] | None,
 ) -> Drafts:
     """Yields a draft for each look-alike that can be told apart; without `goal_of` one of its acts is asked for."""
@@ -110,7 +109,7 @@ def _drafts(
         act = options[int(context.rng.integers(len(options)))] if options else None
         setup = setup_for(thing, act) if act is not None else Setup()
         phrase = _phrase(context, thing, setup)
-        start = start_for(thing) if phrase is not None else None
+        start = start_for(thing, _sees_apart(context, thing, phrase, family)) if phrase is not None else None
         context.begin(Setup())
         if start is None or phrase is None:
             continue
@@ -141,33 +140,38 @@ def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
     return found[int(context.rng.integers(len(found)))] if found else None
 
 
-def _start_in_view(context: HouseContext, thing: Thing, family: Family) -> Pose | None:
-    return context.start_seeing(thing, AWAY_M[family], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), _sees_alike(context, thing))
-
-
-def _start_out_of_view(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
-    """Returns a start that does not see a thing, but a look-alike where there is such a place."""
-    sees_alike = _sees_alike(context, thing)
+def _start_out_of_view(
+    context: HouseContext, thing: Thing, also: PoseTest, *, by_turning: bool | None, horizon: float
+) -> Pose | None:
+    """Returns a start that does not see a thing, and of which `also` is true where there is such a place."""
     start: Pose | None = None
     for _ in range(STARTS):
         start = start_without(context, thing, by_turning=by_turning, horizon=horizon) or start
-        if start is None or sees_alike(start):
+        if start is None or also(start):
             break
     return start
 
 
-def _sees_alike(context: HouseContext, thing: Thing) -> Callable[[Pose], bool]:
-    """Returns the test that a pose sees something else that a thing's bare name could mean."""
-    items, oracle = context.items, context.oracle
+def _sees_apart(context: HouseContext, thing: Thing, phrase: Phrase, family: Family) -> PoseTest:
+    """Returns the test that a pose sees something else of a thing's name, and what sets it apart
+    where that is to be told from the first picture."""
+    items = context.items
     others = [context.thing(other.id) for other in look_alikes(items[thing.id], items.values())]
+    anchor = anchor_of(phrase, items.values()) if FAMILIES[family].visible_at_start else None
 
     def sees(pose: Pose) -> bool:
-        ahead = [other for other in others if _is_ahead(pose, other)]
-        likely = [other for other in ahead if oracle.sees(pose.eye, surface_points(other, GLANCE), other.id).any()]
-        with oracle.standing_at(pose):
-            return any(is_observable(oracle.state_of(other.id)) for other in likely)
+        is_placed = anchor is None or _sees_any(context, pose, [context.thing(anchor.id)])
+        return is_placed and _sees_any(context, pose, others)
 
     return sees
+
+
+def _sees_any(context: HouseContext, pose: Pose, things: list[Thing]) -> bool:
+    oracle = context.oracle
+    ahead = [thing for thing in things if _is_ahead(pose, thing)]
+    likely = [thing for thing in ahead if oracle.sees(pose.eye, surface_points(thing, GLANCE), thing.id).any()]
+    with oracle.standing_at(pose):
+        return any(is_observable(oracle.state_of(thing.id)) for thing in likely)
 
 
 def _is_ahead(pose: Pose, thing: Thing) -> bool:

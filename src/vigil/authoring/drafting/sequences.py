@@ -19,6 +19,8 @@ START_AWAY_M = (0.7, 4.0)
 
 TRIED_CONTENTS = 3
 TRIED_RECEPTACLES = 3
+MOVED = ("target", "second")
+"""Roles of what is put elsewhere: in which room it is now would be taken for where it is to go."""
 TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
 SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
 SOFT = frozenset(
@@ -120,7 +122,8 @@ def is_wordy(phrases: dict[str, Phrase]) -> bool:
     """Whether a sentence with all of the phrases would be heavy: things placed by others, or one room said twice."""
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())
-    return is_placed or phrases["target"].room is not None or len(set(rooms)) < len(rooms)
+    is_moved = any(phrases[role].room is not None for role in MOVED if role in phrases)
+    return is_placed or is_moved or len(set(rooms)) < len(rooms)
 
 
 def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside: bool) -> Goal:

@@ -39,8 +39,11 @@ STANDS_OVER = frozenset({"Desk", "DiningTable", "CoffeeTable", "SideTable", "Bed
 
 
 def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Returns the other things that a thing's bare name could mean."""
-    return [other for other in referents(Phrase(item.name), items) if other.id != item.id]
+    """Returns the other things of a thing's own name.
+
+    A cell phone may be taken for a remote control, but nobody who asks for the one needs to say which.
+    """
+    return [other for other in items if other.id != item.id and other.name == item.name]
 
 
 def phrases_apart(item: DescribedThing, items: Iterable[DescribedThing]) -> list[Phrase]:
@@ -52,6 +55,12 @@ def phrases_apart(item: DescribedThing, items: Iterable[DescribedThing]) -> list
     if not look_alikes(item, everything):
         return []
     return [phrase for phrase in _tried(item, everything) if referents(phrase, everything) == [item]]
+
+
+def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing | None:
+    """Returns the thing that a phrase's relation is to; None without a relation, or where there are several."""
+    found = [] if phrase.anchor is None else referents(Phrase(phrase.anchor), items)
+    return found[0] if len(found) == 1 else None
 
 
 def _tried(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Phrase]:

@@ -10,7 +10,7 @@ from functools import cached_property
 
 from vigil.actions import REACH_HEIGHT_M, REACH_M
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolved
-from vigil.authoring.language.telling_apart import look_alikes
+from vigil.authoring.language.telling_apart import anchor_of, look_alikes
 from vigil.authoring.language.untold import is_untold, says_constraint, untold
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.containers import not_found_by_opening
@@ -264,11 +264,15 @@ def _alike(case: EpisodeStart) -> Faults:
         return
     others = look_alikes(case.items[case.episode.goal.object_id], case.items.values())
     if not others:
-        yield "nothing else in the house answers to the target's name"
+        yield "nothing else in the house has the name of the target"
     elif FAMILIES[case.episode.family].visible_at_start:
         states = case.oracle.world([other.id for other in others]).objects.values()
         if not any(is_observable(state) for state in states):
-            yield "nothing else that answers to the target's name is in view at the start"
+            yield "nothing else of the name of the target is in view at the start"
+        anchors = [anchor_of(phrase, case.items.values()) for phrase, _ in case.mentioned]
+        for anchor in filter(None, anchors):
+            if not is_observable(case.oracle.state_of(anchor.id)):
+                yield f"{anchor.id!r}, by which the target is told, is out of view at the start"
 
 
 def _unambiguous(case: EpisodeStart) -> Faults:
