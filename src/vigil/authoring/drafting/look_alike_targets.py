@@ -11,6 +11,8 @@ from vigil.authoring.drafting.proposals import (
     AWAY_M,
     CLEAR_PX,
     CLEAR_PX_BY_SIZE,
+    LEVEL_DEG,
+    SOUGHT_M,
     Drafts,
     goal_for,
     is_approachable,
@@ -67,11 +69,14 @@ def approaching_apart(context: HouseContext) -> Drafts:
 
 def searching_apart(context: HouseContext) -> Drafts:
     """Yields VS drafts: the target is seen from another place only."""
+
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
+        if max(thing.asset.size) <= SOUGHT_M:
+            return None
+        return _start_out_of_view(context, thing, also, by_turning=False, horizon=LEVEL_DEG)
+
     yield from _drafts(
-        context,
-        ("VS", SEARCH),
-        lambda thing, also: _start_out_of_view(context, thing, also, by_turning=False, horizon=0.0),
-        lambda thing: ObjectInState(object_id=thing.id, state="is_visible"),
+        context, ("VS", SEARCH), start, lambda thing: ObjectInState(object_id=thing.id, state="is_visible")
     )
 
 
@@ -102,7 +107,7 @@ def _drafts(
 ) -> Drafts:
     """Yields a draft for each look-alike that can be told apart; without `goal_of` one of its acts is asked for."""
     family, sentences = kind
-    for thing in context.shuffled([each for each in context.oracle.scene.things.values() if _is_wanted(context, each)]):
+    for thing in context.shuffled(_wanted(context, in_view=FAMILIES[family].visible_at_start)):
         options = acts_for(thing) if goal_of is None else []
         if goal_of is None and not options:
             continue
@@ -126,9 +131,18 @@ def _drafts(
         yield context.draft(family, task)
 
 
-def _is_wanted(context: HouseContext, thing: Thing) -> bool:
-    is_open_to_all = context.only is None or thing.id in context.only
-    return thing.is_present and is_target(thing) and is_open_to_all and may_be_sought(context, thing)
+def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
+    """Returns what may be asked for and has a look-alike, with `in_view` one in the same room."""
+    items = context.items
+    found: list[Thing] = []
+    for item in items.values():
+        thing = context.thing(item.id)
+        is_open_to_all = context.only is None or thing.id in context.only
+        alike = look_alikes(item, items.values())
+        is_alike = any(other.room_id == item.room_id for other in alike) if in_view else bool(alike)
+        if is_alike and is_open_to_all and is_target(thing) and may_be_sought(context, thing):
+            found.append(thing)
+    return found
 
 
 def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
@@ -157,6 +171,8 @@ def _sees_apart(context: HouseContext, thing: Thing, phrase: Phrase, family: Fam
     where that is to be told from the first picture."""
     items = context.items
     others = [context.thing(other.id) for other in look_alikes(items[thing.id], items.values())]
+    if FAMILIES[family].visible_at_start:  # what is seen past a door is seen by a few starts only
+        others = [other for other in others if items[other.id].room_id == items[thing.id].room_id]
     anchor = anchor_of(phrase, items.values()) if FAMILIES[family].visible_at_start else None
 
     def sees(pose: Pose) -> bool:
