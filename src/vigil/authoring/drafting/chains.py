@@ -32,8 +32,8 @@ from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Setup
 
-TOGETHER_M = 5.0
-"""Things of one sequence are no farther from its first than this: the budget is thirty steps."""
+TOGETHER_M = 4.0
+"""Things of one sequence are in one room, no farther from its first than this: the budget is thirty steps."""
 TRIED_PARTNERS = 3
 ROOM_FACTOR = 3.0
 """How much more free area a thing needs than it takes up, since what lies there does not lie close together."""
@@ -66,8 +66,10 @@ def two_to_one(context: HouseContext) -> Drafts:
     for first in movable:
         for receptacle in receptacles_for(context, first, {first.id, first.parent}):
             inside = receptacle.category in PUT_INTO
-            second = next((each for each in context.shuffled(movable) if _may_join(each, first, receptacle)), None)
-            if second is not None and _is_near(first, receptacle) and _has_room(context, receptacle, first, second):
+            joining = [each for each in movable if _may_join(each, first, receptacle)]
+            near = (each for each in context.shuffled(joining) if _is_near(context, first, each, receptacle))
+            second = next(near, None)
+            if second is not None and _has_room(context, receptacle, first, second):
                 parts = tuple(_at(each, receptacle, inside=inside) for each in (first, second))
                 roles = {"target": first, "second": second, "receptacle": receptacle}
                 chain = (_held(first), parts[0], _held(second))
@@ -76,12 +78,10 @@ def two_to_one(context: HouseContext) -> Drafts:
 
 def _may_join(second: Thing, first: Thing, receptacle: Thing) -> bool:
     """Whether a second thing may be put where the first one goes."""
-    is_free = second.id not in (first.id, receptacle.id, first.parent) and second.parent not in (
-        first.id,
-        receptacle.id,
-    )
+    taken = (first.id, receptacle.id)
+    is_free = second.id not in (*taken, first.parent) and second.parent not in taken
     is_inside = receptacle.category in PUT_INTO and second.category not in PUT_INTO[receptacle.category]
-    return is_free and not is_inside and suits(receptacle, second) and _is_near(first, second)
+    return is_free and not is_inside and suits(receptacle, second)
 
 
 def put_and_close(context: HouseContext) -> Drafts:
@@ -89,7 +89,7 @@ def put_and_close(context: HouseContext) -> Drafts:
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         closed = Setup(objects={container.id: ObjectSetup(openness=0.0)})
         for target in context.things(lambda thing, container=container: may_go_in(container, thing)):
-            if _is_near(container, target):
+            if _is_near(context, container, target):
                 inside = _at(target, container, inside=True)
                 yield from _draft(context, ChainPlan(
                     "put_and_close", closed, {"target": target, "receptacle": container},
@@ -103,7 +103,7 @@ def take_and_close(context: HouseContext) -> Drafts:
     for container, target, setup in filled(context):
         taken = {container.id, container.parent, target.id, target.parent}
         for receptacle in receptacles_for(context, target, taken):
-            if _is_near(container, receptacle) and _has_room(context, receptacle, target):
+            if _is_near(context, container, receptacle) and _has_room(context, receptacle, target):
                 inside = receptacle.category in PUT_INTO
                 there = _at(target, receptacle, inside=inside)
                 yield from _draft(context, ChainPlan(
@@ -124,7 +124,7 @@ def swapping(context: HouseContext) -> Drafts:
                 continue
             can_change = suits(receptacle, first) and suits(source, second)
             can_change = can_change and _has_room(context, receptacle, first) and _has_room(context, source, second)
-            if can_change and _is_near(source, receptacle):
+            if can_change and _is_near(context, source, receptacle):
                 parts = (_at(first, receptacle), _at(second, source))
                 roles = {"target": first, "second": second, "source": source, "receptacle": receptacle}
                 chain = (_held(first), parts[0], _held(second))
@@ -138,7 +138,7 @@ def from_one_into_another(context: HouseContext) -> Drafts:
         others = context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable)
         for other in islice(others, TRIED_PARTNERS * 2):
             is_apart = other.id != container.id and target.id != other.id
-            if not (is_apart and may_go_in(other, target) and _is_near(container, other)):
+            if not (is_apart and may_go_in(other, target) and _is_near(context, container, other)):
                 continue
             both = Setup(objects={**setup.objects, other.id: ObjectSetup(openness=0.0)})
             chain = (_opened(other), _opened(container), _held(target))
@@ -154,7 +154,7 @@ def three_acts(context: HouseContext) -> Drafts:
     for target in _movable(context):
         for receptacle in receptacles_for(context, target, {target.id, target.parent})[:1]:
             found = [each for each in _errands(context) if each[0].id not in (receptacle.id, target.id, target.parent)]
-            acts = [each for each in found if _is_near(target, each[0], receptacle)][:2]
+            acts = [each for each in found if _is_near(context, target, each[0], receptacle)][:2]
             if len(acts) < 2 or not _has_room(context, receptacle, target):
                 continue
             inside = receptacle.category in PUT_INTO
@@ -236,8 +236,13 @@ def _area_m2(thing: Thing) -> float:
     return thing.asset.size.x * thing.asset.size.z
 
 
-def _is_near(first: Thing, *others: Thing) -> bool:
-    return all(floor_distance(first.position, other.position) <= TOGETHER_M for other in others)
+def _is_near(context: HouseContext, first: Thing, *others: Thing) -> bool:
+    """Whether things are in one room and near enough for one sequence."""
+    room_at, home = context.oracle.room_at, context.oracle.room_at(first.position)
+    return all(
+        room_at(other.position) == home and floor_distance(first.position, other.position) <= TOGETHER_M
+        for other in others
+    )
 
 
 def _held(thing: Thing) -> ObjectHeld:
