@@ -80,8 +80,8 @@ def _may_join(second: Thing, first: Thing, receptacle: Thing) -> bool:
     """Whether a second thing may be put where the first one goes."""
     taken = (first.id, receptacle.id)
     is_free = second.id not in (*taken, first.parent) and second.parent not in taken
-    is_inside = receptacle.category in PUT_INTO and second.category not in PUT_INTO[receptacle.category]
-    return is_free and not is_inside and suits(receptacle, second)
+    is_odd = receptacle.category in PUT_INTO and second.category not in PUT_INTO[receptacle.category]
+    return is_free and not is_odd and suits(receptacle, second)
 
 
 def put_and_close(context: HouseContext) -> Drafts:
