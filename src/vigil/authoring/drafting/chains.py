@@ -34,6 +34,8 @@ from vigil.world import ObjectSetup, Setup
 
 TOGETHER_M = 4.0
 """Things of one sequence are in one room, no farther from its first than this: the budget is thirty steps."""
+CARRIED_M = 6.0
+"""From one container to another, through a door at most: there is nothing else to do on the way."""
 TRIED_PARTNERS = 3
 ROOM_FACTOR = 3.0
 """How much more free area a thing needs than it takes up, since what lies there does not lie close together."""
@@ -138,7 +140,8 @@ def from_one_into_another(context: HouseContext) -> Drafts:
         others = context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable)
         for other in islice(others, TRIED_PARTNERS * 2):
             is_apart = other.id != container.id and target.id != other.id
-            if not (is_apart and may_go_in(other, target) and _is_near(context, container, other)):
+            is_within = floor_distance(container.position, other.position) <= CARRIED_M
+            if not (is_apart and is_within and may_go_in(other, target)):
                 continue
             both = Setup(objects={**setup.objects, other.id: ObjectSetup(openness=0.0)})
             chain = (_opened(other), _opened(container), _held(target))
