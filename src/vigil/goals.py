@@ -129,8 +129,6 @@ GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="ki
 
 class AllOf(_Goal):
     """Several things are each in the state, or at the receptacle, that is asked for; `object_id` is the first of them.
-
-    Suites alone ask it.
     """
 
     kind: Literal["all_of"] = "all_of"
