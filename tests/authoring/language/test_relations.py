@@ -1,5 +1,7 @@
 """Relations: said only where they hold clearly for one thing, and read back as they are said."""
 
+from dataclasses import replace
+
 import pytest
 
 from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, referents, resolved, without_repeats
@@ -76,6 +78,20 @@ def test_a_second_mention_needs_no_relation() -> None:
     text = without_repeats("Go to the ottoman next to the fridge and open the ottoman next to the fridge.", names)
     assert text == "Go to the ottoman next to the fridge and open the ottoman."
     assert resolved(mentions(text, names), [FRIDGE, near, far]) == [[near], [near]]
+
+
+def test_no_relation_to_what_two_things_answer_to_by_their_looks() -> None:
+    cabinet, counter = thing("cabinet", 0.0, side=0.8), replace(thing("counter top", 9.0), also=("cabinet",))
+    stools = [thing("ottoman", 0.8), thing("ottoman", 4.0)]
+    assert phrases_apart(stools[0], [cabinet, *stools])
+    assert phrases_apart(stools[0], [cabinet, counter, *stools]) == []
+
+
+def test_what_nobody_would_call_by_its_name_is_not_told_apart_nor_an_anchor() -> None:
+    red, green = thing("ottoman", 0.8, colour="red"), thing("ottoman", 4.0, colour="green")
+    misnamed = replace(FRIDGE, is_misnamed=True)
+    assert {str(phrase) for phrase in phrases_apart(red, [misnamed, red, green])} == {"the red ottoman"}
+    assert phrases_apart(replace(red, is_misnamed=True), [FRIDGE, red, green]) == []
 
 
 def test_look_alikes_are_told_apart_by_colour_or_by_relation() -> None:

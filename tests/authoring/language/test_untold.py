@@ -1,10 +1,13 @@
 """Which words give away a constraint that is to be found."""
 
+import numpy as np
 import pytest
 
 from vigil.authoring.drafting.untold_constraints import act_of
+from vigil.authoring.language.constraint_sentences import CONSTRAINTS
+from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.untold import is_untold, says_constraint, untold
-from vigil.authoring.language.wording import CONSTRAINTS, ORDERS
+from vigil.authoring.language.wording import VERBS, Act, opened, order, say, spoken_of
 from vigil.goals import Goal, ObjectHeld, ObjectInState
 
 KINDS = {
@@ -15,27 +18,20 @@ KINDS = {
     "stop_first": "object_off",
     "hand": "object_released",
 }
+RNG = np.random.default_rng(0)
 SLOTS = {
-    "order": "do it",
-    "order_it": "do it",
-    "Order": "Do it",
     "target": "the safe",
-    "Target": "The safe",
     "obstacle": "the ball",
-    "Obstacle": "The ball",
-    "whole": "the safe",
-    "Whole": "The safe",
-    "blocker": "the fridge",
-    "Blocker": "The fridge",
-    "is": "is",
-    "they": "it",
-    "it": "it",
-    "its": "its",
-    "stands": "stands",
-    "blocks": "blocks",
+    **opened("Safe", "the safe").slots(),
+    **opened("Fridge", "the fridge").slots("blocker"),
+    **spoken_of("Safe", "target_"),
+    **spoken_of("BasketBall", "obstacle_"),
+    **dict.fromkeys(("order", "order_it"), "do it"),
 }
 OF_THEMSELVES = ("close_first", "stop_first")
 """Kinds whose constraint is about the target."""
+ORDERED: dict[str, tuple[Act, str]] = {"object_released": ("pick", "mug"), "object_off": ("open", "safe")}
+"""Kind of constraint -> an act that it may prevent, and on what; a lamp is turned on otherwise."""
 
 
 def test_untold_kinds_are_known_by_their_names() -> None:
@@ -46,7 +42,7 @@ def test_untold_kinds_are_known_by_their_names() -> None:
 @pytest.mark.parametrize("words", KINDS)
 def test_every_told_sentence_would_give_its_constraint_away(words: str) -> None:
     name = None if words in OF_THEMSELVES else {"leaf": "fridge"}.get(words, "ball")
-    told = [sentence.format(**SLOTS) for sentence in CONSTRAINTS[words]]
+    told = [say((form,), RNG, **SLOTS) for form in CONSTRAINTS[words].of("all")]
     given = [sentence for sentence in told if list(says_constraint(sentence, KINDS[words], name))]
     silent = set(told) - set(given)
     assert len(given) >= len(told) - 1, silent  # "Shut the safe, and then ..." names no constraint, only an act
@@ -56,11 +52,16 @@ def test_every_told_sentence_would_give_its_constraint_away(words: str) -> None:
 
 @pytest.mark.parametrize("kind", sorted(set(KINDS.values())))
 def test_orders_alone_give_nothing_away(kind: str) -> None:
-    order = "pick up the mug" if kind == "object_released" else "turn on the lamp"
-    order = "open the safe" if kind == "object_off" else order
-    for sentence in ORDERS:
-        said = sentence.format(order=order, Order=order.capitalize(), order_it=order, target="the safe")
+    act, name = ORDERED.get(kind, ("turn_on", "lamp"))
+    words = order(act, "Mug", f"the {name}", RNG) | spoken_of("Mug")
+    for form in ORDERS.of("all"):
+        said = say((form,), RNG, target=f"the {name}", **words)
         assert not list(says_constraint(said, kind, "ball")), said
+
+
+@pytest.mark.parametrize("verb", VERBS["pick"])
+def test_no_way_of_asking_to_pick_up_speaks_of_a_full_hand(verb: str) -> None:
+    assert not list(says_constraint(f"Please {verb.format('the mug')}.", "object_released", "ball"))
 
 
 @pytest.mark.parametrize(

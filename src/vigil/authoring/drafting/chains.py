@@ -22,11 +22,11 @@ from vigil.authoring.drafting.sequences import (
     receptacles_for,
     suits,
 )
-from vigil.authoring.language.chain_wording import CHAINS
-from vigil.authoring.language.wording import Act, opened, order, say
+from vigil.authoring.language.chain_sentences import CHAINS
+from vigil.authoring.language.wording import Act, opened, order, spoken_of
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.episode import LOOKING_DOWN_DEG
-from vigil.goals import AllOf, Goal, Link, ObjectAtReceptacle, ObjectHeld, ObjectInState, Part
+from vigil.goals import AllOf, Goal, GoalPart, Link, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.pose import floor_distance
 from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
@@ -194,7 +194,8 @@ def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
     if start is None:
         return
     words = {role: str(phrase) for role, phrase in named.items()}
-    said = {plan.roles[role].id: text for role, text in words.items()}
+    words |= spoken_of(plan.roles["target"].category, "target_")
+    said = {plan.roles[role].id: text for role, text in words.items() if role in plan.roles}
     if plan.leaf is not None:
         words |= opened(plan.leaf.category, said[plan.leaf.id]).slots()
     if plan.other is not None:
@@ -207,7 +208,7 @@ def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
         TaskSpec(
             start=start,
             setup=plan.setup,
-            instruction=say(CHAINS[plan.template], context.rng, **words),
+            instruction=context.say(CHAINS[plan.template], **words),
             goal=plan.goal.model_copy(update={"chain": plan.chain}),
             bindings={role: thing.id for role, thing in plan.roles.items()},
             template=plan.template,
@@ -264,5 +265,5 @@ def _at(thing: Thing, receptacle: Thing, *, inside: bool = False) -> ObjectAtRec
     return ObjectAtReceptacle(object_id=thing.id, receptacle_id=receptacle.id, inside=inside)
 
 
-def _all(parts: Sequence[Part]) -> AllOf:
+def _all(parts: Sequence[GoalPart]) -> AllOf:
     return AllOf(object_id=parts[0].object_id, parts=tuple(parts))

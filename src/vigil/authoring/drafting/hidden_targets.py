@@ -3,8 +3,9 @@
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import Drafts, start_without
 from vigil.authoring.drafting.sequences import filled
-from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.wording import SEARCH_ORDERS, order, say
+from vigil.authoring.language.referring import Phrase, referents
+from vigil.authoring.language.sentences import SEARCH_ORDERS
+from vigil.authoring.language.wording import order, spoken_of
 from vigil.authoring.review.containers import MOST_CLOSED, may_hold, sees_through
 from vigil.authoring.review.rules import INSIDE_TEMPLATE
 from vigil.episode import LOOKING_DOWN_DEG
@@ -26,15 +27,11 @@ def picking_from_inside(context: HouseContext) -> Drafts:
         context.begin(Setup())
         if start is None or phrase is None:
             continue
+        words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
         task = TaskSpec(
             start=start,
             setup=setup,
-            instruction=say(
-                SEARCH_ORDERS,
-                context.rng,
-                target=str(phrase),
-                **order("pick", target.category, str(phrase), context.rng),
-            ),
+            instruction=context.say(SEARCH_ORDERS, target=str(phrase), **words),
             goal=ObjectHeld(object_id=target.id),
             bindings={"target": target.id, "container": container.id},
             template=INSIDE_TEMPLATE,
@@ -47,18 +44,13 @@ def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
     there are more closed things to look into than can be searched."""
     items = context.items
     item = items[target.id]
+    if item.is_misnamed:
+        return None
     colours = item.colours[:1] if len(item.colours) == 1 else ()
     for colour in (None, *colours):
-        for room in (None, item.room) if _is_only_room(item, items) else (None,):
+        for room in (None, item.room) if item.is_room_one else (None,):
             phrase = Phrase(item.name, colour=colour, room=room)
             is_fair = len(may_hold(context.oracle, items, target, room)) <= MOST_CLOSED
             if is_fair and [each.id for each in referents(phrase, items.values())] == [item.id]:
                 return phrase
     return None
-
-
-def _is_only_room(item: DescribedThing, items: dict[str, DescribedThing]) -> bool:
-    """Whether a thing is in the only room of its name."""
-    return item.room is not None and {each.room_id for each in items.values() if each.room == item.room} == {
-        item.room_id
-    }

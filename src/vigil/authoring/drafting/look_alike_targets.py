@@ -24,8 +24,9 @@ from vigil.authoring.drafting.proposals import (
     start_without,
 )
 from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
 from vigil.authoring.language.telling_apart import anchor_of, look_alikes, phrases_apart
-from vigil.authoring.language.wording import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, order, say
+from vigil.authoring.language.wording import order, spoken_of
 from vigil.authoring.review.rules import ALIKE_TEMPLATE, place_blind_to
 from vigil.authoring.solving.aim import surface_points
 from vigil.episode import FAMILIES, LOOKING_DOWN_DEG, Family
@@ -101,7 +102,7 @@ def seeking_apart(context: HouseContext) -> Drafts:
 
 def _drafts(
     context: HouseContext,
-    kind: tuple[Family, tuple[str, ...]],
+    kind: tuple[Family, Sentences],
     start_for: Callable[[Thing, PoseTest], Pose | None],
     goal_of: Callable[[Thing], Goal] | None,
 ) -> Drafts:
@@ -119,10 +120,11 @@ def _drafts(
         if start is None or phrase is None:
             continue
         words = order(act, thing.category, str(phrase), context.rng) if act is not None else {}
+        words |= spoken_of(thing.category)
         task = TaskSpec(
             start=start,
             setup=setup,
-            instruction=say(sentences, context.rng, target=str(phrase), **words),
+            instruction=context.say(sentences, target=str(phrase), **words),
             goal=goal_of(thing) if goal_of is not None else goal_for(thing, act or "pick"),
             bindings={"target": thing.id},
             template=WALK_TEMPLATE if family == "VS" else ALIKE_TEMPLATE,

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
 from vigil.authoring.language.referring import without_repeats
+from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.untold import untold
-from vigil.authoring.language.wording import ORDERS, Act, order, say
+from vigil.authoring.language.wording import Act, order, spoken_of
 from vigil.episode import Episode
 from vigil.goals import Goal, ObjectHeld, ObjectInState
 from vigil.world import Setup
@@ -31,8 +32,8 @@ def _left_out(context: HouseContext, episode: Episode) -> Episode:
     phrase, names = str(context.phrase(target)), [item.name for item in context.items.values()]
     category = context.thing(target).category
     context.begin(Setup())
-    words = order(act_of(episode.goal), category, phrase, context.rng)
-    sentence = without_repeats(say(ORDERS, context.rng, target=phrase, **words), names)
+    words = order(act_of(episode.goal), category, phrase, context.rng) | spoken_of(category)
+    sentence = without_repeats(context.say(ORDERS, target=phrase, **words), names)
     kind = episode.provenance.model_copy(update={"template": untold(episode.provenance.template)})
     return episode.model_copy(update={"instruction": sentence, "provenance": kind})
 

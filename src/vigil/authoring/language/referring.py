@@ -234,7 +234,7 @@ def _colours(thing: Thing) -> tuple[str, ...]:
 def fits(phrase: Phrase, item: DescribedThing) -> bool:
     """Whether a listener could take `item` for what `phrase` means."""
     return (
-        (_names_fit(phrase.name, item.name) or phrase.name in item.also)
+        _is_called(item, phrase.name)
         and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
         and (phrase.support is None or (item.support is not None and _names_fit(phrase.support, item.support)))
         and (phrase.room is None or phrase.room == item.room)
@@ -247,12 +247,16 @@ def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[Described
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:
         return found
-    anchors = [_placed(item) for item in everything if _names_fit(phrase.anchor, item.name)]
+    anchors = [_placed(item) for item in everything if _is_called(item, phrase.anchor)]
     if len(anchors) != 1 or len(found) < 2 or anchors[0] is None:
         return found
     others = [place for item in found if item.id != anchors[0].id and (place := _placed(item)) is not None]
     meant = RELATIONS[phrase.relation](others, anchors[0])
     return [item for item in found if item.id in meant]
+
+
+def _is_called(item: DescribedThing, name: str) -> bool:
+    return _names_fit(name, item.name) or name in item.also
 
 
 def _placed(item: DescribedThing) -> Placed | None:

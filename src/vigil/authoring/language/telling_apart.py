@@ -6,7 +6,7 @@ By an attribute (its colour), by place (what it lies on), or by a relation to so
 from collections.abc import Iterable, Iterator
 
 from vigil.assets.catalog import CATALOG
-from vigil.authoring.language.referring import DescribedThing, Phrase, is_plain, referents
+from vigil.authoring.language.referring import DescribedThing, Phrase, is_plain, mentions, referents
 from vigil.authoring.language.relations import gap_m
 
 NO_ANCHORS = frozenset(
@@ -52,9 +52,18 @@ def phrases_apart(item: DescribedThing, items: Iterable[DescribedThing]) -> list
     None where the bare name means it alone.
     """
     everything = list(items)
-    if not look_alikes(item, everything):
+    if item.is_misnamed or not look_alikes(item, everything):
         return []
-    return [phrase for phrase in _tried(item, everything) if referents(phrase, everything) == [item]]
+    names = [other.name for other in everything]
+    return [phrase for phrase in _tried(item, everything) if _is_read_back(phrase, item, everything, names)]
+
+
+def _is_read_back(phrase: Phrase, item: DescribedThing, items: list[DescribedThing], names: list[str]) -> bool:
+    """Whether a phrase means one thing and it alone, and still does when it is read in a text."""
+    if referents(phrase, items) != [item]:
+        return False
+    read = mentions(str(phrase), names)
+    return len(read) == 1 and str(read[0].placeless) == str(phrase.placeless) and referents(read[0], items) == [item]
 
 
 def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing | None:
@@ -66,7 +75,7 @@ def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing
 def _tried(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Phrase]:
     if len(item.colours) == 1:
         yield Phrase(item.name, colour=item.colours[0])
-    on_support = Phrase(item.name, support=item.support, is_inside=item.is_inside)
+    on_support = Phrase(item.name, support=item.support, is_inside=item.is_inside, is_on_shelf=item.is_on_shelf)
     if item.support is not None and is_plain(on_support, item, items):
         yield on_support
     for anchor in _anchors(item, items):
@@ -95,7 +104,8 @@ def _anchors(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Desc
 def _may_be_anchor(item: DescribedThing, other: DescribedThing) -> bool:
     is_other = other.id not in (item.id, item.support_id) and other.support_id != item.id
     is_placed = other.room_id is not None and other.room_id == item.room_id
-    is_known = other.category in CATALOG and other.category not in NO_ANCHORS and other.name != item.name
+    is_known = other.category in CATALOG and other.category not in NO_ANCHORS and not other.is_misnamed
+    is_known = is_known and other.name != item.name
     return is_other and is_placed and is_known and _longest_m(other) >= max(ANCHOR_M, LEAST_SHARE * _longest_m(item))
 
 
