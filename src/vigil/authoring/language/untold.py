@@ -7,7 +7,9 @@ UNTOLD_SUFFIX = "_untold"
 _IN_THE_WAY = r"in (?:the|your|its) way|make way|block(?:s|ed|ing)?\b|barred\b|get (?:past|through)\b|clear\b|obstacle"
 GIVEN_AWAY = {
     "object_moved": rf"{_IN_THE_WAY}|from opening\b|\baside\b|in front of it|stands before",
-    "object_closed": rf"{_IN_THE_WAY}|(?:left|stands?|is|while) open\b|only when\b|can start\b|(?:close|shut) it before\b",
+    "object_closed": (
+        rf"{_IN_THE_WAY}|(?:left|stands?|is|while) open\b|only when\b|can start\b|(?:close|shut) it before\b"
+    ),
     "object_off": r"while\b|running\b|runs\b|locked\b|stop it\b|off\b",
     "object_released": r"down\b|full\b|(?<!take )hold(?:ing)?\b|free your\b|drop\b|let go\b|empty\b",
 }
