@@ -331,12 +331,13 @@ def read_header(path: Path) -> RunHeader:
         raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
     try:
         found = read_json(file.read_bytes())
-        named = found if isinstance(found, dict) else {}
-        other = other_schema(named.get("schema_version"), SCHEMA_VERSION)
-        if other is not None:
-            raise RecordError(f"{str(file)!r} {other}.")
+    except ValueError as error:
+        raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
+    named = found if isinstance(found, dict) else {}
+    other = other_schema(named.get("schema_version"), SCHEMA_VERSION)
+    if other is not None:
+        raise RecordError(f"{str(file)!r} {other}.")
+    try:
         return RunHeader.model_validate(found)
     except ValidationError as error:
         raise RecordError(f"{str(file)!r}: {first_fault(error)}. {_advice(named)}") from None
-    except ValueError as error:
-        raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None

@@ -101,7 +101,7 @@ class Effect(_Fact):
     """Id of the object under the clicked pixel."""
     hit_category: str | None = None
     near: tuple[str, ...] = ()
-    """Ids of the objects within 3 px of the click, the hit one included, sorted."""
+    """Ids of the objects within 3 px of the click, the hit one included, sorted; with a drawer what it is part of."""
     click_m: float | None = None
     """Floor-plane distance, body axis to the clicked point; None when the ray met nothing."""
     moved_m: float = 0.0

@@ -1,8 +1,8 @@
 """Sizes: from an asset id to its category, bounding box and variant.
 
 Three sources, in this order: the project's own ids (`vigil_<Category>_<n>`, whose size follows from the catalogue and
-n), an asset database file (AI2-THOR's `asset-database.json`, not part of this project), and, without one, a guess from
-the words of the ids with the catalogue's typical size.
+n; with `_drawer<k>` behind it, a drawer of that), an asset database file (AI2-THOR's `asset-database.json`, not part of
+this project), and, without one, a guess from the words of the ids with the catalogue's typical size.
 """
 
 import json
@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from vigil.assets import make
 from vigil.assets.catalog import CATALOG
+from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, named_drawer
 from vigil.errors import SettingError
 from vigil.pose import Vec3
 
@@ -170,6 +172,9 @@ class AssetDatabase:
         own = _OWN_ID.fullmatch(asset_id)
         if own and own[1] in CATALOG:
             return _own_entry(asset_id, own[1])
+        drawer = _own_drawer(asset_id)
+        if drawer is not None:
+            return drawer
         stated, size = self._known.get(asset_id, (object_id, None))
         category = stated if stated in CATALOG else guess_category(asset_id, stated)
         note = None
@@ -242,6 +247,17 @@ def _own_entry(asset_id: str, category: str) -> AssetEntry:
     scales = (1.0 + 0.7 * whole + 0.3 * extra for extra in each)
     size = Vec3(*(round(side * scale, 4) for side, scale in zip(row.typical_size, scales, strict=True)))
     return AssetEntry(category, size, variant)
+
+
+def _own_drawer(asset_id: str) -> AssetEntry | None:
+    """Returns what is known of a drawer of one of the project's own pieces of furniture; None for anything else."""
+    chest_id, name = named_drawer(asset_id) or ("", "")
+    own = _OWN_ID.fullmatch(chest_id)
+    if own is None or own[1] not in CATALOG:
+        return None
+    chest = _own_entry(chest_id, own[1])
+    asset = make(chest.category, chest.size, chest.variant)
+    return AssetEntry(DRAWER, drawer_of(asset, name)[0].size, chest.variant) if name in drawer_names(asset) else None
 
 
 def _variant(asset_id: str) -> int:

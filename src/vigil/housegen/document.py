@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from vigil.assets.catalog import CATALOG
+from vigil.assets.drawers import drawer_asset_id, drawer_id, drawer_names, drawer_of
 from vigil.house import House
 from vigil.housegen.base.models import PlacedThing
-from vigil.housegen.base.randomness import GENERATOR_VERSION
+from vigil.housegen.base.randomness import SINGLE_DRAWERS
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
 from vigil.housegen.layout.lights import layer_of
 from vigil.housegen.layout.openings import PlannedOpening
@@ -35,6 +36,13 @@ class Parts:
     start: Pose
     spec_name: str
     seed: int
+    version: str
+    """Of the generator."""
+
+    @property
+    def has_single_drawers(self) -> bool:
+        """Whether drawers move one by one."""
+        return int(self.version) >= SINGLE_DRAWERS
 
 
 def write(parts: Parts) -> dict[str, Any]:
@@ -56,7 +64,7 @@ def write(parts: Parts) -> dict[str, Any]:
         "metadata": {
             "schema": SCHEMA,
             "roomSpecId": parts.spec_name,
-            "generator": {"name": "vigil", "version": GENERATOR_VERSION, "seed": parts.seed, "spec": parts.spec_name},
+            "generator": {"name": "vigil", "version": parts.version, "seed": parts.seed, "spec": parts.spec_name},
             "warnings": {},
             "agent": {
                 "position": {"x": parts.start.position.x, "y": AGENT_Y, "z": parts.start.position.z},
@@ -167,10 +175,16 @@ def _number(pieces: list[PlacedThing]) -> None:
             piece.id = f"{piece.category}|{piece.room}|{number}"
 
 
+def _drawer_of(piece: PlacedThing) -> str | None:
+    """Returns the name of the drawer that a piece lies in; None when it lies in none."""
+    return None if piece.surface is None else piece.surface.joint
+
+
 def _objects(parts: Parts) -> list[dict[str, Any]]:
     _number(parts.pieces)
 
     def node_of(piece: PlacedThing) -> dict[str, Any]:
+        drawers = drawer_names(piece.model.asset) if parts.has_single_drawers else ()
         node: dict[str, Any] = {
             "id": piece.id,
             "assetId": piece.model.asset_id,
@@ -179,10 +193,28 @@ def _objects(parts: Parts) -> list[dict[str, Any]]:
             "kinematic": not CATALOG[piece.category].is_pickupable,
             "layer": layer_of(piece.room),
         }
-        states = {"openness": piece.openness, "isOn": piece.is_on, "isDirty": piece.is_dirty}
+        openness = None if drawers else piece.openness
+        states = {"openness": openness, "isOn": piece.is_on, "isDirty": piece.is_dirty}
         node.update({key: value for key, value in states.items() if value is not None})
-        if piece.children:
-            node["children"] = [node_of(child) for child in piece.children]
+        children = [drawer_node(piece, name) for name in drawers]
+        children += [node_of(child) for child in piece.children if _drawer_of(child) not in drawers]
+        if children:
+            node["children"] = children
         return node
+
+    def drawer_node(chest: PlacedThing, name: str) -> dict[str, Any]:
+        _, middle = drawer_of(chest.model.asset, name)
+        x, z = chest.out_of(middle.x, middle.z)
+        node: dict[str, Any] = {
+            "id": drawer_id(chest.id, name),
+            "assetId": drawer_asset_id(chest.model.asset_id, name),
+            "position": _point(x, chest.position.y + middle.y, z),
+            "rotation": {"x": 0, "y": round(chest.yaw, 2) % 360.0, "z": 0},
+            "kinematic": True,
+            "layer": layer_of(chest.room),
+            "openness": chest.openness,
+        }
+        children = [node_of(child) for child in chest.children if _drawer_of(child) == name]
+        return {**node, "children": children} if children else node
 
     return [node_of(piece) for piece in parts.pieces]

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
+from vigil.assets.drawers import drawer_id, drawer_names
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.house import House
@@ -34,12 +35,15 @@ START_HORIZON = 30.0
 MENDINGS = 4
 
 
-def generate(seed: int, spec: HouseSpec) -> House:
-    """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
+def generate(seed: int, spec: HouseSpec, version: str = GENERATOR_VERSION) -> House:
+    """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out.
+
+    From `version` "5" on, drawers are things of their own that open one by one.
+    """
     name = f"{spec.name}_{seed}"
     faults: list[Fault] = []
     for attempt in range(ATTEMPTS):
-        parts = _parts(seed, spec, attempt)
+        parts = _parts(seed, spec, attempt, version)
         if parts is None:
             continue
         house, faults = _mended(name, parts)
@@ -55,7 +59,7 @@ def _mended(name: str, parts: document.Parts) -> tuple[House, list[Fault]]:
     house = House(name, document.write(parts))
     faults = check_house(house, assets)
     for _ in range(MENDINGS):
-        pieces = {piece.id: piece for top in parts.pieces for piece in top.all()}
+        pieces = _pieces_by_id(parts)
         guilty = [_guilty(fault, pieces) for fault in faults]
         if not faults or any(piece is None for piece in guilty):
             break
@@ -63,6 +67,13 @@ def _mended(name: str, parts: document.Parts) -> tuple[House, list[Fault]]:
         house = House(name, document.write(parts))
         faults = check_house(house, assets)
     return house, faults
+
+
+def _pieces_by_id(parts: document.Parts) -> dict[str, PlacedThing]:
+    """Returns the piece that each object of the document is, or is a drawer of."""
+    pieces = {piece.id: piece for top in parts.pieces for piece in top.all()}
+    drawers = {drawer_id(key, name): piece for key, piece in pieces.items() for name in drawer_names(piece.model.asset)}
+    return {**drawers, **pieces} if parts.has_single_drawers else pieces
 
 
 def _guilty(fault: Fault, pieces: dict[str, PlacedThing]) -> PlacedThing | None:
@@ -82,7 +93,7 @@ def _remove(pieces: list[PlacedThing], unwanted: set[int]) -> None:
         _remove(piece.children, unwanted)
 
 
-def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
+def _parts(seed: int, spec: HouseSpec, attempt: int, version: str) -> document.Parts | None:
     """Returns one attempt at the house; None when a room lacks what makes it that room."""
     key = (spec.model_dump_json(), seed, attempt)
     plan = plan_rooms(spec, generator(*key, "plan"))
@@ -109,6 +120,7 @@ def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
         start=start,
         spec_name=spec.name,
         seed=seed,
+        version=version,
     )
 
 

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
+from vigil.assets.drawers import named_drawer
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError, SettingError
 from vigil.house import House, canonical_json
@@ -132,7 +133,7 @@ def examine(load: Load, wanted: tuple[int, int]) -> HouseReport:
         name=house.name,
         seconds=seconds,
         likeness=_likeness(house),
-        objects=len(objects),
+        objects=sum(named_drawer(node.asset_id) is None for node, _ in objects),
         found=Counter(node.id.split("|")[0] for node, _ in objects)
         + Counter(opening.asset_id.split("_")[1] for opening in openings),
     )

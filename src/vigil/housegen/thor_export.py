@@ -19,6 +19,7 @@ import shapely
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.house import Door, House, HouseObject, Window
+from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.housegen.checking.check import check_house
 from vigil.pose import Box, Vec3, heading, rotate_floor
 from vigil.scene.outlines import floor_of, footprint
@@ -53,6 +54,7 @@ def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str
     `materials` are THOR's names by kind; none: the names stay as they are. Raises SettingError when `thor` has none of
     the house's types, or nothing that fits a door between two rooms.
     """
+    house = with_whole_furniture(house)
     export = Export(copy.deepcopy(house.data))
     exporter = _Exporter(house, thor, export)
     nodes = zip(house.document.objects, export.data["objects"], strict=True)

@@ -11,11 +11,13 @@ import numpy as np
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
+from vigil.assets.drawers import body_of
 from vigil.assets.kernel.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, AssetEntry
 from vigil.errors import HouseError
 from vigil.house import Door, House, HouseObject, Opening
 from vigil.pose import Vec3, wrap_deg
+from vigil.scene.chests import drawers_in, named_drawers
 from vigil.scene.geometry import Motion, rotation_matrix, whole_box
 from vigil.scene.partitions import Partitions
 from vigil.scene.supports import level_surfaces, offset_from
@@ -47,7 +49,7 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
     for opening in openings:
         scene.notes += _turned_back(opening, partitions)
     for node in house.document.objects:
-        _add(scene, node, None, assets, partitions)
+        _add(scene, node, [], assets, partitions)
     for opening in openings:
         if opening.id in scene.things:
             raise HouseError(f"House {house.name!r}: opening {opening.id!r} has another's id; ids must be unique.")
@@ -66,22 +68,31 @@ def _turned_back(thing: Thing, partitions: Partitions) -> list[str]:
     return [f"{thing.id}: openness {wanted:g} reaches into the next room; {thing.openness:g} is taken"]
 
 
-def _add(scene: Scene, node: HouseObject, parent: Thing | None, assets: AssetDatabase, partitions: Partitions) -> None:
+def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDatabase, partitions: Partitions) -> None:
+    """Adds a thing with all that is on and in it; of the `carriers`, the first is its parent in the document."""
     entry = assets.look_up(node.asset_id, node.id)
     if entry.note is not None:
         scene.notes.append(f"{node.id}: {entry.note}")
     asset = make(entry.category, entry.size, entry.variant, _levels(node, entry, assets))
-    thing = _thing(node, asset, entry.category)
-    if parent is not None:
-        thing.parent = parent.id
-        settle(thing, parent)
-    if thing.surface is None and (parent is None or _lies_under(thing, parent)):
+    named = named_drawers(node)
+    thing = _thing(node, body_of(asset) if named else asset, entry.category)
+    if carriers:
+        thing.parent = carriers[0].id
+        settle(thing, *carriers)
+    if thing.surface is None and (not carriers or _lies_under(thing, carriers[0])):
         thing.parent = None
-        _settle_on_floor(thing, HOVER_M if parent is None else FALL_M)
+        _settle_on_floor(thing, FALL_M if carriers else HOVER_M)
     scene.notes += _turned_back(thing, partitions)
     scene.things[thing.id] = thing
+    drawers = drawers_in(node, thing, asset) if named else {}
+    for name, drawer in drawers.items():
+        scene.notes += _turned_back(drawer, partitions)
+        scene.things[drawer.id] = drawer
+        for child in named[name].children if name in named else ():
+            _add(scene, child, [drawer], assets, partitions)
     for child in node.children:
-        _add(scene, child, thing, assets, partitions)
+        if all(child is not drawer for drawer in named.values()):
+            _add(scene, child, [thing, *drawers.values()], assets, partitions)
 
 
 def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:
@@ -133,7 +144,10 @@ def _number(asset_id: str) -> int:
 def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tuple[float, ...]:
     """Returns the heights above the asset's bottom at which children rest inside its box, hovering pairs merged."""
     base = node.position.y - entry.size.y / 2
-    bottoms = sorted(_bottom(child, assets.look_up(child.asset_id, child.id).size) - base for child in node.children)
+    drawers = list(named_drawers(node).values())
+    resting = [child for child in node.children if all(child is not drawer for drawer in drawers)]
+    resting += [child for drawer in drawers for child in drawer.children]
+    bottoms = sorted(_bottom(child, assets.look_up(child.asset_id, child.id).size) - base for child in resting)
     levels: list[float] = []
     for height in bottoms:
         is_new = not levels or height > levels[-1] + HOVER_M
@@ -147,19 +161,19 @@ def _bottom(node: HouseObject, size: Vec3) -> float:
     return node.position.y - float(np.abs(turn[1]) @ np.array(size)) / 2
 
 
-def settle(thing: Thing, parent: Thing) -> None:
-    """Rests `thing` on the parent's surface whose height is nearest to its bottom, when one is near enough."""
+def settle(thing: Thing, *carriers: Thing) -> None:
+    """Rests `thing` on the carriers' surface whose height is nearest to its bottom, when one is near enough."""
     bottom = whole_box(thing).bottom
     low = Vec3(thing.position.x, bottom, thing.position.z)
-    best: tuple[float, float, Surface, Motion] | None = None
-    for surface, frame in level_surfaces(parent):
+    best: tuple[float, float, Surface, Motion, Thing] | None = None
+    for carrier, surface, frame in ((each, *level) for each in carriers for level in level_surfaces(each)):
         x, height, z = offset_from(frame, low)
         within = abs(x) <= surface.size_x / 2 + SURFACE_EDGE_M and abs(z) <= surface.size_z / 2 + SURFACE_EDGE_M
         if within and -ADAPT_M < height < FALL_M and (best is None or abs(height) < best[0]):
-            best = (abs(height), height, surface, frame)
+            best = (abs(height), height, surface, frame, carrier)
     if best is not None:
-        _, height, surface, frame = best
-        thing.surface, thing.parent_joint = surface.name, surface.joint
+        _, height, surface, frame, carrier = best
+        thing.parent, thing.surface, thing.parent_joint = carrier.id, surface.name, surface.joint
         thing.position = Vec3(thing.position.x, thing.position.y - height, thing.position.z)
         if surface.needs_opening:
             _push_inside(thing, surface, frame)

@@ -104,7 +104,7 @@ def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
         things=tuple(sorted(drawn, key=lambda each: each.kind != "rug")),
         walls=tuple(np.array([(point.x, point.z) for point in wall.polygon[:2]]) for wall in house.document.walls),
         openings=tuple(_opening(thing) for thing in things if thing.is_structure),
-        small=tuple((each.id, each.position.x, each.position.z) for each in things if each.parent is not None),
+        small=tuple((e.id, e.position.x, e.position.z) for e in things if e.parent is not None and not e.is_part),
     )
 
 

@@ -63,9 +63,23 @@ def is_shut_in(scene: Scene, thing: Thing) -> bool:
 def around(scene: Scene, thing: Thing) -> list[Thing]:
     """Returns what the thing lies inside of, nearest first.
 
-    It, or something below it in its chain of supports, rests on a surface inside each of them.
+    It, or something below it in its chain of supports, rests on a surface inside each of them, or of a drawer of them.
     """
-    return [parent for parent, surface in _rests(scene, thing) if surface.is_inside]
+    found: list[Thing] = []
+    for parent, surface in _rests(scene, thing):
+        if surface.is_inside:
+            found += [parent, *(whole for whole in [whole_of(scene, parent)] if whole is not None)]
+    return found
+
+
+def whole_of(scene: Scene, thing: Thing) -> Thing | None:
+    """Returns the furniture that a drawer is part of; None for what is no part."""
+    return scene.things.get(thing.parent or "") if thing.is_part else None
+
+
+def parts_of(scene: Scene, thing: Thing) -> list[Thing]:
+    """Returns the drawers that are parts of a thing, in the scene's order."""
+    return [part for part in scene.things.values() if part.is_part and part.parent == thing.id]
 
 
 def _rests(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface]]:

@@ -4,6 +4,7 @@ Each takes a Study and returns a matplotlib Figure; None when the runs have noth
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -192,7 +193,7 @@ CAPTIONS = {
 
 def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
     """Marks W on each bar, and writes W - B beside it; returns the mark for a legend."""
-    look = {"ls": "none", "marker": "|", "ms": 21, "mew": 3.0, "color": INK, "clip_on": False}
+    look: dict[str, Any] = {"ls": "none", "marker": "|", "ms": 21, "mew": 3.0, "color": INK, "clip_on": False}
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
         axes.plot([w], [row], **look)

@@ -262,7 +262,9 @@ def invalid_replies(study: Study) -> Table:
 
 def _no_actions(rows: pd.DataFrame) -> str:
     return no_actions(
-        int(rows["steps"].sum()), map(json.loads, rows["invalid_reasons"]), int(rows["would_parse_leniently"].sum())
+        int(rows["steps"].to_numpy().sum()),
+        map(json.loads, rows["invalid_reasons"]),
+        int(rows["would_parse_leniently"].to_numpy().sum()),
     )
 
 

@@ -120,7 +120,7 @@ def _state(label: str) -> ObjectSetup:
 
 def _of_size(context: HouseContext) -> Tasks:
     for target, others in _candidates(context):
-        acts = [act for act in ACTS if allows(target, act)]
+        acts: list[Act] = [act for act in ACTS if allows(target, act)]
         if len(others) != 1 or not acts:
             continue
         is_larger = is_clearly_larger(target, others[0])

@@ -9,6 +9,7 @@ from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, ClosureTask, Tasks,
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import allows, goal_for, is_target, setup_for
+from vigil.authoring.language.ordinals import bare
 from vigil.authoring.language.referring import ROOM_NAMES, Phrase, referents
 from vigil.authoring.language.wording import VERBS, Act, say
 from vigil.goals import AllOf, ObjectInState
@@ -55,7 +56,7 @@ def _by_name(context: HouseContext) -> Tasks:
         for thing in context.shuffled([each for each in context.oracle.scene.things.values() if each.is_present]):
             item = context.items[thing.id]
             if is_target(thing) and allows(thing, act) and item.room and item.room_id and thing.category not in FLAMES:
-                groups.setdefault((item.name, item.room, item.room_id), []).append(thing)
+                groups.setdefault((bare(item.name), item.room, item.room_id), []).append(thing)
         for (name, room, room_id), things in groups.items():
             if len(things) < FEWEST:
                 continue

@@ -8,7 +8,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.notice import notice_of, notice_spot
 from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn, plain, refused
-from vigil.authoring.drafting.constraints import fits_on_floor, spots_before
+from vigil.authoring.drafting.constraints import fits_on_floor, is_furniture, spots_before
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target, seeking
@@ -108,7 +108,7 @@ def _spots(support: Thing, target: Thing) -> list[Vec3]:
 def _locked(context: HouseContext) -> Tasks:
     for episode in seeking(context, "open"):
         target = context.thing(episode.goal.object_id)
-        if target.is_structure or target.is_pickupable or target.parent is not None:
+        if target.is_structure or target.is_pickupable or not is_furniture(target):
             continue
         room = context.oracle.room_at(target.position)
         furniture = context.things(lambda thing, room=room, target=target: _may_bar(context, thing, target, room))
@@ -130,9 +130,9 @@ def _locked(context: HouseContext) -> Tasks:
 
 
 def _may_bar(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
-    is_furniture = thing.category in (*LIGHT, *HEAVY) and not thing.is_pickupable and thing.parent is None
+    is_kind = thing.category in (*LIGHT, *HEAVY) and not thing.is_pickupable and thing.parent is None
     is_bare = not children(context.oracle.scene, thing.id)
-    return is_furniture and is_bare and thing.id != target.id and context.oracle.room_at(thing.position) == room
+    return is_kind and is_bare and thing.id != target.id and context.oracle.room_at(thing.position) == room
 
 
 def _broken(context: HouseContext) -> Tasks:

@@ -33,6 +33,8 @@ OBSTACLES = (
 MOVED_M = 0.5
 OBSTACLE_PX = 800
 LEAST_OBSTACLE_M = 0.17
+LOW_M = 0.3
+"""Drawers that begin higher pass over most of what may stand before them."""
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
 START_AWAY_M = (0.9, 4.0)
@@ -77,7 +79,7 @@ def full_handed(context: HouseContext) -> Drafts:
 
 def swing_blocked(context: HouseContext) -> Drafts:
     """Yields drafts in which something stands where a door must swing."""
-    doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and thing.parent is None)
+    doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and _is_low(thing))
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
         for obstacle in _obstacles(context, target):
@@ -86,6 +88,16 @@ def swing_blocked(context: HouseContext) -> Drafts:
                     blocked = _with(setup, obstacle, spot)
                     yield from draft_of(context, PartialTask("swing", blocked, target, "open", _moved(obstacle)))
                     break
+
+
+def _is_low(thing: Thing) -> bool:
+    """Whether what stands on the floor can keep a thing from opening: furniture, and of its drawers the low ones."""
+    return is_furniture(thing) and (not thing.is_part or box_of(thing).bottom < LOW_M)
+
+
+def is_furniture(thing: Thing) -> bool:
+    """Whether a thing is no thing that rests on another; a drawer is part of what it is in."""
+    return thing.parent is None or thing.is_part
 
 
 def in_the_way(context: HouseContext) -> Drafts:

@@ -132,12 +132,13 @@ class HouseContext:
         return [things[index] for index in self.rng.permutation(len(things))]
 
     def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
-        """Returns the wanted things that a phrase can name, in a random order."""
+        """Returns the wanted things that a phrase can name, in a random order; of a piece's drawers one alone."""
         wanted = [thing for thing in self.oracle.scene.things.values() if thing.is_present and is_wanted(thing)]
         if self.only is not None:
             wanted = [thing for thing in wanted if thing.id in self.only]
         items = self.items
         named = [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
+        named = _one_drawer_each(named)
         if self.compared_starts == 1:
             return named
         return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
@@ -242,6 +243,12 @@ class HouseContext:
             difficulty=ask.difficulty,
             provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed_of(self.house)),
         )
+
+
+def _one_drawer_each(things: list[Thing]) -> list[Thing]:
+    """Returns things in their order, of the drawers of each piece of furniture the first alone."""
+    chosen = {thing.parent: thing for thing in reversed(things) if thing.is_part}
+    return [thing for thing in things if not thing.is_part or chosen[thing.parent] is thing]
 
 
 def _homes(simulator: PrivilegedSimulator, house: House) -> list[Pose]:

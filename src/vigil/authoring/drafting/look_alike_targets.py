@@ -12,12 +12,12 @@ from vigil.authoring.drafting.proposals import (
     CLEAR_PX,
     CLEAR_PX_BY_SIZE,
     LEVEL_DEG,
-    SOUGHT_M,
     Drafts,
     goal_for,
     is_approachable,
     is_seen,
     is_target,
+    is_worth_seeing,
     may_be_sought,
     setup_for,
     size_of_thing,
@@ -72,7 +72,7 @@ def searching_apart(context: HouseContext) -> Drafts:
     """Yields VS drafts: the target is seen from another place only."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
-        if max(thing.asset.size) <= SOUGHT_M:
+        if not is_worth_seeing(thing):
             return None
         return _start_out_of_view(context, thing, also, by_turning=False, horizon=LEVEL_DEG)
 

@@ -130,12 +130,12 @@ def approaching(context: HouseContext) -> Drafts:
 def is_approachable(thing: Thing) -> bool:
     """Whether a thing has a size that one walks up to."""
     low, high = APPROACHED_M
-    return is_target(thing) and low < max(thing.asset.size) < high
+    return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_part
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
     """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
-    for thing in context.things(lambda thing: max(thing.asset.size) > SOUGHT_M and may_be_sought(context, thing)):
+    for thing in context.things(lambda thing: is_worth_seeing(thing) and may_be_sought(context, thing)):
         start = start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
             yield context.draft(
@@ -148,6 +148,11 @@ def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
                     template="turn" if by_turning else "walk",
                 ),
             )
+
+
+def is_worth_seeing(thing: Thing) -> bool:
+    """Whether one looks for a thing itself: it is not too small, and no drawer, which is where its furniture is."""
+    return max(thing.asset.size) > SOUGHT_M and not thing.is_part
 
 
 def may_be_sought(context: HouseContext, thing: Thing) -> bool:

@@ -58,14 +58,15 @@ def revealing(context: HouseContext) -> Drafts:
 def emptying(context: HouseContext) -> Drafts:
     """Yields `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
     for container, inside, setup in filled(context):
-        for receptacle in receptacles_for(context, inside, {container.id, inside.id, inside.parent}):
+        furniture = container.parent if container.is_part else None
+        for receptacle in receptacles_for(context, inside, {container.id, furniture, inside.id, inside.parent}):
             roles = {"container": container, "target": inside, "receptacle": receptacle}
             yield from _draft(context, "open_pick_place", setup, container, roles)
 
 
 def putting_in(context: HouseContext) -> Drafts:
     """Yields `put_into` drafts: take something and put it into a container, opened where it must be."""
-    for container in context.things(lambda thing: thing.category in BELONGS_IN or thing.category in PUT_INTO):
+    for container in context.things(_may_hold):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
         for target in context.things(partial(may_go_in, container)):
             first = container if container.is_openable else target
@@ -170,6 +171,12 @@ def _place_inside(thing: Thing, container: Thing) -> Placement | None:
             rotation = container.rotation._replace(x=0.0, z=0.0)
             return Placement(position=position, rotation=rotation, parent=container.id)
     return None
+
+
+def _may_hold(thing: Thing) -> bool:
+    """Whether things are put into a thing; what has drawers of their own has no inside besides them."""
+    is_container = thing.category in BELONGS_IN or thing.category in PUT_INTO
+    return is_container and any(surface.is_inside for surface in thing.asset.surfaces)
 
 
 def may_go_in(container: Thing, thing: Thing) -> bool:

@@ -55,10 +55,13 @@ def least_share(category: str) -> float:
 
 
 @lru_cache(maxsize=1024)
-def colour_shares(asset: Asset) -> dict[str, float]:
-    """Returns word for a colour -> the share of it in what one sees of a thing from around; nothing for glass."""
+def colour_shares(*assets: Asset) -> dict[str, float]:
+    """Returns word for a colour -> the share of it in what one sees of a thing from around; nothing for glass.
+
+    Furniture with drawers of its own is several assets.
+    """
     seen: defaultdict[str, float] = defaultdict(float)
-    for part in asset.parts:
+    for part in (part for asset in assets for part in asset.parts):
         if not part.is_glass and part.shown != "on":
             look = material(part.material)
             rgb = np.array(look.rgba[:3])

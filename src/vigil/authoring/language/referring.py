@@ -14,12 +14,13 @@ from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.palette import COLOURS
+from vigil.authoring.language import ordinals
 from vigil.authoring.language.looks import colour_shares, is_misnamed, is_open_shelf, least_share, passes_for
 from vigil.authoring.language.relations import RELATIONS, Placed
 from vigil.pose import Box, rotate_floor
 from vigil.scene.geometry import box_of
 from vigil.scene.outlines import room_floor
-from vigil.scene.supports import surface_named
+from vigil.scene.supports import parts_of, surface_named
 from vigil.scene.things import Scene, Thing
 
 ROOM_NAMES = {"Kitchen": "kitchen", "LivingRoom": "living room", "Bedroom": "bedroom", "Bathroom": "bathroom"}
@@ -170,7 +171,7 @@ def _seen(thing: Thing, item: DescribedThing, twice: set[str], scene: Scene) -> 
     joined = item.name.partition(BETWEEN)[2]
     return replace(
         item,
-        colours=tuple(colour for colour in item.colours if _is_seen_as(thing, colour)),
+        colours=tuple(colour for colour in item.colours if _is_seen_as(scene, thing, colour)),
         is_inside=item.is_inside and not is_on_shelf,
         is_on_shelf=is_on_shelf,
         also=passes_for(thing),
@@ -179,9 +180,9 @@ def _seen(thing: Thing, item: DescribedThing, twice: set[str], scene: Scene) -> 
     )
 
 
-def _is_seen_as(thing: Thing, colour: str) -> bool:
+def _is_seen_as(scene: Scene, thing: Thing, colour: str) -> bool:
     """Whether what one sees of a thing is mostly of a colour; of glass there is nothing else to go by."""
-    shares = colour_shares(thing.asset)
+    shares = colour_shares(thing.asset, *(part.asset for part in parts_of(scene, thing)))
     alike = sum(share for word, share in shares.items() if _look_alike(colour, word))
     return not shares or alike >= least_share(thing.category)
 
@@ -193,12 +194,12 @@ def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
     return DescribedThing(
         id=thing.id,
         category=thing.category,
-        name=_name(thing, rooms),
+        name=_name(scene, thing, rooms),
         colours=_colours(thing),
         room_id=room_id,
         room=room,
         support_id=parent.id if parent else None,
-        support=CATALOG[parent.category].spoken if parent else None,
+        support=_name(scene, parent, ()) if parent else None,
         is_inside=surface is not None and surface.is_inside,
         box=box_of(thing),
     )
@@ -209,8 +210,10 @@ def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str |
     return next(((id_, name) for id_, name, floor in rooms if floor.covers(place)), (None, None))
 
 
-def _name(thing: Thing, rooms: RoomOutlines) -> str:
-    """Returns what a thing is called; a door by the rooms that it joins."""
+def _name(scene: Scene, thing: Thing, rooms: RoomOutlines) -> str:
+    """Returns what a thing is called; a door by the rooms that it joins, a drawer by its place in its furniture."""
+    if thing.is_part:
+        return ordinals.drawer_name(scene, thing)
     name = CATALOG[thing.category].spoken
     if not thing.is_structure or thing.category == "Window":
         return name
@@ -236,7 +239,7 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
     return (
         _is_called(item, phrase.name)
         and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
-        and (phrase.support is None or (item.support is not None and _names_fit(phrase.support, item.support)))
+        and (phrase.support is None or (item.support is not None and _support_fits(phrase.support, item.support)))
         and (phrase.room is None or phrase.room == item.room)
     )
 
@@ -323,7 +326,7 @@ def _phrase(found: re.Match[str]) -> Phrase:
 
 
 def _pattern(names: Iterable[str]) -> re.Pattern[str]:
-    every = {name for full in names for name in (full, full.partition(BETWEEN)[0])}
+    every = {name for full in names for name in (full, full.partition(BETWEEN)[0], ordinals.bare(full))}
     known = "|".join(re.escape(name) for name in sorted(every, key=lambda name: (-len(name), name)))
     colours = "|".join(sorted(COLOURS, key=lambda name: (-len(name), name)))
     rooms = "|".join(sorted(ROOM_NAMES.values()))
@@ -342,8 +345,16 @@ def is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing])
     return {other.id for other in supports} == {item.support_id}
 
 
+def _support_fits(said: str, support: str) -> bool:
+    """Whether what lies in or on a support may be said to lie in or on `said`: in a drawer is in its furniture, too."""
+    whole = ordinals.furniture(support)
+    return _names_fit(said, support) or (whole is not None and _names_fit(said, whole))
+
+
 @lru_cache(maxsize=65536)
 def _names_fit(said: str, name: str) -> bool:
+    if ordinals.is_drawer(said) or ordinals.is_drawer(name):
+        return ordinals.fits(said, name, _names_fit)
     said_kind, _, said_where = said.partition(BETWEEN)
     kind, _, where = name.partition(BETWEEN)
     if said_where and said_where != where:

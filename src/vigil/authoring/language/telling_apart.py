@@ -6,6 +6,7 @@ By an attribute (its colour), by place (what it lies on), or by a relation to so
 from collections.abc import Iterable, Iterator
 
 from vigil.assets.catalog import CATALOG
+from vigil.authoring.language.ordinals import is_drawer
 from vigil.authoring.language.referring import DescribedThing, Phrase, is_plain, mentions, referents
 from vigil.authoring.language.relations import gap_m
 
@@ -22,7 +23,7 @@ NO_ANCHORS = frozenset(
             "Curtains",
             "TowelHolder",
         ),
-        *("HandTowelHolder", "ToiletPaperHanger", "WallDecor", "RoomDecor", "Chair", "Stool"),
+        *("HandTowelHolder", "ToiletPaperHanger", "WallDecor", "RoomDecor", "Chair", "Stool", "Drawer"),
     }
 )
 """Too flat, too high, too many or too easily moved to find one's way by."""
@@ -49,10 +50,10 @@ def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[D
 def phrases_apart(item: DescribedThing, items: Iterable[DescribedThing]) -> list[Phrase]:
     """Returns the phrases that mean one of several look-alikes and it alone, each by one thing that sets it apart.
 
-    None where the bare name means it alone.
+    None where the bare name means it alone, and none of a drawer, which its furniture is told by.
     """
     everything = list(items)
-    if item.is_misnamed or not look_alikes(item, everything):
+    if item.is_misnamed or is_drawer(item.name) or not look_alikes(item, everything):
         return []
     names = [other.name for other in everything]
     return [phrase for phrase in _tried(item, everything) if _is_read_back(phrase, item, everything, names)]

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from vigil.actions import Action, Navigate, Report
+from vigil.authoring.language.ordinals import bare
 from vigil.authoring.language.referring import Phrase, referents
 from vigil.authoring.review.containers import may_hold, room_said
 from vigil.authoring.review.rules import INSIDE_TEMPLATE, EpisodeStart
@@ -68,7 +69,7 @@ def _look_alikes(start: EpisodeStart) -> list[str]:
     target = start.items.get(start.episode.goal.object_id)
     if target is None:
         return []
-    return [item.id for item in referents(Phrase(target.name), start.items.values()) if item.id != target.id]
+    return [item.id for item in referents(Phrase(bare(target.name)), start.items.values()) if item.id != target.id]
 
 
 def _containers(start: EpisodeStart, target: Thing) -> int:

@@ -28,7 +28,7 @@ BELONGS_IN = {
     "WashingMachine": ("Towel", "HandTowel", "Cloth"),
     "ClothesDryer": ("Towel", "HandTowel", "Cloth"),
     "Dresser": ("Watch", "KeyChain", "AlarmClock", "Book", "CellPhone", "CD", "RemoteControl", "Candle"),
-    "Drawer": ("Pen", "Pencil", "Fork", "Spoon", "Knife", "KeyChain", "Watch"),
+    "Drawer": ("Pen", "Pencil", "KeyChain", "Watch", "CellPhone", "CD", "RemoteControl", "CreditCard", "Book"),
 }
 """Container -> what a person would look for in it."""
 IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")

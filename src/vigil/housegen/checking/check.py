@@ -1,5 +1,6 @@
 """Checks a house, generated or real, by named rules; says what is wrong and never fails on it."""
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 
@@ -165,6 +166,11 @@ def _hovering(house: House, scene: Scene) -> list[Fault]:
     faults: list[Fault] = []
     for node, _ in house.objects():
         thing = scene.things[node.id]
+        if thing.is_part:
+            away = math.dist(thing.position, node.position.vec)
+            if away > HOVER_M:
+                faults.append(Fault("hovering", thing.id, f"it is {away:.3f} m from its place in {thing.parent!r}"))
+            continue
         if not is_upright(thing) or _hangs(thing, scene, lines, ceiling):
             continue
         gap, under = _gap(thing, node), "the floor" if thing.parent is None else repr(thing.parent)

@@ -46,7 +46,9 @@ class Cuts:
                 yield other
 
     def _goes_along(self, thing: Thing, other: Thing) -> bool:
-        """Whether another lies inside the thing, or moves along with its drawer."""
+        """Whether another lies inside the thing, moves along with its drawer, or is what the thing is a drawer of."""
+        if thing.is_part and other.id == thing.parent:
+            return True
         carriers = self._carriers[other.id]
         if thing not in carriers:
             return False

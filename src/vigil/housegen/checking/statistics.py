@@ -15,6 +15,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
 from vigil.house import House, HouseObject
+from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.pose import Box
 from vigil.scene.outlines import floor_of, footprint
 
@@ -70,7 +71,8 @@ class DistributionComparison:
 
 
 def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = None) -> list[RoomMeasures]:
-    """Returns a house's rooms in numbers; `only` counts things of these categories alone."""
+    """Returns a house's rooms in numbers, furniture as one thing with its drawers; `only` counts these categories."""
+    house = with_whole_furniture(house)
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     rooms = {
         room.id: RoomMeasures(room.room_type, floors[room.id].area)

@@ -6,7 +6,7 @@ They speak to a backend through `vigil.sim.protocol` and `vigil.sim.privileged` 
 
 from collections.abc import Callable
 
-from vigil.sim.conformance import handling, moving, privileged, seeing
+from vigil.sim.conformance import handling, moving, privileged, seeing, single_drawers
 from vigil.sim.conformance.trial import Trial
 
 ConformanceCheck = Callable[[Trial], None]
@@ -33,6 +33,11 @@ CHECKS: tuple[ConformanceCheck, ...] = (
     handling.leaves_stop_at_what_is_in_the_way,
     handling.doors_open_and_close,
     handling.drawers_carry_their_contents,
+    single_drawers.open_one_by_one,
+    single_drawers.hold_things_of_their_own,
+    single_drawers.stop_at_what_is_in_the_way,
+    single_drawers.are_seen_as_part_of_their_furniture,
+    single_drawers.move_with_their_furniture,
     handling.appliances_interlock,
     handling.contents_move_along,
     handling.switches_change_the_state,

@@ -5,6 +5,7 @@ The kitchen lies west (x 0..6), the bedroom east (x 6..10), both z 0..5; a door 
 
 from typing import Any
 
+from vigil.assets.drawers import drawer_asset_id
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 
@@ -20,8 +21,13 @@ _TABLE_M, _COUNTER_M = 0.7111, 0.9225
 Node = dict[str, Any]
 
 
-def trial_house() -> House:
-    """Returns the house."""
+DRESSER, WATCH = "Dresser|1", "Watch|1"
+DRAWER, SIBLING, LOWEST = (f"Drawer|1|Dresser{number}" for number in (4, 5, 0))
+"""In the house with single drawers: two beside each other, the watch in the first, and one near the floor."""
+
+
+def trial_house(*, has_single_drawers: bool = False) -> House:
+    """Returns the house; with single drawers, those of its dresser open one by one."""
     agent = {"position": START, "rotation": {"x": 0, "y": 0, "z": 0}, "horizon": 30, "standing": True}
     door = _opening(DOOR, "Doorway_1", (2.0, 3.0), (0.0, 2.1)) | {"openable": True, "openness": 0.0}
     return House(
@@ -31,7 +37,7 @@ def trial_house() -> House:
             "walls": [*_walls(KITCHEN, 0.0, 6.0), *_walls(BEDROOM, 6.0, 10.0)],
             "doors": [door],
             "windows": [_opening(PANE, "Window_Fixed_1", (0.5, 1.5), (0.9, 2.0))],
-            "objects": [*_kitchen(), *_bedroom()],
+            "objects": [*_kitchen(), *(_apart(node) if has_single_drawers else node for node in _bedroom())],
             "proceduralParameters": {"lights": [], "ceilingMaterial": _PLASTER},
             "metadata": {"schema": "1.0.0", "agent": agent},
         },
@@ -71,6 +77,17 @@ def _bedroom() -> list[Node]:
         _thing("FloorLamp|2", (6.9, 0.0, 1.0)),
         _thing("Painting|1", (9.98, 1.3, 4.0), WEST),
     ]
+
+
+def _apart(node: Node) -> Node:
+    """Returns an object of the bedroom; the dresser with its watch in a drawer of its own."""
+    if node["id"] != DRESSER:
+        return node
+    watch = next(child for child in node["children"] if child["id"] == WATCH)
+    drawer = _thing(DRAWER, (7.76, 0.46, 0.25), children=[watch]) | {
+        "assetId": drawer_asset_id(node["assetId"], "drawer4")
+    }
+    return node | {"children": [drawer, *(child for child in node["children"] if child is not watch)]}
 
 
 def _thing(

@@ -16,7 +16,7 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG, WALL
 from vigil.scene.geometry import Prism, joint_of, moving_prisms_of, part_motion, penetrations, prisms_of
-from vigil.scene.supports import around, carried_by, children, contents, joint_is_hinge, surface_named
+from vigil.scene.supports import around, carried_by, children, contents, joint_is_hinge, surface_named, whole_of
 from vigil.scene.things import Thing
 from vigil.sim.core.state import AGENT, SceneState
 
@@ -60,8 +60,13 @@ def _struck(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[st
 def _struck_by_carried(
     state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
 ) -> str | None:
-    """Returns what stops the open leaves of things that move along; of the thing's own body, the id of what is open."""
-    body = [prism for prism in prisms_of(thing) if prism.joint is None]
+    """Returns what stops the open leaves of things that move along; of the thing's own body, the id of what is open.
+
+    The body of a drawer is that of its furniture.
+    """
+    whole = whole_of(state.scene, thing) or thing
+    body = [prism for prism in prisms_of(whole) if prism.joint is None]
+    obstacles = [(owner, prism) for owner, prism in obstacles if owner != whole.id]
     for joint in thing.asset.joints:
         before = part_motion(thing, joint.name).inverse()
         motions = [part_motion(thing, joint.name, openness).after(before) for openness in samples]

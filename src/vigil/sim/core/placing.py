@@ -192,13 +192,14 @@ def _first_free(
     middles = shapely.points(columns[0], columns[1])
     is_hit = _parted(state, bulk, columns, bottoms, (clicked.x, clicked.z))
     bounds = shapely.total_bounds(footprints)
+    around = {receptacle.id, receptacle.parent} if receptacle.is_part else {receptacle.id}
     for owner, prism in state.solids(set()):
         left, front, right, back = prism.bounds
         if left > bounds[2] or right < bounds[0] or front > bounds[3] or back < bounds[1]:
             continue
         level = (prism.bottom < bottoms + bulk.height - TOUCH_M) & (prism.top > bottoms + TOUCH_M)
         shape = polygon_of(prism)
-        if owner == receptacle.id:  # solids of hollow things are not hollow: what goes in lies inside them
+        if owner in around:  # solids of hollow things are not hollow: what goes in lies inside them
             level &= ~(shapely.intersects(shape, middles) & (prism.bottom < bottoms - TOUCH_M))
             shape = shape.buffer(-OWN_SLACK_M)
         is_hit |= level & shapely.intersects(footprints, shape)

@@ -112,6 +112,8 @@ def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
 def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str) -> None:
     if thing.is_structure:
         raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
+    if thing.is_part:
+        raise EpisodeError(f"Setup: {thing.id!r} is a drawer of {thing.parent!r} and cannot be placed elsewhere.")
     parent = None
     if placement.parent is not None:
         parent = state.scene.things.get(placement.parent)

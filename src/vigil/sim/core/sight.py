@@ -13,7 +13,7 @@ import numpy as np
 from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.things import Thing
-from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine
+from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
 
 WIDTH, HEIGHT = 640, 480
 FOCAL_PX = HEIGHT / 2
@@ -99,9 +99,9 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
     return int(x), int(y)
 
 
-def window_of(agent: Pose, thing: Thing) -> PixelWindow | None:
-    """Returns the pixels that the thing's boxes, leaves where they are now, can cover; None when outside the frame."""
-    corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(thing.asset)]
+def window_of(agent: Pose, *things: Thing) -> PixelWindow | None:
+    """Returns the pixels that the boxes of things, leaves where they are now, can cover; None outside of the frame."""
+    corners = _box_corners_of(things)
     points, is_before = _clipped(agent, corners)
     if not len(points):
         return None
@@ -116,10 +116,19 @@ def window_of(agent: Pose, thing: Thing) -> PixelWindow | None:
     return PixelWindow(left, top, right, bottom, stride, is_whole)
 
 
-def farthest_m(eye: Vec3, thing: Thing) -> float:
-    """Returns a distance from an eye that no part of a thing is beyond, leaves where they are now."""
-    corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(thing.asset)]
+def farthest_m(eye: Vec3, *things: Thing) -> float:
+    """Returns a distance from an eye that no part of some things is beyond, leaves where they are now."""
+    corners = _box_corners_of(things)
     return float(np.linalg.norm(np.concatenate(corners) - np.array(eye), axis=1).max()) + BEYOND_M
+
+
+def _box_corners_of(things: tuple[Thing, ...]) -> list[np.ndarray]:
+    """Returns the corners (8, 3) of the boxes of all parts of some things, leaves where they are now."""
+    return [
+        part_motion(thing, joint)(box_corners(low, high))
+        for thing in things
+        for joint, low, high in part_boxes(thing.asset)
+    ]
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
@@ -147,6 +156,11 @@ class Sight:
         self._engine = engine
         self._things = list(things.values())
         self._index = {thing_id: index for index, thing_id in enumerate(things)}
+        self._parts: dict[str, list[Thing]] = {}
+        """The drawers of furniture, which are seen as part of it."""
+        for thing in self._things:
+            if thing.is_part and thing.parent is not None:
+                self._parts.setdefault(thing.parent, []).append(thing)
         self._seen: dict[Pose, dict[str, Sighting]] = {}
         """From where which things were seen, and how, since anything changed: the same is asked again and again."""
 
@@ -165,13 +179,15 @@ class Sight:
         return thing, Vec3(*(float(value) for value in point))
 
     def near(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
-        """Returns the sorted ids of the things within 3 px of a pixel."""
+        """Returns the sorted ids of the things within 3 px of a pixel, with a drawer the furniture that it is of."""
         reach = np.arange(-NEAR_CLICK_PX, NEAR_CLICK_PX + 1)
         disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
         pixels = disc[(disc**2).sum(axis=1) <= NEAR_CLICK_PX**2] + np.array([x, y])
         pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
-        met = np.unique(self._engine.cast(agent.eye, directions(agent, pixels), through_glass=False).things)
-        return tuple(sorted(self._things[index].id for index in met if index >= 0))
+        hit = np.unique(self._engine.cast(agent.eye, directions(agent, pixels), through_glass=False).things)
+        met = [self._things[index] for index in hit if index >= 0]
+        wholes = {thing.parent for thing in met if thing.is_part and thing.parent is not None}
+        return tuple(sorted({thing.id for thing in met} | wholes))
 
     def clickable(self, agent: Pose, thing: Thing) -> np.ndarray:
         """Returns the sampled pixels (n, 2) on which a click hits the thing."""
@@ -185,8 +201,9 @@ class Sight:
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
         """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
-        hits = self._engine.cast(eye, rays, through_glass=through_glass, within_m=farthest_m(eye, thing))
-        is_met = hits.things == self._index[thing.id]
+        within_m = farthest_m(eye, *self._whole(thing))
+        hits = self._engine.cast(eye, rays, through_glass=through_glass, within_m=within_m)
+        is_met = self._is_of(hits.things, thing)
         if through_glass and _has_glass(thing):
             alone = self._engine.cast(eye, rays, through_glass=False, only=thing.id)
             is_met |= alone.distances < hits.distances
@@ -206,20 +223,44 @@ class Sight:
         """Casts each thing's outline alone first, then into the scene."""
         found = {thing.id: UNSEEN for thing in things}
         for thing in things:
-            window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
+            whole = self._whole(thing)
+            window = window_of(agent, *whole) if thing.is_present and not thing.is_held else None
             if window is None:
                 continue
             rays = directions(agent, window.pixels())
-            alone = self._engine.cast(agent.eye, rays, through_glass=False, only=thing.id)
-            is_met = alone.things == self._index[thing.id]
-            outline = alone.distances[is_met]
-            hits = self._engine.cast(agent.eye, rays[is_met], through_glass=True, within_m=farthest_m(agent.eye, thing))
-            is_own = hits.things == self._index[thing.id]
+            alone = self._alone(agent, thing, rays)
+            is_met = self._is_of(alone.things, thing)
+            outline, within_m = alone.distances[is_met], farthest_m(agent.eye, *whole)
+            hits = self._engine.cast(agent.eye, rays[is_met], through_glass=True, within_m=within_m)
+            is_own = self._is_of(hits.things, thing)
             is_hit = is_own | (outline < hits.distances)
             if is_hit.any():
                 roles = np.where(is_own, hits.roles, alone.roles[is_met])
                 found[thing.id] = _sighting(thing, window, is_hit, roles, outline)
         return found
+
+    def _whole(self, thing: Thing) -> list[Thing]:
+        """Returns a thing with its drawers that are things too."""
+        return [thing, *(part for part in self._parts.get(thing.id, ()) if part.is_present)]
+
+    def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
+        """Returns which of the things that rays met (n,) are a thing, or drawers of it."""
+        own = [self._index[each.id] for each in self._whole(thing)]
+        return met == own[0] if len(own) == 1 else np.isin(met, own)
+
+    def _alone(self, agent: Pose, thing: Thing, rays: np.ndarray) -> RayHits:
+        """Returns what rays meet of a thing and its drawers, as if there were nothing else."""
+        first, *rest = (
+            self._engine.cast(agent.eye, rays, through_glass=False, only=each.id) for each in self._whole(thing)
+        )
+        for hits in rest:
+            nearer = hits.distances < first.distances
+            first = RayHits(*(np.where(nearer, new, old) for new, old in zip(_rows(hits), _rows(first), strict=True)))
+        return first
+
+
+def _rows(hits: RayHits) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return hits.things, hits.roles, hits.distances
 
 
 def _has_glass(thing: Thing) -> bool:

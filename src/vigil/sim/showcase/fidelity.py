@@ -16,7 +16,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
 from vigil.pose import Vec3
 from vigil.scene.geometry import joint_motion, joint_of, whole_box
-from vigil.scene.supports import surface_frame, surface_named
+from vigil.scene.supports import parts_of, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
 
 BOX_SHARE, BOX_M = 0.02, 0.001
@@ -38,14 +38,17 @@ class Mismatch:
 
 
 def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mismatch]:
-    """Returns the flaws of a house's scene as it was built, in the scene's order."""
+    """Returns the flaws of a house's scene as it was built, in the scene's order.
+
+    Furniture whose drawers are things of their own does not fill its box without them; each of them does.
+    """
     asked = {node.id: assets.look_up(node.asset_id, node.id).size for node, _ in house.objects()}
     return [
         Mismatch(rule, thing.id, message)
         for thing in scene.things.values()
         for rule, message in (
             *_stand_in(thing),
-            *_box(thing, asked.get(thing.id, thing.asset.size)),
+            *(() if parts_of(scene, thing) else _box(thing, asked.get(thing.id, thing.asset.size))),
             *_gap(thing, scene),
             *_state(thing),
         )
@@ -88,7 +91,7 @@ def _metres(size: np.ndarray) -> str:
 
 def _gap(thing: Thing, scene: Scene) -> Iterator[tuple[str, str]]:
     """What hangs on a rail, or lies on what is made to carry nothing, is where the house says."""
-    if thing.is_structure:
+    if thing.is_structure or thing.is_part:
         return
     bottom = whole_box(thing).bottom
     parent = scene.things.get(thing.parent or "")

@@ -50,9 +50,9 @@ class Picture:
         found = {self.at(column, row) for column, row in pixels.tolist()}
         return {name for name in found if name is not None and name not in self._in_hand}
 
-    def sighting(self, name: str) -> Sighting:
-        """Returns how much of an object is seen; nothing of what is in the hand."""
-        rows, columns = self._shown(name)
+    def sighting(self, *names: str) -> Sighting:
+        """Returns how much of objects, which are parts of one, is seen; nothing of what is in the hand."""
+        rows, columns = (np.concatenate(each) for each in zip(*map(self._shown, names), strict=True))
         if not len(rows):
             return Sighting()
         if self._depth is None:

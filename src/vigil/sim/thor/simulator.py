@@ -27,7 +27,7 @@ from vigil.errors import EpisodeError, SimulatorError
 from vigil.house import House
 from vigil.pose import Pose, Vec3, distance, floor_distance
 from vigil.scene.outlines import room_floor
-from vigil.scene.supports import ancestors, around, lies_over
+from vigil.scene.supports import ancestors, around, lies_over, parts_of, whole_of
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.motion import CollisionMap, sweeps
 from vigil.sim.core.setup import blocked_start, unknown_object
@@ -264,7 +264,10 @@ class ThorSimulator:
             return Effect(refusal="nothing_hit")
         thing, near = self._shown(action.x, action.y), driver.picture().near(action.x, action.y)
         point = self._point_under(action.x, action.y)
-        known = {name for name in near if name in self._mirror.scene.things} | ({thing.id} if thing else set())
+        things = self._mirror.scene.things
+        known = {name for name in near if name in things} | ({thing.id} if thing else set())
+        wholes = (whole_of(self._mirror.scene, things[name]) for name in known)
+        known = known.union(whole.id for whole in wholes if whole is not None)
         seen = Effect(
             hit=thing.id if thing else None,
             hit_category=thing.category if thing else None,
@@ -287,7 +290,8 @@ class ThorSimulator:
     def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:
         mirror = self._mirror
         box, is_seen = mirror.box(thing), thing.is_present and not thing.is_held
-        seen = self._now().driver.picture().sighting(thing.id)
+        names = [thing.id, *(part.id for part in parts_of(mirror.scene, thing))]
+        seen = self._now().driver.picture().sighting(*names)
         pixels = seen.pixels if is_seen else 0
         return ObjectState(
             category=thing.category,
@@ -296,7 +300,7 @@ class ThorSimulator:
             openness=thing.openness if thing.is_openable else None,
             is_toggled=thing.is_toggled if thing.is_toggleable else None,
             is_held=mirror.held == thing.id,
-            visible=is_seen and thing.id in mirror.visible,
+            visible=is_seen and not mirror.visible.isdisjoint(names),
             visible_px=pixels,
             open_px=pixels if thing.is_openable else 0,
             toggle_px=pixels if thing.is_toggleable else 0,

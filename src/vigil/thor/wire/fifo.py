@@ -6,7 +6,7 @@ import struct
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, cast
 
 from vigil.errors import SettingError
 from vigil.thor.base.answer import Answer, Answering
@@ -91,7 +91,7 @@ def packer() -> Callable[[Any], bytes]:
     except ImportError:
         text = "The engine needs msgpack, as AI2-THOR's client does. Give: pip install vigil-bench[thor]"
         raise SettingError(text) from None
-    return packb
+    return cast("Callable[[Any], bytes]", packb)
 
 
 def message(answer: Answer, pack: Callable[[Any], bytes]) -> bytes:

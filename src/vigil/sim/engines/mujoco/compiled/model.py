@@ -60,6 +60,8 @@ class CompiledModel:
     geom_roles: np.ndarray
     body_things: np.ndarray
     """(bodies,): thing of each body that is placed."""
+    wholes: np.ndarray
+    """(things + 1,): what each thing is a drawer of, itself for all others; the last stands for what is no thing."""
     structure_kinds: dict[int, str]
     """Kind of each structural geom."""
     structure_rooms: dict[int, int]
@@ -99,13 +101,14 @@ class CompiledModel:
     def moved(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """Returns which things (things + 1,) have a part whose place differs between two lists (bodies, ...) of places.
 
-        The last, which never has, stands for what is no thing.
+        Furniture and its drawers have moved when one of them has. The last, which never has, stands for what is no
+        thing.
         """
         changed = np.flatnonzero((before != after).any(axis=1))
         has_moved = np.zeros(len(self.things) + 1, dtype=bool)
         if len(changed):
-            has_moved[self.body_things[changed]] = True
-        return has_moved
+            has_moved[self.wholes[self.body_things[changed]]] = True
+        return has_moved[self.wholes]
 
     def copy(self) -> "CompiledModel":
         """Returns a model of the same scene, everything where it is now, that changes by itself."""
@@ -150,6 +153,7 @@ def build(scene: Scene) -> CompiledModel:
         np.array([*draft.geom_things, -1], dtype=np.int32),
         np.array([*draft.geom_roles, 0], dtype=np.uint8),
         np.array([index for index, placed in enumerate(things.values()) for _ in placed.bodies], dtype=int),
+        _wholes(scene, things),
         kinds,
         rooms,
         lights.lamps_of(scene),
@@ -162,6 +166,11 @@ def build(scene: Scene) -> CompiledModel:
         model.place(thing)
     model.settle()
     return model
+
+
+def _wholes(scene: Scene, things: dict[str, Placed]) -> np.ndarray:
+    wholes = (thing.parent if thing.is_part and thing.parent in things else thing.id for thing in scene.things.values())
+    return np.array([*(things[whole].index for whole in wholes), len(things)], dtype=int)
 
 
 def _still(draft: _Draft, scene: Scene, kinds: dict[int, str], things: dict[str, Placed]) -> np.ndarray:

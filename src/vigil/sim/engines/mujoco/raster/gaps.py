@@ -33,14 +33,17 @@ def shut_away(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, sampl
     for body in np.unique(bodies[model.geom_things[geoms] >= 0]).tolist():
         chosen = np.flatnonzero(bodies == body)
         thing = placed[model.geom_things[geoms[chosen[0]]]]
-        if not thing.has_inside:
+        # A chest comes before its drawers; what is no chest is all there is to it.
+        pieces = [placed[index] for index in np.flatnonzero(model.wholes[:-1] == model.wholes[thing.index]).tolist()]
+        if not any(piece.has_inside for piece in pieces):
             continue
-        parts = thing.geoms[~np.isin(model.native.geom_group[thing.geoms], (HIDDEN, GLASS))]
+        parts = np.concatenate([piece.geoms for piece in pieces])
+        parts = parts[~np.isin(model.native.geom_group[parts], (HIDDEN, GLASS))]
         others = parts[model.native.geom_bodyid[parts] != body]
         if not len(others):
             continue
         beside, whole = occluders_of(model, geometry, others), occluders_of(model, geometry, parts)
-        case = int(model.native.geom_bodyid[thing.geoms[0]])
+        case = int(model.native.geom_bodyid[pieces[0].geoms[0]])
         axes = model.data.xmat[case].reshape(3, 3).astype(np.float32)
         normals = samples.normals[chosen]
         origins = samples.points[chosen] + np.float32(LIFT_M) * normals

@@ -1,0 +1,101 @@
+"""Furniture with drawers taken apart: a body that does not open, and every drawer as an asset of its own.
+
+What the makers build is one asset whose drawers all move with one openness. A house that names drawers as parts of a
+piece gets the same shapes as several assets: shut, they look the same and take the same room.
+"""
+
+import re
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
+from vigil.pose import Vec3
+
+DRAWER = "Drawer"
+"""The category of a drawer."""
+_NAMED = re.compile(r"(.+)_(drawer\d+)")
+
+
+def drawer_asset_id(chest_asset_id: str, name: str) -> str:
+    """Returns the asset id of the drawer `name` of a piece of furniture."""
+    return f"{chest_asset_id}_{name}"
+
+
+def named_drawer(asset_id: str) -> tuple[str, str] | None:
+    """Returns the asset id of the furniture and the drawer's name that an asset id speaks of; None for any other."""
+    found = _NAMED.fullmatch(asset_id)
+    return (found[1], found[2]) if found else None
+
+
+def drawer_id(chest_id: str, name: str) -> str:
+    """Returns the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5", and of no other."""
+    kind, _, rest = chest_id.partition("|")
+    number = name.removeprefix("drawer")
+    return f"{DRAWER}|{rest}|{kind}{number}" if rest else f"{DRAWER}|{chest_id}|{number}"
+
+
+def drawer_names(asset: Asset) -> tuple[str, ...]:
+    """Returns the names of an asset's drawers; none when anything else of it moves too."""
+    names = tuple(joint.name for joint in asset.joints)
+    carrying = {surface.joint for surface in asset.surfaces}
+    is_chest = all(joint.kind == "slide" and joint.name in carrying for joint in asset.joints)
+    return names if is_chest and all(name.startswith("drawer") for name in names) else ()
+
+
+@lru_cache(maxsize=1024)
+def body_of(asset: Asset) -> Asset:
+    """Returns the asset without its drawers; its box, and so its place in a house, is still the whole's."""
+    return replace(
+        asset,
+        parts=tuple(part for part in asset.parts if part.joint is None),
+        solids=tuple(solid for solid in asset.solids if solid.joint is None),
+        joints=(),
+        surfaces=tuple(surface for surface in asset.surfaces if surface.joint is None),
+    )
+
+
+@lru_cache(maxsize=4096)
+def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
+    """Returns a drawer of an asset, shut, and where its middle is in the asset's frame (m).
+
+    Alone it comes out as far as any other of the same piece: there is none above it to see past.
+    """
+    parts = [part for part in asset.parts if part.joint == name]
+    points = np.concatenate([part.mesh.vertices for part in parts]).astype(np.float64)
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = (low + high) / 2
+    reach = max(abs(joint.travel) for joint in asset.joints)
+    drawer = Asset(
+        category=DRAWER,
+        size=Vec3(*(high - low).tolist()),
+        parts=tuple(_moved_part(part, middle) for part in parts),
+        solids=tuple(_moved_solid(solid, middle) for solid in asset.solids if solid.joint == name),
+        joints=tuple(_moved_joint(joint, middle, reach) for joint in asset.joints if joint.name == name),
+        surfaces=tuple(_moved_surface(surface, middle) for surface in asset.surfaces if surface.joint == name),
+    )
+    return drawer, Vec3(*middle.tolist())
+
+
+def _moved_part(part: Part, middle: np.ndarray) -> Part:
+    vertices = (part.mesh.vertices - middle).astype(np.float32)
+    return replace(part, mesh=replace(part.mesh, vertices=vertices))
+
+
+def _moved_solid(solid: Solid, middle: np.ndarray) -> Solid:
+    x, y, z = middle.tolist()
+    polygon = tuple((corner_x - x, corner_z - z) for corner_x, corner_z in solid.polygon)
+    return replace(solid, polygon=polygon, bottom=solid.bottom - y, top=solid.top - y)
+
+
+def _moved_joint(joint: Joint, middle: np.ndarray, reach: float) -> Joint:
+    return replace(joint, origin=_less(joint.origin, middle), travel=float(np.copysign(reach, joint.travel)))
+
+
+def _moved_surface(surface: Surface, middle: np.ndarray) -> Surface:
+    return replace(surface, center=_less(surface.center, middle))
+
+
+def _less(point: Vec3, middle: np.ndarray) -> Vec3:
+    return Vec3(*(np.array(point) - middle).tolist())

@@ -1,0 +1,60 @@
+"""Furniture whose drawers open one by one: where a house says so, and the drawers as things in their places.
+
+A house says so by a child whose asset is a drawer of its parent's asset (`vigil.assets.drawers`); drawers that it does
+not name are there too, shut and empty. Where a drawer is follows from the furniture, never from the document.
+"""
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.drawers import DRAWER, drawer_id, drawer_names, drawer_of, named_drawer
+from vigil.assets.kernel.asset import Asset
+from vigil.errors import HouseError
+from vigil.house import HouseObject
+from vigil.pose import Vec3
+from vigil.scene.geometry import place_of
+from vigil.scene.things import Thing
+
+
+def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
+    """Returns those children of a thing of a house that are its drawers, by the drawer's name. Raises HouseError."""
+    found: dict[str, HouseObject] = {}
+    for child in node.children:
+        chest_asset_id, name = named_drawer(child.asset_id) or ("", "")
+        if chest_asset_id != node.asset_id:
+            continue
+        if name in found:
+            raise HouseError(f"{found[name].id!r} and {child.id!r} are both {name!r} of {node.id!r}. Name it once.")
+        found[name] = child
+    return found
+
+
+def drawers_in(node: HouseObject, chest: Thing, whole: Asset) -> dict[str, Thing]:
+    """Returns the drawers of furniture that a house takes apart, by name; `whole` is its asset with all drawers.
+
+    Raises HouseError when the house names a drawer that the asset does not have.
+    """
+    named, names = named_drawers(node), drawer_names(whole)
+    for name, child in named.items():
+        if name not in names:
+            has = f"has {', '.join(names)}" if names else "has no drawers"
+            raise HouseError(f"{child.id!r} is {name!r} of {node.id!r}, which {has}. Name one of its own, or none.")
+    return {name: _drawer(named.get(name), chest, whole, name) for name in names}
+
+
+def _drawer(node: HouseObject | None, chest: Thing, whole: Asset, name: str) -> Thing:
+    asset, middle = drawer_of(whole, name)
+    place = place_of(chest)(np.array(middle)[None])[0]
+    openness = node.openness if node is not None and node.openness is not None else 0.0
+    return Thing(
+        id=drawer_id(chest.id, name) if node is None else node.id,
+        category=DRAWER,
+        asset=asset,
+        position=Vec3(*place.tolist()),
+        rotation=chest.rotation,
+        parent=chest.id,
+        is_openable=CATALOG[DRAWER].is_openable,
+        is_receptacle=CATALOG[DRAWER].is_receptacle,
+        openness=min(1.0, max(0.0, openness)),
+        is_part=True,
+    )

@@ -1,0 +1,104 @@
+"""Proposals about one drawer of several."""
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from vigil.authoring.drafting import constraints, proposals, sequences
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.review.validate import Validator
+from vigil.episode import Episode
+from vigil.goals import ObjectAtReceptacle
+from vigil.house import House
+from vigil.housegen import generate, spec_for
+from vigil.scene.supports import parts_of
+from vigil.sim.privileged import PrivilegedSimulator
+
+Proposals = Callable[[HouseContext], Iterator[Episode]]
+
+GRAMMAR: dict[str, Proposals] = {
+    "PG": lambda context: proposals.pointing(context, "medium"),
+    "SV": lambda context: proposals.verifying(context, "open"),
+    "AI": lambda context: proposals.acting(context, "open"),
+    "SI": lambda context: proposals.seeking(context, "close"),
+    "SM reveal_pick": sequences.revealing,
+    "SM put_into": sequences.putting_in,
+    "SM open_pick_place": sequences.emptying,
+}
+
+
+@pytest.fixture(scope="module")
+def house() -> House:
+    return generate(0, spec_for("bedroom"), "5")
+
+
+@pytest.fixture(scope="module")
+def context(simulator: PrivilegedSimulator, house: House) -> HouseContext:
+    return HouseContext(simulator, house, np.random.default_rng(3))
+
+
+def drawers_of(context: HouseContext) -> set[str]:
+    return {thing.id for thing in context.oracle.scene.things.values() if thing.is_part}
+
+
+def test_of_each_pieces_drawers_one_is_proposed(context: HouseContext) -> None:
+    scene = context.oracle.scene
+    chests = {thing.parent for thing in scene.things.values() if thing.is_part}
+    found = [thing for thing in context.things(lambda thing: True) if thing.is_part]
+    assert len(parts_of(scene, scene.things[next(iter(chests)) or ""])) > 1
+    assert sorted(thing.parent or "" for thing in found) == sorted(chest or "" for chest in chests)
+    assert len({tuple(thing.id for thing in context.things(lambda thing: thing.is_part)) for _ in range(9)}) > 1
+
+
+@pytest.mark.parametrize("name", GRAMMAR)
+def test_every_kind_has_a_valid_episode_about_a_drawer(name: str, simulator: PrivilegedSimulator, house: House) -> None:
+    context = HouseContext(simulator, house, np.random.default_rng(3))
+    drawers, validator = drawers_of(context), Validator(simulator)
+    context.only = frozenset(
+        thing.id for thing in context.oracle.scene.things.values() if thing.is_pickupable or thing.id in drawers
+    )
+    context.only |= {thing.id for thing in context.oracle.scene.things.values() if thing.category == "SideTable"}
+    drafts = (draft for draft in islice(GRAMMAR[name](context), 12) if drawers & set(draft.bindings.values()))
+    for draft in list(islice(drafts, 3)):
+        assert " drawer " in draft.instruction
+        assert " of the dresser" in draft.instruction
+        verdict = validator.validate(draft, house)
+        if verdict.is_valid:
+            return
+    pytest.fail(f"{name}: no valid episode about a drawer of {sorted(drawers)}")
+
+
+@pytest.mark.parametrize("find", [proposals.approaching, lambda context: proposals.searching(context, by_turning=True)])
+def test_nobody_walks_up_to_a_drawer_or_looks_for_one(context: HouseContext, find: Proposals) -> None:
+    context.only = frozenset(drawers_of(context))
+    assert list(find(context)) == []
+    context.only = None
+
+
+def test_what_is_taken_out_is_not_put_on_the_same_furniture(context: HouseContext) -> None:
+    furniture = {name: context.thing(name).parent for name in drawers_of(context)}
+    things = context.oracle.scene.things.values()
+    loose = {thing.id for thing in things if thing.is_pickupable and not thing.is_openable}
+    named = loose | {thing.id for thing in things if thing.category in ("Dresser", "SideTable")}
+    context.only = frozenset(named | set(furniture))
+    drafts = list(islice(sequences.emptying(context), 3))
+    context.only = None
+    about = [draft for draft in drafts if draft.bindings["container"] in furniture]
+    assert about
+    for draft in about:
+        assert isinstance(draft.goal, ObjectAtReceptacle)
+        assert draft.goal.receptacle_id != furniture[draft.bindings["container"]]
+
+
+def test_the_furniture_itself_holds_nothing_inside(context: HouseContext) -> None:
+    wholes = {context.thing(name).parent for name in drawers_of(context)}
+    for draft in islice(sequences.putting_in(context), 12):
+        assert draft.bindings["receptacle"] not in wholes
+
+
+def test_only_low_drawers_are_blocked_by_what_stands_before_them(context: HouseContext) -> None:
+    asked = [draft.goal.object_id for draft in islice(constraints.swing_blocked(context), 12)]
+    low = [name for name in asked if name in drawers_of(context)]
+    assert all(context.thing(name).position.y < 0.5 for name in low)
