@@ -199,7 +199,7 @@ def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
         room_id=room_id,
         room=room,
         support_id=parent.id if parent else None,
-        support=_name(scene, parent, ()) if parent else None,
+        support=_name(scene, parent, []) if parent else None,
         is_inside=surface is not None and surface.is_inside,
         box=box_of(thing),
     )
