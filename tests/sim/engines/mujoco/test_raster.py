@@ -372,7 +372,7 @@ def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(
     body = model.things["cabinet"].geoms[0]
     points, normals = lighting.geometry.world(model, body)
     samples = Samples(points, normals)
-    shut = gaps.shut_away(model, lighting.geometry, np.full(len(points), body), samples)
+    shut = gaps.shares_of_light(model, lighting.geometry, np.full(len(points), body), samples) < 1.0
     faces_leaf = normals[:, 1] < -0.9
     inside = faces_leaf & (np.abs(points[:, [0, 2]] - (0.0, 0.4)) < 0.35).all(axis=1)
     is_dark = is_enclosed and bool(surfaces)
@@ -385,3 +385,28 @@ def test_the_dark_of_a_gap_does_not_run_out_along_a_long_edge() -> None:
     edges = np.array([(0, 1), (1, 2), (2, 3)])
     assert gaps.bounded(np.array([True, True, True, False]), points, edges).tolist() == [True, True, False, False]
     assert gaps.bounded(np.array([False, True, True, True]), points, edges).tolist() == [False, True, True, True]
+
+
+def test_a_gap_between_leaves_is_dim_at_its_lips_and_dark_behind(scene: Scene) -> None:
+    back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
+    left = Part("left", block((-0.4, -0.4, 0.16), (-0.002, 0.4, 0.2)), "wood", joint="left", bears_open=True)
+    strip = Part("strip", block((-0.012, -0.4, 0.15), (0.01, 0.4, 0.16)), "paint", joint="left", bears_open=True)
+    right = Part("right", block((0.002, -0.4, 0.16), (0.4, 0.4, 0.2)), "wood", joint="right", bears_open=True)
+    up, hinges = Vec3(0.0, 1.0, 0.0), (("left", -0.4, -90.0), ("right", 0.4, 90.0))
+    joints = tuple(Joint(name, "hinge", up, Vec3(at, 0.0, 0.2), swing) for name, at, swing in hinges)
+    asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), (back, left, strip, right), (), joints, (INSIDE,))
+    scene.things["cabinet"].asset = asset
+    model = model_cache.model_of(scene)
+    geometry = Lighting(model).geometry
+    geoms = model.things["cabinet"].geoms
+    case = model.native.geom_bodyid[geoms[0]]
+    axes = model.data.xmat[case].reshape(3, 3)
+    lips, fronts = [], []
+    for geom in geoms[1:].tolist():
+        points, normals = geometry.world(model, geom)
+        shares = gaps.shares_of_light(model, geometry, np.full(len(points), geom), Samples(points, normals))
+        from_middle = np.abs((points - model.data.xpos[case]) @ axes[:, gaps.BESIDE[0]])
+        lips.append(set(shares[(np.abs(normals @ axes[:, gaps.BESIDE[0]]) > 0.9) & (from_middle < 0.003)].tolist()))
+        fronts.append(set(shares[normals @ axes[:, gaps.FRONT] > 0.9].tolist()))
+    assert [gaps.LIP_SHARE in lip for lip in lips] == [True, False, True]
+    assert [gaps.INSIDE_SHARE in front for front in fronts] == [False, True, False]

@@ -14,6 +14,12 @@ from vigil.sim.engines.mujoco.raster.occluders import Occluders, occluders_of
 LIFT_M = 0.0005
 GAP_M, INSIDE_M = 0.05, 0.6
 """What a leaf faces nearer than this is beside it; what a case has nearer than this before it shuts it."""
+STRIP_M = 0.03
+"""What a leaf covers lies behind the gap to the next part when that is nearer than this."""
+INSIDE_SHARE, LIP_SHARE = 0.1, 0.5
+"""Shares of the light that reach what is shut, and the sides of a gap from which one looks straight out. A line much
+darker than the leaf beside it would be seen as a row of dots from where it is narrower than a pixel.
+"""
 FRONT, BESIDE = 1, (0, 2)
 """The axis of a body's frame that points to its thing's front, and those that point to its sides, top and bottom."""
 FADE_M = 0.03
@@ -26,9 +32,12 @@ no sill.
 """
 
 
-def shut_away(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, samples: Samples) -> np.ndarray:
-    """Returns which samples (n,) on geoms (n,) face another part of the same thing near by or lie inside it."""
-    found = np.zeros(len(geoms), dtype=bool)
+def shares_of_light(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, samples: Samples) -> np.ndarray:
+    """Returns the share of its light (n,) that reaches each of the samples (n,) on geoms (n,).
+
+    It is less than 1 for those that face another part of the same thing near by, or lie inside it.
+    """
+    shares = np.ones(len(geoms))
     placed, bodies = list(model.things.values()), model.native.geom_bodyid[geoms]
     for body in np.unique(bodies[model.geom_things[geoms] >= 0]).tolist():
         chosen = np.flatnonzero(bodies == body)
@@ -48,17 +57,40 @@ def shut_away(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, sampl
         normals = samples.normals[chosen]
         origins = samples.points[chosen] + np.float32(LIFT_M) * normals
         ahead = np.broadcast_to(axes[:, FRONT], normals.shape)
-        faced = beside.distances(origins, normals)
+        faced, before = beside.distances(origins, normals), whole.distances(origins, ahead)
+        is_shut = faced < GAP_M
         if body == case:
             is_behind = (faced < INSIDE_M) | (beside.distances(origins, ahead) < INSIDE_M)
         else:
             # The corners of a front's panel lie inside its frame, but it faces the room.
-            is_behind = (whole.distances(origins, ahead) < INSIDE_M) & (normals @ axes[:, FRONT] < FACES_FRONT)
-        is_shut = faced < GAP_M
+            is_front = normals @ axes[:, FRONT] >= FACES_FRONT
+            is_behind = (before < INSIDE_M) & ~is_front
+            asked = np.flatnonzero(is_front & ~is_shut & (before < GAP_M))
+            is_shut[asked] = _touches(beside, origins[asked], axes[:, BESIDE].T)
+            asked = np.flatnonzero(is_behind & ~is_shut & (before < GAP_M))
+            is_shut[asked] = _is_next(beside, whole, origins[asked], -ahead[asked])
+        is_lip = is_shut & (before >= INSIDE_M)
         asked = np.flatnonzero(is_behind & ~is_shut)
         is_shut[asked] = _enclosed(whole if body == case else beside, origins[asked], axes[:, BESIDE].T)
-        found[chosen] = is_shut
-    return found
+        shares[chosen] = np.where(is_lip, LIP_SHARE, np.where(is_shut, INSIDE_SHARE, 1.0))
+    return shares
+
+
+def _is_next(others: Occluders, whole: Occluders, origins: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """Returns from which points (n, 3) the others are what lies next on the way (n, 3), as a case behind a seal."""
+    far = others.distances(origins, ways)
+    return (far < GAP_M) & (far <= whole.distances(origins, ways))
+
+
+def _touches(others: Occluders, origins: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Returns which points (n, 3) have the others close by, along any direction of the axes (k, 3).
+
+    A strip that covers the gap between two leaves from behind belongs to one of them and reaches behind the other.
+    """
+    touches = np.zeros(len(origins), dtype=bool)
+    for way in (*axes, *-axes):
+        touches |= others.distances(origins, np.broadcast_to(way, origins.shape)) < STRIP_M
+    return touches
 
 
 def bounded(is_shut: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:

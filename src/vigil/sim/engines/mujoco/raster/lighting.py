@@ -21,8 +21,6 @@ GRID_M = 0.03
 """Vertices this near to each other that face the same way get the same light."""
 FACINGS = 4
 """Steps of a normal's coordinates between 0 and 1, within which it faces the same way."""
-SHUT_AWAY = 0.1
-"""Share of the light that reaches into what is shut, and into gaps."""
 IN_HAND = 0.75
 """Light on the sides of what is held."""
 
@@ -59,10 +57,9 @@ class Cast:
             self.reach * np.array(shares, np.float32).reshape(self.reach.shape),
         )
 
-    def dimmed(self, is_shut_away: np.ndarray) -> "Cast":
-        """Returns the light with little of it left where it is shut away (n,)."""
-        share = np.where(is_shut_away, SHUT_AWAY, 1.0)
-        return Cast(self.ambient * share[:, None], self.reach * share)
+    def dimmed(self, shares: np.ndarray) -> "Cast":
+        """Returns the light with these shares (n,) of it left."""
+        return Cast(self.ambient * shares[:, None], self.reach * shares)
 
     def under(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
         """Returns the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
@@ -107,8 +104,8 @@ class Baked:
         cast, is_buried = self._cast(samples)
         edges = which[self._edges(geoms, counts)]
         cast = cast.smoothed(samples, ~is_buried, edges, owners[first]).shaded(samples, self._lamps)
-        is_shut = gaps.shut_away(model, self.geometry, geoms[owners[first]], samples)
-        cast = cast.dimmed(gaps.bounded(is_shut, samples.points, edges))
+        shares = gaps.shares_of_light(model, self.geometry, geoms[owners[first]], samples)
+        cast = cast.dimmed(np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0))
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count

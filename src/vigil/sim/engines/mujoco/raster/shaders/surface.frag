@@ -10,13 +10,13 @@ uniform vec3 glow_places[GLOWS];
 uniform vec3 glow_colours[GLOWS];
 #endif
 #ifdef CHARTED
-centroid in vec2 chart_place;
+in vec2 chart_place;
 #else
 centroid in vec3 vertex_light;
 #endif
-centroid in vec3 world;
+in vec3 world;
 centroid in vec3 facing;
-centroid in vec2 texture_place;
+in vec2 texture_place;
 flat in vec4 colour;
 flat in vec4 finish;  // layer of the texture, emission, gloss, metalness
 out vec4 seen;

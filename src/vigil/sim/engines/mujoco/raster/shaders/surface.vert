@@ -8,14 +8,14 @@ in vec2 uv;
 in int geom;
 #ifdef CHARTED
 in vec2 place;
-centroid out vec2 chart_place;
+out vec2 chart_place;
 #else
 in vec3 light;
 centroid out vec3 vertex_light;
 #endif
-centroid out vec3 world;
+out vec3 world;
 centroid out vec3 facing;
-centroid out vec2 texture_place;
+out vec2 texture_place;
 flat out vec4 colour;
 flat out vec4 finish;
 
