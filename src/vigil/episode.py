@@ -83,8 +83,15 @@ FAMILIES: dict[Family, FamilySpec] = {
     "CR": FamilySpec("Constraint Resolving", "compositional", True, 40, 12, _ACT, ("object_state", "object_held")),
 }
 
+LONGER_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SM": ("all_of",)}
+"""Goals that a family may ask for besides the paper's: several things at their places, or in their states, at once."""
 SUITE_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SI": ("all_of", "object_at_receptacle")}
 """Goals that a family may ask for in the packs of a suite, and in no others (`vigil.pack.protocol_faults`)."""
+
+
+def own_goal_kinds(family: Family) -> tuple[str, ...]:
+    """Returns the kinds of goals that a family may ask for in any pack."""
+    return (*FAMILIES[family].goal_kinds, *LONGER_GOAL_KINDS.get(family, ()))
 
 
 def register_family(name: str, spec: FamilySpec) -> None:
@@ -159,7 +166,7 @@ class Episode(_Model):
 
     @model_validator(mode="after")
     def _fits_family(self) -> "Episode":
-        kinds = (*FAMILIES[self.family].goal_kinds, *SUITE_GOAL_KINDS.get(self.family, ()))
+        kinds = (*own_goal_kinds(self.family), *SUITE_GOAL_KINDS.get(self.family, ()))
         if self.goal.kind not in kinds:
             raise ValueError(f"family {self.family} asks for a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
         if (self.family == "CR") != (self.goal.constraint is not None):

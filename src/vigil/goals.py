@@ -128,10 +128,7 @@ GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="ki
 
 
 class AllOf(_Goal):
-    """Several things are each in the state, or at the receptacle, that is asked for; `object_id` is the first of them.
-
-    Suites alone ask it.
-    """
+    """Several things are each in the state, or in the place, that is asked for; `object_id` is the first of them."""
 
     kind: Literal["all_of"] = "all_of"
     parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=5)

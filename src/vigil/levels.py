@@ -45,7 +45,8 @@ class Measures(BaseModel):
     target_px: int = Field(ge=0)
     """Pixels of the target in the first of its frames that shows any; 0 when none does."""
     containers: int = Field(ge=0)
-    """Closed things around the target at the reset, which must be opened before it is found."""
+    """Closed things around the target at the reset, which must be opened before it is found; where the instruction does
+    not say what it lies in, all closed things in which a person would look for it."""
     occlusion: float = Field(ge=0, le=1)
     """Share of the target's surface that other things hide from the camera in that first frame; 1 when none shows it.
     """

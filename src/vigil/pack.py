@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from vigil.episode import FAMILIES, Episode, Family, Solution
+from vigil.episode import FAMILIES, Episode, Family, Solution, own_goal_kinds
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean, first_fault
 from vigil.house import MAX_HOUSE_BYTES, House
 from vigil.pack_names import STREAM, newest, successor
@@ -322,7 +322,7 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
     """
     spec = FAMILIES[episode.family]
     faults: list[str] = []
-    if suite is None and episode.goal.kind not in spec.goal_kinds:
+    if suite is None and episode.goal.kind not in own_goal_kinds(episode.family):
         faults.append(f"a goal of kind {episode.goal.kind} is asked for in the packs of a suite alone")
     if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
         faults.append(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vigil.authoring.language import sentences as tables
+from vigil.authoring.language.chain_sentences import CHAINS
 from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import mentions
 from vigil.authoring.language.sentences import FORMS, Sentences
@@ -23,7 +24,7 @@ FAMILY_TABLES: dict[str, dict[str, Sentences]] = {
     "SV": {"is_toggled": tables.SWITCHED, "is_open": tables.STANDING, "flame": tables.BURNING},
     "AI": {"orders": tables.ORDERS},
     "SI": {"search_orders": tables.SEARCH_ORDERS},
-    "SM": SEQUENCES,
+    "SM": {**SEQUENCES, **CHAINS},
     "CR": CONSTRAINTS,
 }
 KINDS = [(family, kind) for family, kinds in FAMILY_TABLES.items() for kind in kinds]

@@ -63,8 +63,12 @@ def unobstructed(episode: Episode) -> Episode:
     return episode.model_copy(update={"setup": Setup(objects=objects)})
 
 
+def relabelled(episode: Episode, template: str) -> Episode:
+    return episode.model_copy(update={"provenance": episode.provenance.model_copy(update={"template": template})})
+
+
 def of_no_template(episode: Episode) -> Episode:
-    return episode.model_copy(update={"provenance": episode.provenance.model_copy(update={"template": "juggle"})})
+    return relabelled(episode, "juggle")
 
 
 def inside(episode: Episode) -> Episode:
@@ -92,6 +96,9 @@ BAD: dict[str, tuple[str, str | None, Spoil]] = {
     "standard_in_words": ("DA", None, lambda e: said(e, e.instruction.replace("one and a half metres", "reach"))),
     "target_named": ("AI", None, lambda e: said(e, "Do it.")),
     "unambiguous": ("AI", None, lambda e: said(e, f"{e.instruction} Mind the window.")),
+    "found_by_opening": ("SI", None, lambda e: relabelled(e, "pick_inside")),
+    "look_alike_there": ("AI", None, lambda e: relabelled(e, "alike")),
+    "constraint_untold": ("CR", "obstacle", lambda e: relabelled(e, "obstacle_untold")),
     "state_not_given_away": ("SV", "open", lambda e: said(e, e.instruction.replace("closed", "shut"))),
     "graded": ("PG", None, lambda e: e.model_copy(update={"difficulty": None})),
     "chain_of_objects": ("SM", None, of_no_template),

@@ -27,7 +27,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "0b2125ccc464e393dbfcb3c35bbfc7aff2b60bc0106f201accbde1721be4dd7c"
+PINNED = "ba2e37c83cbc71e5551c86ce2a96e46648de0823adb05001ab3f38cc44176a32"
 WAIT_S = 60.0
 
 

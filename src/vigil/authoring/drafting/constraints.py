@@ -215,8 +215,14 @@ def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = No
     target, constraint = sketch.target, sketch.constraint
     if not context.can_begin(sketch.setup):
         return
-    also = constraint.object_id if sketch.template == "swing" else None
-    start = start or context.start_seeing(target, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+    also = [constraint.object_id] if sketch.template == "swing" else []
+    start = start or context.start_seeing(
+        target,
+        START_AWAY_M,
+        LOOKING_DOWN_DEG,
+        is_seen(CLEAR_PX),
+        lambda pose: context.sees_clearly(pose, also, is_seen(CLEAR_PX)),
+    )
     phrase, other = context.phrase(target.id), context.phrase(constraint.object_id)
     context.begin(Setup())
     if start is None or phrase is None or other is None:

@@ -7,9 +7,20 @@ from collections.abc import Callable
 from functools import partial
 from typing import Literal
 
-from vigil.authoring.drafting import constraints, leaves, proposals, sequences
+from vigil.authoring.drafting import (
+    chains,
+    constraints,
+    hidden_targets,
+    leaves,
+    look_alike_targets,
+    proposals,
+    sequences,
+)
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
+from vigil.authoring.drafting.untold_constraints import left_untold
+from vigil.authoring.language.untold import untold
+from vigil.authoring.review.rules import ALIKE_TEMPLATE, INSIDE_TEMPLATE
 from vigil.episode import Family, Size
 from vigil.goals import STATE_LABELS, StateLabel
 
@@ -21,31 +32,48 @@ _ACTS: tuple[Literal["open", "close", "turn_on", "turn_off", "pick"], ...] = (
     *("open", "close", "turn_on", "turn_off", "pick"),
 )
 
+_TOLD: dict[str, Proposals] = {
+    "obstacle": constraints.in_the_way,
+    "leaf": leaves.leaf_in_the_way,
+    "swing": constraints.swing_blocked,
+    "interlock": constraints.interlocked,
+    "hand": constraints.full_handed,
+}
+
 GRAMMAR: dict[Family, dict[str, Proposals]] = {
-    "PG": {size: partial(proposals.pointing, size=size) for size in _SIZES},
-    "DA": {"approach": proposals.approaching},
+    "PG": {
+        **{size: partial(proposals.pointing, size=size) for size in _SIZES},
+        ALIKE_TEMPLATE: look_alike_targets.pointing_apart,
+    },
+    "DA": {"approach": proposals.approaching, ALIKE_TEMPLATE: look_alike_targets.approaching_apart},
     "VS": {
         "walk": partial(proposals.searching, by_turning=False),
         "turn": partial(proposals.searching, by_turning=True),
+        ALIKE_TEMPLATE: look_alike_targets.searching_apart,
     },
     "SV": {label: partial(proposals.verifying, label=label) for label in _LABELS},
-    "AI": {act: partial(proposals.acting, act=act) for act in _ACTS},
+    "AI": {
+        **{act: partial(proposals.acting, act=act) for act in _ACTS},
+        ALIKE_TEMPLATE: look_alike_targets.acting_apart,
+    },
     "SI": {
         **{act: partial(proposals.seeking, act=act) for act in _ACTS},
         **{f"{act}_afar": partial(proposals.seeking, act=act, by_turning=False) for act in _ACTS},
+        INSIDE_TEMPLATE: hidden_targets.picking_from_inside,
+        ALIKE_TEMPLATE: look_alike_targets.seeking_apart,
     },
     "SM": {
         "reveal_pick": sequences.revealing,
         "put_into": sequences.putting_in,
         "rearrange": sequences.rearranging,
         "open_pick_place": sequences.emptying,
+        "two_to_one": chains.two_to_one,
+        "put_and_close": chains.put_and_close,
+        "take_and_close": chains.take_and_close,
+        "swap": chains.swapping,
+        "out_of_into": chains.from_one_into_another,
+        "three_acts": chains.three_acts,
     },
-    "CR": {
-        "obstacle": constraints.in_the_way,
-        "leaf": leaves.leaf_in_the_way,
-        "swing": constraints.swing_blocked,
-        "interlock": constraints.interlocked,
-        "hand": constraints.full_handed,
-    },
+    "CR": {**_TOLD, **{untold(kind): left_untold(told) for kind, told in _TOLD.items()}},
 }
 """Family -> kind -> proposals."""

@@ -175,9 +175,14 @@ class HouseContext:
         return int(self.oracle.sees(eye, surface_points(thing, 128), thing.id, through_glass=True).sum())
 
     def start_seeing(
-        self, thing: Thing, away: tuple[float, float], horizon: float, is_clear: Clear, also: str | None = None
+        self,
+        thing: Thing,
+        away: tuple[float, float],
+        horizon: float,
+        is_clear: Clear,
+        also: Callable[[Pose], bool] = lambda _: True,
     ) -> Pose | None:
-        """Returns a start pose at a distance from a thing that sees it clearly (and another thing `also`).
+        """Returns a start pose at a distance from a thing that sees it clearly, and of which `also` is true.
 
         None when none is found.
         """
@@ -192,7 +197,7 @@ class HouseContext:
             for place in [place for place, seen in zip(places, sights, strict=True) if seen >= enough]:
                 for spread_deg in SPREADS_DEG:
                     pose = self.facing(place, thing, horizon, spread_deg)
-                    if self.sees_clearly(pose, [thing.id, *([also] if also else [])], is_clear):
+                    if also(pose) and self.sees_clearly(pose, [thing.id], is_clear):
                         yield pose
                         break
 

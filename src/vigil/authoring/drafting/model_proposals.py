@@ -43,25 +43,34 @@ class Idea(BaseModel):
 
 
 ASKS: dict[Family, str] = {
-    "PG": "Ask to point at one thing in view, within reach. Kinds are the size of the target. Role: target.",
+    "PG": "Ask to point at one thing in view, within reach. Kinds are the size of the target, and alike (something "
+    "else that its bare name could mean is in view). Role: target.",
     "DA": "Ask to walk up to one thing in view. Say the standard: 'to within about one and a half metres of ..., "
-    "near enough to touch it'. Role: target.",
+    "near enough to touch it'. Kinds: approach, alike (something else that its bare name could mean is in view). Role: "
+    "target.",
     "VS": "Ask to look for one thing that is out of view at the start. Kinds: walk (another room or place), turn "
-    "(turning on the spot shows it). Say when it is done: once the thing is in the picture. Role: target.",
+    "(turning on the spot shows it), alike (its bare name could mean something else too). Say when it is done: once "
+    "the thing is in the picture. Role: target.",
     "SV": "Ask in which state one thing in view is; name both possible answers, never the answer. Kinds are the true "
     "answer: on, off, open, closed. Role: target.",
-    "AI": "Ask to do one thing with a target in view but out of reach. Kinds: open, close, turn_on, turn_off, pick. "
-    "Role: target.",
+    "AI": "Ask to do one thing with a target in view but out of reach. Kinds: open, close, turn_on, turn_off, pick, "
+    "alike (any of these, with something else in view that the target's bare name could mean). Role: target.",
     "SI": "Ask to find a target that is out of view and do one thing with it. Kinds: open, close, turn_on, turn_off, "
-    "pick, each also with _afar (not visible by turning). Role: target.",
+    "pick, each also with _afar (not visible by turning); alike (its bare name could mean something else too); "
+    "pick_inside (it lies in a closed container, of which the instruction says nothing). Roles: target, and for "
+    "pick_inside container.",
     "SM": "Ask for a sequence. Kinds: reveal_pick (open container, take target), put_into (take target, put into "
     "receptacle, opened first where it is closed), rearrange (take target from source to receptacle), open_pick_place "
-    "(open container, take target, put at receptacle). Roles: target and those that the kind names.",
+    "(open container, take target, put at receptacle), two_to_one (put target and second at one receptacle), "
+    "put_and_close (open receptacle, put target inside, close it), take_and_close (open container, take target, put it "
+    "at receptacle, close container), swap (target from source to receptacle, second from receptacle to source), "
+    "out_of_into (target from container into receptacle, both closed), three_acts (open, close, start or stop first "
+    "and next, and put target at receptacle). Roles: target and those that the kind names.",
     "CR": "Ask for something that is prevented until an obstacle is dealt with; say both, the obstacle first. Kinds: "
     "obstacle (something stands in the way; pick it up), leaf (an open door bars the way; close it), swing (something "
     "keeps the target from opening; pick it up), interlock (a machine must be closed before it starts, or stopped "
-    "before it opens; target alone), hand (put down what is in the hand, the obstacle, then pick up the target). "
-    "Roles: target, obstacle.",
+    "before it opens; target alone), hand (put down what is in the hand, the obstacle, then pick up the target); each "
+    "also with _untold (say the order alone, and nothing of what prevents it). Roles: target, obstacle.",
 }
 
 _TEXT = """You author tasks for an embodied agent that sees one picture at a time in a house.

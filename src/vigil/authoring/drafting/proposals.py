@@ -111,7 +111,7 @@ def pointing(context: HouseContext, size: Size) -> Drafts:
 
 def approaching(context: HouseContext) -> Drafts:
     """Yields DA drafts."""
-    for thing in context.things(lambda thing: _is_approachable(thing)):
+    for thing in context.things(lambda thing: is_approachable(thing)):
         if place_blind_to(context.oracle, thing, NEAR_M) is not None:
             continue
         start = context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
@@ -127,15 +127,16 @@ def approaching(context: HouseContext) -> Drafts:
             )
 
 
-def _is_approachable(thing: Thing) -> bool:
+def is_approachable(thing: Thing) -> bool:
+    """Whether a thing has a size that one walks up to."""
     low, high = APPROACHED_M
     return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_part
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
     """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
-    for thing in context.things(lambda thing: _is_worth_seeing(thing) and _may_be_sought(context, thing)):
-        start = _start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
+    for thing in context.things(lambda thing: is_worth_seeing(thing) and may_be_sought(context, thing)):
+        start = start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
             yield context.draft(
                 "VS",
@@ -149,12 +150,12 @@ def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
             )
 
 
-def _is_worth_seeing(thing: Thing) -> bool:
+def is_worth_seeing(thing: Thing) -> bool:
     """Whether one looks for a thing itself: it is not too small, and no drawer, which is where its furniture is."""
     return max(thing.asset.size) > SOUGHT_M and not thing.is_part
 
 
-def _may_be_sought(context: HouseContext, thing: Thing) -> bool:
+def may_be_sought(context: HouseContext, thing: Thing) -> bool:
     """Whether a thing may be looked for: what lies in something closed is not found by looking."""
     parent = context.oracle.scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent is not None else None
@@ -162,7 +163,7 @@ def _may_be_sought(context: HouseContext, thing: Thing) -> bool:
     return is_target(thing) and not is_shut_away
 
 
-def _start_without(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
+def start_without(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
     """Returns a start pose that does not see a thing; None when none is found."""
     return context.hardest(_starts_without(context, thing, by_turning, horizon), thing)
 
@@ -235,8 +236,8 @@ def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) 
     yield from _drafts_of_act(
         context,
         ("SI", SEARCH_ORDERS, act),
-        context.things(lambda thing: allows(thing, act) and _may_be_sought(context, thing)),
-        lambda thing: _start_without(context, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2),
+        context.things(lambda thing: allows(thing, act) and may_be_sought(context, thing)),
+        lambda thing: start_without(context, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2),
     )
 
 

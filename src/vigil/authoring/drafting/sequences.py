@@ -8,6 +8,7 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.wording import opened, say, sequence, spoken_of
+from vigil.authoring.review.containers import BELONGS_IN, belongs_in
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.scene.supports import is_level, surface_frame, surface_named
@@ -16,21 +17,10 @@ from vigil.world import ObjectSetup, Placement, Setup
 
 START_AWAY_M = (0.7, 4.0)
 
-BELONGS_IN = {
-    "Fridge": ("Apple", "Tomato", "Lettuce", "Egg", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Plate"),
-    "Microwave": ("Mug", "Bowl", "Plate", "Potato", "Cup"),
-    "Cabinet": ("Plate", "Bowl", "Cup", "Mug", "Pot", "SoapBottle", "SprayBottle", "Cloth", "Bottle"),
-    "Safe": ("Watch", "KeyChain", "CreditCard", "CellPhone", "CD"),
-    "Box": ("Book", "TeddyBear", "CD", "RemoteControl", "TissueBox", "KeyChain", "AlarmClock", "Statue", "Vase"),
-    "LaundryHamper": ("Towel", "HandTowel", "Cloth"),
-    "WashingMachine": ("Towel", "HandTowel", "Cloth"),
-    "ClothesDryer": ("Towel", "HandTowel", "Cloth"),
-    "Dresser": ("Watch", "KeyChain", "AlarmClock", "Book", "CellPhone", "CD", "RemoteControl", "Candle"),
-    "Drawer": ("Pen", "Pencil", "KeyChain", "Watch", "CellPhone", "CD", "RemoteControl", "CreditCard", "Book"),
-}
-"""Container -> what a person would look for in it."""
-IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
 TRIED_CONTENTS = 3
+TRIED_RECEPTACLES = 3
+MOVED = ("target", "second")
+"""Roles of what is put elsewhere: in which room it is now would be taken for where it is to go."""
 TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
 SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
 SOFT = frozenset(
@@ -61,15 +51,15 @@ PUT_INTO = {
 
 def revealing(context: HouseContext) -> Drafts:
     """Yields `reveal_pick` drafts: open a container and take out what is inside."""
-    for container, inside, setup in _filled(context):
+    for container, inside, setup in filled(context):
         yield from _draft(context, "reveal_pick", setup, container, {"container": container, "target": inside})
 
 
 def emptying(context: HouseContext) -> Drafts:
     """Yields `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
-    for container, inside, setup in _filled(context):
+    for container, inside, setup in filled(context):
         furniture = container.parent if container.is_part else None
-        for receptacle in _receptacles(context, inside, {container.id, furniture, inside.id, inside.parent}):
+        for receptacle in receptacles_for(context, inside, {container.id, furniture, inside.id, inside.parent}):
             roles = {"container": container, "target": inside, "receptacle": receptacle}
             yield from _draft(context, "open_pick_place", setup, container, roles)
 
@@ -78,7 +68,7 @@ def putting_in(context: HouseContext) -> Drafts:
     """Yields `put_into` drafts: take something and put it into a container, opened where it must be."""
     for container in context.things(_may_hold):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
-        for target in context.things(partial(_may_go_in, container)):
+        for target in context.things(partial(may_go_in, container)):
             first = container if container.is_openable else target
             yield from _draft(context, "put_into", setup, first, {"target": target, "receptacle": container})
 
@@ -89,7 +79,7 @@ def rearranging(context: HouseContext) -> Drafts:
         source = context.thing(target.parent or "")
         if source.category not in (*TABLES, *SEATS):
             continue
-        for receptacle in _receptacles(context, target, {source.id, target.id}):
+        for receptacle in receptacles_for(context, target, {source.id, target.id}):
             roles = {"target": target, "source": source, "receptacle": receptacle}
             yield from _draft(context, "rearrange", Setup(), target, roles)
 
@@ -102,7 +92,7 @@ def _draft(
         return
     phrases = {role: context.phrase(thing.id) for role, thing in roles.items()}
     named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
-    is_sayable = len(named) == len(phrases) and not _is_wordy(named)
+    is_sayable = len(named) == len(phrases) and not is_wordy(named)
     start = context.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
     context.begin(Setup())
     if start is None:
@@ -131,11 +121,12 @@ def _draft(
     )
 
 
-def _is_wordy(phrases: dict[str, Phrase]) -> bool:
+def is_wordy(phrases: dict[str, Phrase]) -> bool:
     """Whether a sentence with all of the phrases would be heavy: things placed by others, or one room said twice."""
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())
-    return is_placed or phrases["target"].room is not None or len(set(rooms)) < len(rooms)
+    is_moved = any(phrases[role].room is not None for role in MOVED if role in phrases)
+    return is_placed or is_moved or len(set(rooms)) < len(rooms)
 
 
 def _in(receptacle: Phrase | None) -> str:
@@ -151,11 +142,11 @@ def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside
     return ObjectAtReceptacle(object_id=target.id, receptacle_id=receptacle.id, inside=inside, chain=(*first, held))
 
 
-def _filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
+def filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
     """Yields closed containers with something to take in them: what lies there, else what is put there."""
     for container in context.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
         shut = {container.id: ObjectSetup(openness=0.0)}
-        belongs = partial(_belongs_in, container, context.items[container.id].room)
+        belongs = partial(belongs_in, container, context.items[container.id].room)
         for thing in context.things(belongs)[:TRIED_CONTENTS]:
             if _lies_in(container, thing):
                 yield container, thing, Setup(objects=shut)
@@ -166,11 +157,6 @@ def _filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
 def _lies_in(container: Thing, thing: Thing) -> bool:
     surface = surface_named(container, thing.surface) if thing.parent == container.id else None
     return surface is not None and surface.needs_opening and thing.is_pickupable
-
-
-def _belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
-    is_in_bathroom = container.category == "Cabinet" and room == "bathroom"
-    return thing.category in (IN_BATHROOM_CABINETS if is_in_bathroom else BELONGS_IN[container.category])
 
 
 def _place_inside(thing: Thing, container: Thing) -> Placement | None:
@@ -193,19 +179,21 @@ def _may_hold(thing: Thing) -> bool:
     return is_container and any(surface.is_inside for surface in thing.asset.surfaces)
 
 
-def _may_go_in(container: Thing, thing: Thing) -> bool:
+def may_go_in(container: Thing, thing: Thing) -> bool:
+    """Whether a person would put a thing into a container, and it can be."""
     suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
     takes = CATALOG[container.category].takes(CATALOG[thing.category])
     return suits and takes and thing.is_pickupable and is_target(thing) and thing.parent != container.id
 
 
-def _receptacles(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
+def receptacles_for(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
     """Returns things that a target can be put on, a few of them, in a random order."""
+    return context.things(lambda thing: thing.id not in without and suits(thing, target))[:TRIED_RECEPTACLES]
+
+
+def suits(receptacle: Thing, target: Thing) -> bool:
+    """Whether a person would put a thing on another, and it can be."""
     kind = CATALOG[target.category]
-
-    def is_wanted(thing: Thing) -> bool:
-        suits = thing.category in TABLES or (target.category in SOFT and thing.category in SEATS)
-        suits = suits or target.category in PUT_INTO.get(thing.category, ())
-        return thing.is_receptacle and thing.id not in without and suits
-
-    return [thing for thing in context.things(is_wanted) if CATALOG[thing.category].takes(kind)][:3]
+    is_usual = receptacle.category in TABLES or (target.category in SOFT and receptacle.category in SEATS)
+    is_usual = is_usual or target.category in PUT_INTO.get(receptacle.category, ())
+    return receptacle.is_receptacle and is_usual and CATALOG[receptacle.category].takes(kind)

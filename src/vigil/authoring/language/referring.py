@@ -1,7 +1,8 @@
 """Referring expressions: what to call a thing so that a person knows which one is meant, and reading them back.
 
-A phrase is the thing's name, with a colour, a support or a room only when several things share the name. What it
-fits is decided as a careful listener would: "the bottle" fits a wine bottle too, a cup may pass for a mug.
+A phrase is the thing's name, with a colour, a support or a room only when several things share the name, or else with
+what the thing is next to. What it fits is decided as a careful listener would: "the bottle" fits a wine bottle too, a
+cup may pass for a mug.
 """
 
 import re
@@ -15,7 +16,9 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.palette import COLOURS
 from vigil.authoring.language import ordinals
 from vigil.authoring.language.looks import colour_shares, is_misnamed, is_open_shelf, least_share, passes_for
-from vigil.pose import rotate_floor
+from vigil.authoring.language.relations import RELATIONS, Placed
+from vigil.pose import Box, rotate_floor
+from vigil.scene.geometry import box_of
 from vigil.scene.outlines import room_floor
 from vigil.scene.supports import parts_of, surface_named
 from vigil.scene.things import Scene, Thing
@@ -95,6 +98,7 @@ class DescribedThing:
     """Nobody would call it there by its name."""
     is_room_one: bool = True
     """The home has no other room that is called as its room is."""
+    box: Box | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +111,9 @@ class Phrase:
     room: str | None = None
     is_inside: bool = False
     is_on_shelf: bool = False
+    relation: str | None = None
+    """One of `RELATIONS`, to what is called `anchor`."""
+    anchor: str | None = None
 
     @property
     def placeless(self) -> "Phrase":
@@ -118,6 +125,8 @@ class Phrase:
         if self.support:
             where = "on a shelf of" if self.is_on_shelf else "in" if self.is_inside else "on"
             text += f" {where} the {self.support}"
+        if self.relation:
+            text += f" {self.relation} the {self.anchor}"
         return f"{text} in the {self.room}" if self.room else text
 
 
@@ -190,8 +199,9 @@ def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
         room_id=room_id,
         room=room,
         support_id=parent.id if parent else None,
-        support=_name(scene, parent, ()) if parent else None,
+        support=_name(scene, parent, []) if parent else None,
         is_inside=surface is not None and surface.is_inside,
+        box=box_of(thing),
     )
 
 
@@ -227,7 +237,7 @@ def _colours(thing: Thing) -> tuple[str, ...]:
 def fits(phrase: Phrase, item: DescribedThing) -> bool:
     """Whether a listener could take `item` for what `phrase` means."""
     return (
-        (_names_fit(phrase.name, item.name) or phrase.name in item.also)
+        _is_called(item, phrase.name)
         and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
         and (phrase.support is None or (item.support is not None and _support_fits(phrase.support, item.support)))
         and (phrase.room is None or phrase.room == item.room)
@@ -235,8 +245,25 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Returns the items that a phrase could mean."""
-    return [item for item in items if fits(phrase, item)]
+    """Returns the items that a phrase could mean; with a relation, one alone only where it clearly holds for that."""
+    everything = list(items)
+    found = [item for item in everything if fits(phrase, item)]
+    if phrase.relation is None or phrase.anchor is None:
+        return found
+    anchors = [_placed(item) for item in everything if _is_called(item, phrase.anchor)]
+    if len(anchors) != 1 or len(found) < 2 or anchors[0] is None:
+        return found
+    others = [place for item in found if item.id != anchors[0].id and (place := _placed(item)) is not None]
+    meant = RELATIONS[phrase.relation](others, anchors[0])
+    return [item for item in found if item.id in meant]
+
+
+def _is_called(item: DescribedThing, name: str) -> bool:
+    return _names_fit(name, item.name) or name in item.also
+
+
+def _placed(item: DescribedThing) -> Placed | None:
+    return None if item.box is None else Placed(item.id, item.room_id, item.box)
 
 
 def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
@@ -256,12 +283,14 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
         Phrase(item.name, colour=colour, room=room),
     ]
     return next(
-        (phrase for phrase in candidates if not referents(phrase, others) and _is_plain(phrase, item, others)), None
+        (phrase for phrase in candidates if not referents(phrase, others) and is_plain(phrase, item, others)), None
     )
 
 
 def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
-    """Returns the phrases "the <colour> <name> (on|in the <support>) (in the <room>)" in a text, in order.
+    """Returns the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text.
+
+    They come in order.
 
     A name that only says where another thing is, or a part of it ("the door of the fridge"), is no mention of its own.
     """
@@ -286,7 +315,14 @@ def without_repeats(text: str, names: Iterable[str]) -> str:
 
 
 def _phrase(found: re.Match[str]) -> Phrase:
-    return Phrase(found["name"], colour=found["colour"], support=found["support"], room=found["room"])
+    return Phrase(
+        found["name"],
+        colour=found["colour"],
+        support=found["support"],
+        room=found["room"],
+        relation=found["relation"],
+        anchor=found["anchor"],
+    )
 
 
 def _pattern(names: Iterable[str]) -> re.Pattern[str]:
@@ -296,11 +332,12 @@ def _pattern(names: Iterable[str]) -> re.Pattern[str]:
     rooms = "|".join(sorted(ROOM_NAMES.values()))
     return re.compile(
         rf"\b[Tt]he (?:(?P<colour>{colours}) )?(?P<name>{known})\b(?! of the )"
-        rf"(?:{_ON}(?P<support>{known})\b)?(?:{_ON}(?P<room>{rooms})\b)?"
+        rf"(?:{_ON}(?P<support>{known})\b)?(?: (?P<relation>{'|'.join(RELATIONS)}) the (?P<anchor>{known})\b)?"
+        rf"(?:{_ON}(?P<room>{rooms})\b)?"
     )
 
 
-def _is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
+def is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
     """Whether the support that a phrase leans on is itself clear."""
     if phrase.support is None or item.support_id is None:
         return phrase.support is None

@@ -2,7 +2,8 @@
 
 Packaged packs, recipes and streams speak the public half alone, so that a pack of one's own may be drawn in forms that
 nothing published holds. Both halves vary in the same ways: questions, requests, statements of a need, two sentences,
-purposes, the passive. The forms of sequences and constraints are in `sequence_sentences` and `constraint_sentences`.
+purposes, the passive. The forms of sequences and constraints are in `sequence_sentences`, `chain_sentences` and
+`constraint_sentences`.
 
 Slots: `target` is what to call the thing, `it` and `it_is` speak of it again; `order` says an act in full, `order_it`
 after the thing has been named, `acted`, `acted_has` and `done` say it in the passive. A slot in capitals

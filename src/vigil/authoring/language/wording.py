@@ -1,8 +1,8 @@
 """How tasks are said: the words that fill the slots of a sentence form, in agreement with what they speak of.
 
-The forms are in `sentences`, `sequence_sentences` and `constraint_sentences`. No sentence gives away where a thing is
-beyond its phrase, nor, in state verification, which state it is in. A thing is opened, lit and spoken of as a person
-would: the lid of a toilet, the drawers of a dresser, the flame of a candle.
+The forms are in `sentences`, `sequence_sentences`, `chain_sentences` and `constraint_sentences`. No sentence gives away
+where a thing is beyond its phrase, nor, in state verification, which state it is in. A thing is opened, lit and spoken
+of as a person would: the lid of a toilet, the drawers of a dresser, the flame of a candle.
 """
 
 import re

@@ -4,7 +4,7 @@ Nothing is drawn: what a frame shows is asked of the simulator's rays. What the 
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -12,9 +12,11 @@ import numpy as np
 from vigil.actions import Action, Navigate, Report
 from vigil.authoring.language.ordinals import bare
 from vigil.authoring.language.referring import Phrase, referents
-from vigil.authoring.review.rules import EpisodeStart
+from vigil.authoring.review.containers import may_hold, room_said
+from vigil.authoring.review.rules import INSIDE_TEMPLATE, EpisodeStart
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.ways.goal_kinds import closed_around
 from vigil.episode import Episode
 from vigil.goals import OBSERVABLE_PX
 from vigil.house import House
@@ -22,7 +24,6 @@ from vigil.levels import Measures
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import OPEN_ABOVE
 
 ROOM_STEP_M = 0.1
 """Between two places of a walk at which the room is asked for; a doorway is longer than that."""
@@ -37,7 +38,7 @@ def measured(simulator: PrivilegedSimulator, episode: Episode, house: House, act
     others = _look_alikes(start)
     still = {
         "rooms": len(oracle.scene.rooms),
-        "containers": sum(1 for _ in _closed_around(oracle, target)),
+        "containers": _containers(start, target),
         "reference_words": _reference_words(start),
         "slack": round(max(0.0, 1.0 - len(actions) / episode.max_steps), 3),
         "turns": sum(isinstance(action, Navigate) and action.mode.startswith("turn") for action in actions),
@@ -71,12 +72,12 @@ def _look_alikes(start: EpisodeStart) -> list[str]:
     return [item.id for item in referents(Phrase(bare(target.name)), start.items.values()) if item.id != target.id]
 
 
-def _closed_around(oracle: Oracle, target: Thing) -> Iterator[str]:
-    """Yields the closed things that the target lies inside of."""
-    for name in oracle.state_of(target.id).inside:
-        thing = oracle.scene.things[name]
-        if thing.is_openable and thing.openness <= OPEN_ABOVE:
-            yield name
+def _containers(start: EpisodeStart, target: Thing) -> int:
+    """Returns how many closed things there are to open: those around the target, or where the instruction does not say
+    which, all in which a person would look for it."""
+    if start.episode.provenance.template != INSIDE_TEMPLATE:
+        return len(closed_around(start.oracle, target.id))
+    return len(may_hold(start.oracle, start.items, target, room_said(phrase for phrase, _ in start.mentioned)))
 
 
 def _reference_words(start: EpisodeStart) -> int:

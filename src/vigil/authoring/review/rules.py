@@ -10,7 +10,10 @@ from functools import cached_property
 
 from vigil.actions import REACH_HEIGHT_M, REACH_M
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolved
+from vigil.authoring.language.telling_apart import anchor_of, look_alikes
+from vigil.authoring.language.untold import is_untold, says_constraint, untold
 from vigil.authoring.language.wording import asks_inside
+from vigil.authoring.review.containers import not_found_by_opening
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import places_within
 from vigil.authoring.solving.macro_actions import MacroActions
@@ -21,6 +24,8 @@ from vigil.goal_check import GoalRow, check
 from vigil.goals import (
     STATE_LABELS,
     AgentNearTarget,
+    AllOf,
+    Goal,
     ObjectAtReceptacle,
     ObjectHeld,
     ObjectInState,
@@ -45,8 +50,16 @@ STANDARDS_IN_WORDS = (
 )
 NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
 """Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
-SM_TEMPLATES = ("reveal_pick", "put_into", "rearrange", "open_pick_place")
-CR_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
+SM_TEMPLATES = (
+    *("reveal_pick", "put_into", "rearrange", "open_pick_place"),
+    *("two_to_one", "put_and_close", "take_and_close", "swap", "out_of_into", "three_acts"),
+)
+TOLD = ("obstacle", "leaf", "swing", "interlock", "hand")
+CR_TEMPLATES = (*TOLD, *map(untold, TOLD))
+INSIDE_TEMPLATE = "pick_inside"
+"""Of searches whose target lies in something closed, which the instruction does not name."""
+ALIKE_TEMPLATE = "alike"
+"""Of episodes about one of several look-alikes."""
 
 Faults = Iterator[str]
 
@@ -90,6 +103,10 @@ class EpisodeStart:
     @cached_property
     def row(self) -> GoalRow:
         """What the goal's check says at the reset."""
+        return self.at_reset(self.episode.goal)
+
+    def at_reset(self, goal: Goal) -> GoalRow:
+        """Returns what the check of a goal about bound objects says at the reset."""
         now = datetime.fromtimestamp(0, UTC)
         record = EpisodeRecord(
             run_id="",
@@ -100,7 +117,7 @@ class EpisodeStart:
             steps=(),
             end="fail_no_report",
         )
-        return check(self.episode.goal, record).rows[0]
+        return check(goal, record).rows[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,8 +185,12 @@ def _out_of_reach(case: EpisodeStart) -> Faults:
         yield f"the target is {case.target.box_distance_m:.2f} m away at the start: there is nothing to approach"
 
 
+def _parts(goal: Goal) -> tuple[Goal, ...]:
+    return goal.parts if isinstance(goal, AllOf) else (goal,)
+
+
 def _settled(case: EpisodeStart) -> Faults:
-    goals = [case.episode.goal, *case.episode.goal.chain]
+    goals = [*_parts(case.episode.goal), *case.episode.goal.chain]
     asked = [
         goal.object_id for goal in goals if isinstance(goal, ObjectInState | ReportStatus) and goal.state == "is_open"
     ]
@@ -213,9 +234,48 @@ def _in_words(case: EpisodeStart) -> Faults:
 
 def _named(case: EpisodeStart) -> Faults:
     meant = [{item.id for item in fitting} for _, fitting in case.mentioned]
+    left_out = unnamed_roles(case.episode)
     for role, object_id in sorted(case.episode.bindings.items()):
-        if {object_id} not in meant:
+        if role not in left_out and {object_id} not in meant:
             yield f"nothing in the instruction means the {role} {object_id!r} and it alone"
+
+
+def unnamed_roles(episode: Episode) -> frozenset[str]:
+    """Returns the roles of the objects that an episode's instruction leaves to be found, by its kind."""
+    if is_untold(episode.provenance.template):
+        return frozenset({"obstacle"})
+    return frozenset({"container"} if episode.provenance.template == INSIDE_TEMPLATE else ())
+
+
+def _kept_to_itself(case: EpisodeStart) -> Faults:
+    constraint = case.episode.goal.constraint
+    if constraint is not None and is_untold(case.episode.provenance.template):
+        is_other = constraint.object_id != case.episode.goal.object_id
+        obstacle = case.items.get(constraint.object_id) if is_other else None
+        yield from says_constraint(case.episode.instruction, constraint.kind, obstacle.name if obstacle else None)
+
+
+def _found_inside(case: EpisodeStart) -> Faults:
+    if case.episode.provenance.template == INSIDE_TEMPLATE:
+        target = case.oracle.scene.things[case.episode.goal.object_id]
+        phrases = [phrase for phrase, _ in case.mentioned]
+        yield from not_found_by_opening(case.oracle, case.items, target, phrases)
+
+
+def _alike(case: EpisodeStart) -> Faults:
+    if case.episode.provenance.template != ALIKE_TEMPLATE:
+        return
+    others = look_alikes(case.items[case.episode.goal.object_id], case.items.values())
+    if not others:
+        yield "nothing else in the house has the name of the target"
+    elif FAMILIES[case.episode.family].visible_at_start:
+        states = case.oracle.world([other.id for other in others]).objects.values()
+        if not any(is_observable(state) for state in states):
+            yield "nothing else of the name of the target is in view at the start"
+        anchors = [anchor_of(phrase, case.items.values()) for phrase, _ in case.mentioned]
+        for anchor in filter(None, anchors):
+            if not is_observable(case.oracle.state_of(anchor.id)):
+                yield f"{anchor.id!r}, by which the target is told, is out of view at the start"
 
 
 def _unambiguous(case: EpisodeStart) -> Faults:
@@ -242,19 +302,26 @@ def _chained(case: EpisodeStart) -> Faults:
         yield f"template {case.episode.provenance.template!r} is none of {', '.join(SM_TEMPLATES)}"
     if len(set(case.episode.bindings.values())) < 2:
         yield "a sequence binds at least two objects"
+    goal = case.episode.goal
+    for part in goal.parts if isinstance(goal, AllOf) else ():
+        if isinstance(part, ObjectAtReceptacle) and case.at_reset(part).semantic:
+            yield f"{part.object_id!r} is where it is to be put already"
     for link in case.episode.goal.chain:
         state = case.world.objects[link.object_id]
-        if isinstance(link, ObjectInState) and (state.openness or 0.0) > ALMOST_CLOSED:
-            yield f"{link.object_id!r} stands open at the start, there is nothing to open"
+        if isinstance(link, ObjectInState) and link.state == "is_open" and link.value:
+            if (state.openness or 0.0) > ALMOST_CLOSED:
+                yield f"{link.object_id!r} stands open at the start, there is nothing to open"
+        elif isinstance(link, ObjectInState) and case.at_reset(link).semantic:
+            yield f"{link.object_id!r} is at the start as it is to be, there is nothing to do"
         if isinstance(link, ObjectHeld) and state.is_held:
             yield f"{link.object_id!r} is in the hand at the start"
 
 
 def _said_inside(case: EpisodeStart) -> Faults:
-    goal = case.episode.goal
-    if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
-        wanted = "inside" if goal.inside else "anywhere on or in"
-        yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
+    for goal in _parts(case.episode.goal):
+        if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
+            wanted = "inside" if goal.inside else "anywhere on or in"
+            yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
 
 
 def _graded(case: EpisodeStart) -> Faults:
@@ -320,9 +387,12 @@ RULES: dict[str, Rule] = {
     "standard_in_words": Rule(only("DA"), "the agent is told how near is near", _in_words),
     "target_named": Rule(every_family, "every bound object is said so that it alone is meant", _named),
     "unambiguous": Rule(every_family, "every thing mentioned is one thing", _unambiguous),
+    "found_by_opening": Rule(only("SI"), "what lies in something closed is fair to look for", _found_inside),
+    "look_alike_there": Rule(_done, "an episode about one of several look-alikes has one", _alike),
     "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _secret),
     "chain_of_objects": Rule(only("SM"), "a sequence has a template and several objects", _chained),
     "inside_in_words": Rule(only("SM"), "into is said where inside is meant, and only there", _said_inside),
+    "constraint_untold": Rule(only("CR"), "a constraint that is to be found is not given away", _kept_to_itself),
     "constraint_visible": Rule(only("CR"), "what is in the way is seen at the start", _seen_constraint),
     "constraint_stands": Rule(only("CR"), "the goal is out of reach until the constraint is resolved", _stands),
 }

@@ -37,9 +37,9 @@ from vigil.goals import (
 from vigil.pose import floor_distance, wrap_deg
 from vigil.record import EpisodeRecord
 from vigil.scene.geometry import box_distances, box_of
-from vigil.scene.supports import is_shut
+from vigil.scene.supports import is_shut, surface_named
 from vigil.scene.things import Thing
-from vigil.world import Placement, Setup
+from vigil.world import OPEN_ABOVE, Placement, Setup
 
 NEAR_MARGIN_M = 0.06
 CLEAR_PX = 260
@@ -114,33 +114,54 @@ def closing_words(goal: Goal, said: Callable[[str], str], status: Status) -> str
 
 
 def achieve(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yields the interactions that bring a goal about, walking included; none where it holds already."""
+    """Yields the interactions that bring a goal about, walking included; none where it holds already.
+
+    What lies in something closed is taken out of it.
+    """
+    if _holds(goal, macro_actions.oracle):
+        return
     if isinstance(goal, ObjectAtReceptacle):
         yield from _in_hand(goal, macro_actions)
         yield from macro_actions.place(goal.receptacle_id, inside=goal.inside, is_thorough=not goal.chain)
-    elif not _holds(goal, macro_actions.oracle):
-        yield from macro_actions.act(_intent_of(goal), goal.object_id)
+        return
+    if isinstance(goal, ObjectHeld):
+        yield from _opened_around(goal.object_id, macro_actions)
+    yield from macro_actions.act(_intent_of(goal), goal.object_id)
+
+
+def closed_around(oracle: Oracle, object_id: str) -> list[str]:
+    """Returns the ids of the closed things that a thing lies inside of."""
+    around = [oracle.scene.things[name] for name in oracle.state_of(object_id).inside]
+    return [thing.id for thing in around if thing.is_openable and thing.openness <= OPEN_ABOVE]
+
+
+def _opened_around(object_id: str, macro_actions: MacroActions) -> Steps:
+    """Yields what opens the closed things that a thing lies inside of."""
+    for container in closed_around(macro_actions.oracle, object_id):
+        yield from macro_actions.act("open_access", container)
 
 
 def _in_hand(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> Steps:
     """Yields what takes the target in the hand and opens where it is to go, as far as that is still to be done."""
     oracle = macro_actions.oracle
     if oracle.held != goal.object_id:
+        yield from _opened_around(goal.object_id, macro_actions)
         yield from macro_actions.act("pick", goal.object_id)
     if goal.inside and is_shut(oracle.scene.things[goal.receptacle_id]):
         yield from macro_actions.act("open_access", goal.receptacle_id)
 
 
 def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
-    """Yields what brings all parts about: what is to be put somewhere, then the nearest part, time by time."""
+    """Yields what brings all parts about: with a chain in its order, else what is to be put somewhere first, and then
+    the nearest part, time by time."""
     things, left = macro_actions.oracle.scene.things, list(goal.parts)
-    for part in goal.parts:
-        if isinstance(part, ObjectAtReceptacle):
-            left.remove(part)
-            yield from achieve(part, macro_actions)
     while left:
         here = macro_actions.oracle.agent.position
-        part = min(left, key=lambda part: floor_distance(here, things[part.object_id].position))
+        placed = [part for part in left if isinstance(part, ObjectAtReceptacle)]
+        if goal.chain or placed:
+            part = left[0] if goal.chain else placed[0]
+        else:
+            part = min(left, key=lambda part: floor_distance(here, things[part.object_id].position))
         left.remove(part)
         yield from achieve(part, macro_actions)
 
@@ -156,6 +177,10 @@ def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
 
 def _holds(goal: Goal, oracle: Oracle) -> bool:
     thing = oracle.scene.things[goal.object_id]
+    if isinstance(goal, ObjectAtReceptacle):
+        surface = surface_named(oracle.scene.things[goal.receptacle_id], thing.surface)
+        is_there = thing.parent == goal.receptacle_id and oracle.held != thing.id
+        return is_there and (not goal.inside or (surface is not None and surface.is_inside))
     if isinstance(goal, ObjectHeld):
         return oracle.held == goal.object_id
     if isinstance(goal, ObjectInState) and goal.state == "is_open":
@@ -251,8 +276,7 @@ def wrongly_reached(goal: Goal, worlds: WrongWorlds) -> WrongRecords:
         case ReportStatus():
             yield from _wrongly_reported(goal, worlds)
         case AllOf():
-            for part in goal.parts:
-                yield "all but one", worlds.undone(_but_for(part, goal, worlds))
+            yield from _all_but_one(goal, worlds)
             yield "done and undone", worlds.undone(worlds.episode.setup)
         case _:
             assert_never(goal)
@@ -329,20 +353,28 @@ def _neighbour(goal: ObjectInState | ObjectHeld, worlds: WrongWorlds) -> Thing |
     return worlds.nearest(lambda thing: thing.category != worlds.target.category and _allows(thing, goal))
 
 
+def _all_but_one(goal: AllOf, worlds: WrongWorlds) -> WrongRecords:
+    """Yields the wrong ways in which one part of a goal is not there, or what it is about lies at another place."""
+    for part in goal.parts:
+        setup = _but_for(part, goal, worlds)
+        yield "all but one", worlds.undone(setup)
+        if isinstance(part, ObjectAtReceptacle):
+            for name, setups in _misplaced(part, worlds, setup):
+                yield from ((name, worlds.undone(each)) for each in setups)
+
+
 def _but_for(left: GoalPart, goal: AllOf, worlds: WrongWorlds) -> Setup:
     """Returns the setup in which all parts of a goal hold but one, which does not."""
     setup, things = worlds.episode.setup, worlds.oracle.scene.things
     for part in goal.parts:
-        if isinstance(part, ObjectAtReceptacle):
-            if part is left:
-                continue  # nothing has been put there
-            target, receptacle = things[part.object_id], things[part.receptacle_id]
-            for placement in islice(upon(receptacle, target, inside=part.inside), 1):
-                setup = with_change(setup, part.object_id, placement=placement)
-        else:
+        if isinstance(part, ObjectInState):
             value = part.value != (part is left)
             state = {"openness": float(value)} if part.state == "is_open" else {"is_toggled": value}
             setup = with_change(setup, part.object_id, **state)
+        elif part is not left:
+            places = upon(things[part.receptacle_id], things[part.object_id], inside=part.inside)
+            if (place := next(places, None)) is not None:
+                setup = with_change(setup, part.object_id, placement=place)
     return setup
 
 
@@ -355,17 +387,18 @@ def _wrongly_placed(goal: ObjectAtReceptacle, worlds: WrongWorlds) -> WrongRecor
     start = worlds.episode.setup
     yield "done and undone", worlds.undone(start)
     yield "put there and taken again", worlds.undone(start.model_copy(update={"held": worlds.target.id}))
-    for name, setups in _misplaced(goal, worlds):
+    for name, setups in _misplaced(goal, worlds, start):
         yield from ((name, worlds.from_reset(worlds.synthetic.row(setup))) for setup in setups)
         if not setups:
             yield name, None
 
 
-def _misplaced(goal: ObjectAtReceptacle, worlds: WrongWorlds) -> list[tuple[str, list[Setup]]]:
-    """Returns the setups in which something was put somewhere, but not the right thing into the right one."""
+def _misplaced(goal: ObjectAtReceptacle, worlds: WrongWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
+    """Returns a setup changed so that something was put somewhere, but not the right thing into the right one."""
     worlds.synthetic.set_up(worlds.episode.setup)
-    things, target, alike = worlds.oracle.scene.things, worlds.target, worlds.alike
-    receptacle = things[goal.receptacle_id]
+    things = worlds.oracle.scene.things
+    target, receptacle = things[goal.object_id], things[goal.receptacle_id]
+    alike = worlds.alike if target.id == worlds.target.id else None
     kind = CATALOG[target.category]
     others = [
         thing
@@ -375,7 +408,7 @@ def _misplaced(goal: ObjectAtReceptacle, worlds: WrongWorlds) -> list[tuple[str,
     on_top = list(upon(receptacle, target, inside=False)) if goal.inside else []
 
     def put(thing: Thing, placement: Placement) -> Setup:
-        return worlds.synthetic.changed(thing.id, placement=placement)
+        return with_change(setup, thing.id, placement=placement)
 
     found = [
         ("the neighbour instead", [put(target, at) for at in neighbours(things, receptacle, target)]),

@@ -1,0 +1,56 @@
+"""Proposals of searches (SI) for things that lie in something closed, which the instruction does not name."""
+
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import Drafts, start_without
+from vigil.authoring.drafting.sequences import filled
+from vigil.authoring.language.referring import Phrase, referents
+from vigil.authoring.language.sentences import SEARCH_ORDERS
+from vigil.authoring.language.wording import order, spoken_of
+from vigil.authoring.review.containers import MOST_CLOSED, may_hold, sees_through
+from vigil.authoring.review.rules import INSIDE_TEMPLATE
+from vigil.episode import LOOKING_DOWN_DEG
+from vigil.goals import ObjectHeld
+from vigil.scene.things import Thing
+from vigil.world import Setup
+
+
+def picking_from_inside(context: HouseContext) -> Drafts:
+    """Yields drafts whose target is found by opening the right one of a few things."""
+    for container, inside, setup in filled(context):
+        if not context.can_begin(setup):
+            continue
+        target = context.thing(inside.id)
+        phrase = _placeless(context, target) if sees_through(context.oracle, target) is None else None
+        start = (
+            None if phrase is None else start_without(context, target, by_turning=None, horizon=LOOKING_DOWN_DEG / 2)
+        )
+        context.begin(Setup())
+        if start is None or phrase is None:
+            continue
+        words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
+        task = TaskSpec(
+            start=start,
+            setup=setup,
+            instruction=context.say(SEARCH_ORDERS, target=str(phrase), **words),
+            goal=ObjectHeld(object_id=target.id),
+            bindings={"target": target.id, "container": container.id},
+            template=INSIDE_TEMPLATE,
+        )
+        yield context.draft("SI", task)
+
+
+def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
+    """Returns what to call a thing without saying what it lies in; None when that does not single it out, or when
+    there are more closed things to look into than can be searched."""
+    items = context.items
+    item = items[target.id]
+    if item.is_misnamed:
+        return None
+    colours = item.colours[:1] if len(item.colours) == 1 else ()
+    for colour in (None, *colours):
+        for room in (None, item.room) if item.is_room_one else (None,):
+            phrase = Phrase(item.name, colour=colour, room=room)
+            is_fair = len(may_hold(context.oracle, items, target, room)) <= MOST_CLOSED
+            if is_fair and [each.id for each in referents(phrase, items.values())] == [item.id]:
+                return phrase
+    return None

@@ -1,0 +1,198 @@
+"""Proposals about one of several look-alikes (PG, DA, VS, AI, SI), told apart by colour, by place or by a relation.
+
+Where the target is in view at the start, so is another thing that its bare name could mean.
+"""
+
+from collections.abc import Callable
+
+from vigil.authoring.drafting.constraints import acts_for
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import (
+    AWAY_M,
+    CLEAR_PX,
+    CLEAR_PX_BY_SIZE,
+    LEVEL_DEG,
+    Drafts,
+    goal_for,
+    is_approachable,
+    is_seen,
+    is_target,
+    is_worth_seeing,
+    may_be_sought,
+    setup_for,
+    size_of_thing,
+    start_without,
+)
+from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
+from vigil.authoring.language.telling_apart import anchor_of, look_alikes, phrases_apart
+from vigil.authoring.language.wording import order, spoken_of
+from vigil.authoring.review.rules import ALIKE_TEMPLATE, place_blind_to
+from vigil.authoring.solving.aim import surface_points
+from vigil.episode import FAMILIES, LOOKING_DOWN_DEG, Family
+from vigil.goals import NEAR_M, OBSERVABLE_M, AgentNearTarget, Goal, ObjectInState, TargetGrounded, is_observable
+from vigil.pose import Pose, floor_distance, wrap_deg, yaw_towards
+from vigil.scene.things import Thing
+from vigil.world import Setup
+
+STARTS = 3
+"""Starts out of the target's sight that are tried for one that sees a look-alike."""
+GLANCE = 16
+"""Points of a look-alike that are looked for before its pixels are counted."""
+HALF_VIEW_DEG = 53.0
+"""From the middle of the picture to its side."""
+WALK_TEMPLATE = "walk"
+PoseTest = Callable[[Pose], bool]
+
+
+def pointing_apart(context: HouseContext) -> Drafts:
+    """Yields PG drafts."""
+
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
+        is_clear = is_seen(CLEAR_PX_BY_SIZE[size_of_thing(thing)])
+        return context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_clear, also)
+
+    yield from _drafts(context, ("PG", POINT), start, lambda thing: TargetGrounded(object_id=thing.id))
+
+
+def approaching_apart(context: HouseContext) -> Drafts:
+    """Yields DA drafts."""
+
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
+        if not is_approachable(thing) or place_blind_to(context.oracle, thing, NEAR_M) is not None:
+            return None
+        return context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+
+    yield from _drafts(
+        context, ("DA", APPROACH), start, lambda thing: AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M)
+    )
+
+
+def searching_apart(context: HouseContext) -> Drafts:
+    """Yields VS drafts: the target is seen from another place only."""
+
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
+        if not is_worth_seeing(thing):
+            return None
+        return _start_out_of_view(context, thing, also, by_turning=False, horizon=LEVEL_DEG)
+
+    yield from _drafts(
+        context, ("VS", SEARCH), start, lambda thing: ObjectInState(object_id=thing.id, state="is_visible")
+    )
+
+
+def acting_apart(context: HouseContext) -> Drafts:
+    """Yields AI drafts."""
+
+    def start(thing: Thing, also: PoseTest) -> Pose | None:
+        return context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+
+    yield from _drafts(context, ("AI", ORDERS), start, None)
+
+
+def seeking_apart(context: HouseContext) -> Drafts:
+    """Yields SI drafts."""
+    yield from _drafts(
+        context,
+        ("SI", SEARCH_ORDERS),
+        lambda thing, also: _start_out_of_view(context, thing, also, by_turning=None, horizon=LOOKING_DOWN_DEG / 2),
+        None,
+    )
+
+
+def _drafts(
+    context: HouseContext,
+    kind: tuple[Family, Sentences],
+    start_for: Callable[[Thing, PoseTest], Pose | None],
+    goal_of: Callable[[Thing], Goal] | None,
+) -> Drafts:
+    """Yields a draft for each look-alike that can be told apart; without `goal_of` one of its acts is asked for."""
+    family, sentences = kind
+    for thing in context.shuffled(_wanted(context, in_view=FAMILIES[family].visible_at_start)):
+        options = acts_for(thing) if goal_of is None else []
+        if goal_of is None and not options:
+            continue
+        act = options[int(context.rng.integers(len(options)))] if options else None
+        setup = setup_for(thing, act) if act is not None else Setup()
+        phrase = _phrase(context, thing, setup)
+        start = start_for(thing, _sees_apart(context, thing, phrase, family)) if phrase is not None else None
+        context.begin(Setup())
+        if start is None or phrase is None:
+            continue
+        words = order(act, thing.category, str(phrase), context.rng) if act is not None else {}
+        words |= spoken_of(thing.category)
+        task = TaskSpec(
+            start=start,
+            setup=setup,
+            instruction=context.say(sentences, target=str(phrase), **words),
+            goal=goal_of(thing) if goal_of is not None else goal_for(thing, act or "pick"),
+            bindings={"target": thing.id},
+            template=WALK_TEMPLATE if family == "VS" else ALIKE_TEMPLATE,
+            difficulty=size_of_thing(thing) if family == "PG" else None,
+        )
+        yield context.draft(family, task)
+
+
+def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
+    """Returns what may be asked for and has a look-alike, with `in_view` one in the same room."""
+    items = context.items
+    found: list[Thing] = []
+    for item in items.values():
+        thing = context.thing(item.id)
+        is_open_to_all = context.only is None or thing.id in context.only
+        alike = look_alikes(item, items.values())
+        is_alike = any(other.room_id == item.room_id for other in alike) if in_view else bool(alike)
+        if is_alike and is_open_to_all and is_target(thing) and may_be_sought(context, thing):
+            found.append(thing)
+    return found
+
+
+def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
+    """Starts the house with a setup. Returns one of the phrases that tell a thing apart; None without any."""
+    if not context.can_begin(setup):
+        return None
+    items = context.items
+    found = phrases_apart(items[thing.id], items.values())
+    return found[int(context.rng.integers(len(found)))] if found else None
+
+
+def _start_out_of_view(
+    context: HouseContext, thing: Thing, also: PoseTest, *, by_turning: bool | None, horizon: float
+) -> Pose | None:
+    """Returns a start that does not see a thing, and of which `also` is true where there is such a place."""
+    start: Pose | None = None
+    for _ in range(STARTS):
+        start = start_without(context, thing, by_turning=by_turning, horizon=horizon) or start
+        if start is None or also(start):
+            break
+    return start
+
+
+def _sees_apart(context: HouseContext, thing: Thing, phrase: Phrase, family: Family) -> PoseTest:
+    """Returns the test that a pose sees something else of a thing's name, and what sets it apart
+    where that is to be told from the first picture."""
+    items = context.items
+    others = [context.thing(other.id) for other in look_alikes(items[thing.id], items.values())]
+    if FAMILIES[family].visible_at_start:  # what is seen past a door is seen by a few starts only
+        others = [other for other in others if items[other.id].room_id == items[thing.id].room_id]
+    anchor = anchor_of(phrase, items.values()) if FAMILIES[family].visible_at_start else None
+
+    def sees(pose: Pose) -> bool:
+        is_placed = anchor is None or _sees_any(context, pose, [context.thing(anchor.id)])
+        return is_placed and _sees_any(context, pose, others)
+
+    return sees
+
+
+def _sees_any(context: HouseContext, pose: Pose, things: list[Thing]) -> bool:
+    oracle = context.oracle
+    ahead = [thing for thing in things if _is_ahead(pose, thing)]
+    likely = [thing for thing in ahead if oracle.sees(pose.eye, surface_points(thing, GLANCE), thing.id).any()]
+    with oracle.standing_at(pose):
+        return any(is_observable(oracle.state_of(thing.id)) for thing in likely)
+
+
+def _is_ahead(pose: Pose, thing: Thing) -> bool:
+    """Whether a thing may be in the picture from a pose, as far as its direction and distance say."""
+    aside_deg = abs(wrap_deg(yaw_towards(pose.position, thing.position) - pose.rotation))
+    return aside_deg <= HALF_VIEW_DEG and floor_distance(pose.position, thing.position) <= OBSERVABLE_M

@@ -1,0 +1,95 @@
+"""Relations between things that hold wherever one stands: "next to", "closest to", "under".
+
+A relation is said only with a margin on which careful listeners agree: it holds clearly for one thing and, by a factor,
+for no other that the name could mean. Left and right are left out: they turn with the speaker.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from shapely import Polygon
+
+from vigil.pose import Box, Vec3
+from vigil.scene.outlines import footprint
+
+BESIDE_M, LOOSELY_BESIDE_M = 0.35, 1.2
+"""Gap up to which a thing is next to another, and up to which somebody may still say so."""
+LEVEL_M = 0.25
+"""How far apart the undersides of things that are next to each other may be."""
+CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
+"""The closest is within the first; all others are farther by both the second (m) and the third (a factor)."""
+COVERED, PARTLY_COVERED = 0.75, 0.1
+"""Share of a thing's floor shape that lies under another: from where it is under it, and from where one may say so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """Where a thing is, as far as relations go."""
+
+    id: str
+    room_id: str | None
+    box: Box
+
+
+Meant = Callable[[Sequence[Placed], Placed], list[str]]
+"""Returns the ids of the things that may be meant; just one id only where the relation clearly holds for it."""
+
+
+def _next_to(things: Sequence[Placed], anchor: Placed) -> list[str]:
+    gaps = {thing.id: gap_m(thing.box, anchor.box) for thing in things}
+    could = [thing for thing in things if gaps[thing.id] <= LOOSELY_BESIDE_M and thing.room_id == anchor.room_id]
+    if len(could) != 1:
+        return [thing.id for thing in could]
+    only = could[0]
+    is_level = abs(only.box.bottom - anchor.box.bottom) <= LEVEL_M
+    is_apart = gaps[only.id] > 0.0
+    return [only.id] if is_level and is_apart and gaps[only.id] <= BESIDE_M else []
+
+
+def _closest_to(things: Sequence[Placed], anchor: Placed) -> list[str]:
+    gaps = {thing.id: gap_m(thing.box, anchor.box) for thing in things}
+    if not gaps:
+        return []
+    least = min(gaps.values())
+    could = [thing for thing in things if gaps[thing.id] < max(FARTHER_BY * least, least + FARTHER_BY_M)]
+    if len(could) != 1:
+        return [thing.id for thing in could]
+    is_near = least <= CLOSEST_M and could[0].room_id == anchor.room_id
+    return [could[0].id] if is_near else []
+
+
+def _under(things: Sequence[Placed], anchor: Placed) -> list[str]:
+    above = _floor(anchor.box)
+    shares: dict[str, float] = {}
+    for thing in things:
+        shape = _floor(thing.box)
+        top = thing.box.center.y + thing.box.size.y / 2
+        is_lower = top < anchor.box.center.y + anchor.box.size.y / 2
+        shares[thing.id] = shape.intersection(above).area / shape.area if is_lower and shape.area else 0.0
+    could = [thing_id for thing_id, share in shares.items() if share >= PARTLY_COVERED]
+    return could if len(could) != 1 or shares[could[0]] >= COVERED else []
+
+
+RELATIONS: dict[str, Meant] = {
+    "next to": _next_to,
+    "beside": _next_to,
+    "closest to": _closest_to,
+    "nearest to": _closest_to,
+    "under": _under,
+}
+"""How a relation is said -> what may be meant by it."""
+
+
+def gap_m(one: Box, other: Box) -> float:
+    """Returns the distance between the floor shapes of two boxes (m), 0 where they overlap."""
+    return float(_floor(one).distance(_floor(other)))
+
+
+def _floor(box: Box) -> Polygon:
+    return _floor_shape(box.center, box.size, box.yaw)
+
+
+@lru_cache(maxsize=8192)
+def _floor_shape(center: Vec3, size: Vec3, yaw: float) -> Polygon:
+    return footprint(Box(center=center, size=size, yaw=yaw))

@@ -1,0 +1,99 @@
+"""Containers: where a person would look for a thing, and whether it is found by opening one of them.
+
+An instruction that does not say where a thing is can only be fair when it lies where such things are kept, and when
+there are few enough places of that kind to look into.
+"""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from vigil.actions import REACH_M
+from vigil.authoring.language.referring import DescribedThing, Phrase
+from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.ways.goal_kinds import closed_around
+from vigil.pose import Pose, Vec3
+from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.things import Thing
+from vigil.world import OPEN_ABOVE
+
+BELONGS_IN = {
+    "Fridge": ("Apple", "Tomato", "Lettuce", "Egg", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Plate"),
+    "Microwave": ("Mug", "Bowl", "Plate", "Potato", "Cup"),
+    "Cabinet": ("Plate", "Bowl", "Cup", "Mug", "Pot", "SoapBottle", "SprayBottle", "Cloth", "Bottle"),
+    "Safe": ("Watch", "KeyChain", "CreditCard", "CellPhone", "CD"),
+    "Box": ("Book", "TeddyBear", "CD", "RemoteControl", "TissueBox", "KeyChain", "AlarmClock", "Statue", "Vase"),
+    "LaundryHamper": ("Towel", "HandTowel", "Cloth"),
+    "WashingMachine": ("Towel", "HandTowel", "Cloth"),
+    "ClothesDryer": ("Towel", "HandTowel", "Cloth"),
+    "Dresser": ("Watch", "KeyChain", "AlarmClock", "Book", "CellPhone", "CD", "RemoteControl", "Candle"),
+    "Drawer": ("Pen", "Pencil", "KeyChain", "Watch", "CellPhone", "CD", "RemoteControl", "CreditCard", "Book"),
+}
+"""Container -> what a person would look for in it."""
+IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
+MOST_CLOSED = 4
+"""Closed things that a search may have to open before the last of them shows the target: the budget of Search and
+Interact allows each some five steps, and a walk between them."""
+LOOKS, EVERY_CELL = 16, 5
+"""Points of a thing that are looked for from outside what it lies in, and of how many places one is tried: a pane shows
+what is behind it to many."""
+
+
+def belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
+    """Whether a person would look for a thing in a container that stands in a room of this name."""
+    is_in_bathroom = container.category == "Cabinet" and room == "bathroom"
+    return thing.category in (IN_BATHROOM_CABINETS if is_in_bathroom else BELONGS_IN.get(container.category, ()))
+
+
+def may_hold(oracle: Oracle, items: dict[str, DescribedThing], target: Thing, room: str | None) -> list[str]:
+    """Returns the ids of the closed things in which a person would look for the target: in a room, or everywhere.
+
+    What the target lies in is one of them in any case.
+    """
+    around = set(closed_around(oracle, target.id))
+    found: list[str] = []
+    for thing in oracle.scene.things.values():
+        item = items.get(thing.id)
+        if item is None or thing.id == target.id or not thing.is_openable or thing.openness > OPEN_ABOVE:
+            continue
+        is_likely = belongs_in(thing, item.room, target) and (room is None or item.room == room)
+        if thing.id in around or is_likely:
+            found.append(thing.id)
+    return found
+
+
+def room_said(phrases: Iterable[Phrase]) -> str | None:
+    """Returns the room that an instruction about one thing names; None when it names none."""
+    return next((phrase.room for phrase in phrases if phrase.room is not None), None)
+
+
+def not_found_by_opening(
+    oracle: Oracle, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
+) -> Iterator[str]:
+    """Yields why a target need not be found by opening something, or cannot fairly be; `phrases` are those said."""
+    around = closed_around(oracle, target.id)
+    if not around:
+        yield f"{target.id!r} lies in nothing closed"
+        return
+    for name in around:
+        if not belongs_in(oracle.scene.things[name], items[name].room, target):
+            yield f"nobody would look for {target.id!r} in {name!r}"
+    if any(phrase.support is not None or phrase.relation is not None for phrase in phrases):
+        yield "the instruction says where it lies"
+    closed = may_hold(oracle, items, target, room_said(phrases))
+    if len(closed) > MOST_CLOSED:
+        yield f"{len(closed)} closed things may hold it, at most {MOST_CLOSED} can be searched: {', '.join(closed)}"
+    if (place := sees_through(oracle, target)) is not None:
+        yield f"it is seen through glass from ({place.x:.2f}, {place.z:.2f}) before anything is opened"
+
+
+def sees_through(oracle: Oracle, target: Thing) -> Vec3 | None:
+    """Returns a free place within reach of a thing from which it is seen as things stand; None without one."""
+    points = surface_points(target, LOOKS)
+    cells = oracle.plan().cells[::EVERY_CELL]
+    for x, z in cells[box_distances(box_of(target), cells) <= REACH_M]:
+        place = Vec3(float(x), oracle.agent.position.y, float(z))
+        if np.any(oracle.sees(Pose(position=place, rotation=0.0).eye, points, target.id, through_glass=True)):
+            return place
+    return None

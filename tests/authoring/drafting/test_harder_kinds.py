@@ -1,0 +1,169 @@
+"""The harder kinds of the grammar: each finds a valid draft in some house, and is what its name says."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from vigil.actions import InteractPixel
+from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.sources import Seeded
+from vigil.authoring.language.referring import items_of, referents
+from vigil.authoring.language.telling_apart import anchor_of, look_alikes
+from vigil.authoring.language.untold import is_untold
+from vigil.authoring.measuring.measures import measured
+from vigil.authoring.review.containers import MOST_CLOSED, may_hold
+from vigil.authoring.review.rules import EpisodeStart, unnamed_roles
+from vigil.authoring.review.validate import ValidationResult, Validator
+from vigil.authoring.solving.oracle import Oracle
+from vigil.episode import Episode
+from vigil.goals import AllOf, ObjectAtReceptacle, ObjectHeld, is_observable
+from vigil.house import House
+from vigil.pack import Pack
+from vigil.sim.privileged import PrivilegedSimulator
+from vigil.world import ObjectSetup, Setup
+
+HOUSES = {
+    **dict.fromkeys(("PG alike", "VS alike", "AI alike", "SI alike", "SI pick_inside"), "2-room_111"),
+    **dict.fromkeys(("SM put_and_close", "SM take_and_close", "SM three_acts"), "2-room_111"),
+    **dict.fromkeys(("CR obstacle_untold", "CR swing_untold", "CR interlock_untold"), "2-room_111"),
+    **dict.fromkeys(("SM two_to_one", "SM swap"), "bedroom-bathroom_109"),
+    "CR hand_untold": "2-room_112",
+    "DA alike": "bedroom-living_106",
+    "SM out_of_into": "bedroom-living_107",
+}
+"""Family and kind -> a house of the starter pack that allows it."""
+LEAF_KIND, LEAF_SEED, LEAF_LAYOUT = "CR leaf_untold", 9002, "2"
+"""A kind that no house of the starter pack allows in a few tries, and the house that does."""
+KINDS = (*HOUSES, LEAF_KIND)
+TRIED = 3
+PARTS = {"two_to_one": 2, "put_and_close": 2, "take_and_close": 2, "swap": 2, "three_acts": 3}
+"""Sequence -> facts in which it ends."""
+
+Found = tuple[Episode, House, ValidationResult]
+
+
+def house_named(starter: Pack, name: str) -> House:
+    return starter.house_of(next(episode for episode in starter.episodes if episode.house.name == name))
+
+
+@pytest.fixture(scope="module")
+def found(starter: Pack, simulator: PrivilegedSimulator) -> dict[str, Found]:
+    """One valid draft of each kind, with its house and how it was judged."""
+    drafts: dict[str, Found] = {}
+    houses = {kind: house_named(starter, name) for kind, name in HOUSES.items()}
+    for kind, house in {**houses, LEAF_KIND: Seeded(LEAF_SEED, LEAF_LAYOUT).house()}.items():
+        context = HouseContext(simulator, house, np.random.default_rng(0))
+        validator = Validator(simulator, is_draft=True)
+        context.forms = "all"
+        context.begin(Setup())
+        family, template = kind.split()
+        for draft in islice(GRAMMAR[family][template](context), TRIED):
+            verdict = validator.validate(draft, house)
+            context.begin(Setup())
+            if verdict.is_valid:
+                drafts[kind] = draft, house, verdict
+                break
+    return drafts
+
+
+def begun(simulator: PrivilegedSimulator, episode: Episode, house: House) -> EpisodeStart:
+    simulator.load(house)
+    simulator.reset(episode.start, episode.setup)
+    return EpisodeStart(episode, house, Oracle(simulator))
+
+
+def of_kind(found: dict[str, Found], template: str) -> Found:
+    return next(entry for kind, entry in found.items() if kind.endswith(f" {template}"))
+
+
+def test_every_harder_kind_finds_a_valid_draft(found: dict[str, Found]) -> None:
+    assert set(found) == set(KINDS)
+    harder = {f"{family} {kind}" for family, kinds in GRAMMAR.items() for kind in kinds}
+    assert set(KINDS) <= harder
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.startswith("CR")])
+def test_an_untold_constraint_stands_and_is_not_spoken_of(
+    kind: str, found: dict[str, Found], simulator: PrivilegedSimulator
+) -> None:
+    episode, house, verdict = found[kind]
+    case, constraint = begun(simulator, episode, house), episode.goal.constraint
+    assert constraint is not None
+    assert is_untold(episode.provenance.template)
+    assert {item.id for _, items in case.mentioned for item in items} == {episode.goal.object_id}
+    assert unnamed_roles(episode) == {"obstacle"}
+    assert len(verdict.actions) <= episode.max_steps
+
+
+@pytest.mark.parametrize("template", PARTS)
+def test_a_longer_sequence_ends_in_several_facts_at_once(template: str, found: dict[str, Found]) -> None:
+    episode, _, verdict = of_kind(found, template)
+    assert isinstance(episode.goal, AllOf)
+    assert len(episode.goal.parts) == PARTS[template]
+    assert any(isinstance(part, ObjectAtReceptacle) for part in episode.goal.parts)
+    assert "all but one" in {way.name for way in verdict.wrong_ways if way.record is not None}
+
+
+def test_from_one_closed_thing_into_another_both_are_opened(found: dict[str, Found]) -> None:
+    episode, _, verdict = of_kind(found, "out_of_into")
+    assert episode.goal.kind == "object_at_receptacle"
+    clicks = [action.intent for action in verdict.actions if isinstance(action, InteractPixel)]
+    assert clicks == ["open_access", "open_access", "pick", "place"]
+
+
+def test_what_lies_inside_is_found_by_opening_and_never_said(
+    found: dict[str, Found], simulator: PrivilegedSimulator
+) -> None:
+    episode, house, verdict = of_kind(found, "pick_inside")
+    case = begun(simulator, episode, house)
+    target = case.oracle.scene.things[episode.goal.object_id]
+    closed = may_hold(case.oracle, case.items, target, None)
+    assert episode.bindings["container"] in closed
+    assert 1 <= len(closed) <= MOST_CLOSED
+    assert case.items[episode.bindings["container"]].name not in episode.instruction
+    clicks = [action.intent for action in verdict.actions if isinstance(action, InteractPixel)]
+    assert clicks == ["open_access", "pick"]
+    simulator.load(house)
+    assert measured(simulator, episode, house, verdict.actions).containers == len(closed)
+
+
+def test_an_open_container_hides_nothing(found: dict[str, Found], simulator: PrivilegedSimulator) -> None:
+    episode, house, _ = of_kind(found, "pick_inside")
+    ajar = {**episode.setup.objects, episode.bindings["container"]: ObjectSetup(openness=1.0)}
+    bad = episode.model_copy(update={"setup": Setup(objects=ajar)})
+    assert "found_by_opening" in {finding.rule for finding in Validator(simulator).validate(bad, house).findings}
+
+
+def test_too_many_closed_things_cannot_be_searched(
+    found: dict[str, Found], simulator: PrivilegedSimulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    episode, house, _ = of_kind(found, "pick_inside")
+    monkeypatch.setattr("vigil.authoring.review.containers.MOST_CLOSED", 0)
+    verdict = Validator(simulator).validate(episode, house)
+    assert {finding.rule for finding in verdict.findings} == {"found_by_opening"}
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.endswith(" alike")])
+def test_one_of_several_look_alikes_is_told_apart(
+    kind: str, found: dict[str, Found], simulator: PrivilegedSimulator
+) -> None:
+    episode, house, _ = found[kind]
+    case = begun(simulator, episode, house)
+    items = items_of(case.oracle.scene)
+    target = items[episode.goal.object_id]
+    others = look_alikes(target, items.values())
+    assert others
+    phrase, meant = case.mentioned[0]
+    assert [item.id for item in meant] == [target.id]
+    assert len(referents(phrase.placeless, items.values())) > 1 or phrase.colour is not None
+    if kind.split()[0] in ("PG", "DA", "AI"):
+        assert any(is_observable(case.oracle.state_of(other.id)) for other in others)
+        anchor = anchor_of(phrase, items.values())
+        assert anchor is None or is_observable(case.oracle.state_of(anchor.id))
+
+
+def test_picking_up_is_what_a_hidden_target_is_for(found: dict[str, Found]) -> None:
+    episode, _, _ = of_kind(found, "pick_inside")
+    assert episode.goal == ObjectHeld(object_id=episode.bindings["target"])
