@@ -27,7 +27,7 @@ from vigil.setting import Setting, check_declared
 from vigil.sim.thor.start import require_engine
 
 SAME_HOST = ("machine", "python", "numpy", "processor")
-"""What must be alike for numbers to be the same to the last bit: libraries choose their way by what a processor can do."""
+"""What must be alike for numbers to be equal to the last bit: libraries compute by what a processor can do."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,7 @@ import pytest
 from pydantic import ValidationError
 from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
-from vigil.assets.kernel.notice import notice_spot
+from vigil.assets.notice import notice_spot
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import EpisodeError
 from vigil.pose import Vec3, heading

@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.kernel.notice import notice_of, notice_spot
+from vigil.assets.notice import notice_of, notice_spot
 from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn, plain, refused
 from vigil.authoring.drafting.constraints import fits_on_floor, is_furniture, spots_before

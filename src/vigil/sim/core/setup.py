@@ -2,7 +2,7 @@
 
 import difflib
 
-from vigil.assets.kernel.notice import notice_of
+from vigil.assets.notice import notice_of
 from vigil.errors import EpisodeError
 from vigil.pose import Pose
 from vigil.scene.build import settle

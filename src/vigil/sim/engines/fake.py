@@ -15,7 +15,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.assets.kernel.notice import notice_of
+from vigil.assets.notice import notice_of
 from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import STILL, Motion, part_motion
 from vigil.scene.outlines import wall_prisms

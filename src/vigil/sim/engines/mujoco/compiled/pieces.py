@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.assets.kernel.notice import notice_of
+from vigil.assets.notice import notice_of
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.compiled import frames
 

@@ -5,7 +5,7 @@ import pytest
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.kernel.notice import HEIGHT_M, LINES, MACHINES, WIDTH_M, notice_of, notice_spot
+from vigil.assets.notice import HEIGHT_M, LINES, MACHINES, WIDTH_M, notice_of, notice_spot
 
 VARIANTS = range(4)
 FRAME_M, TOP_M, LETTER_M = 0.012, HEIGHT_M / 2 - 0.012, 0.035
