@@ -24,10 +24,11 @@ from vigil.record import EPISODES_FILE
 from vigil.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner import run_folder
+from vigil.runner import verify_run as verifying
 from vigil.runner.dry_run import estimate
 from vigil.runner.progress import Progress
 from vigil.runner.run import run_pack
-from vigil.runner.run_folder import HEADER_FILE, RunFolder, read_header
+from vigil.runner.run_folder import HEADER_FILE, RunFolder, host_facts, read_header
 from vigil.runner.settings import RunSettings, log_dir, plan_run
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.frames import FrameStore
@@ -242,6 +243,28 @@ def test_the_header_says_with_what_the_rows_after_a_resumption_were_played(
     assert (later.commit, later.is_dirty, later.renderer, later.rows_before) == ("bbbb", True, "none", 5)
     assert header.hosts[1] == {"machine": "another"}
     assert not verify_run(tmp_path / "run", VerifySettings(workers=1, limit=1)).is_exact
+
+
+@pytest.mark.parametrize("name", ["machine", "python", "numpy", "processor"])
+def test_numbers_are_compared_to_the_last_bit_only_where_the_run_was_made(
+    pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    run_pack(settings(pack, tmp_path / "run"))
+    here = host_facts()
+    assert verify_run(tmp_path / "run", VerifySettings(workers=1, limit=1)).is_exact
+    monkeypatch.setattr(verifying, "host_facts", lambda: here | {name: "another"})
+    assert not verify_run(tmp_path / "run", VerifySettings(workers=1, limit=1)).is_exact
+
+
+def test_a_processor_is_told_by_its_name_and_by_what_it_can_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    told = []
+    for flags in ("sse avx2", "avx2 sse", "sse avx2 avx512f"):
+        one = f"processor\t: 0\nmodel name\t: Fast One\nflags\t\t: {flags}\n"
+        (tmp_path / "cpuinfo").write_text(f"{one}\nprocessor\t: 1\n")
+        monkeypatch.setattr(run_folder, "CPU_FACTS", tmp_path / "cpuinfo")
+        told.append(host_facts()["processor"])
+    assert told[0] == told[1] != told[2]
+    assert all(each.startswith("Fast One ") for each in told)
 
 
 def test_a_run_of_which_nothing_was_played_gives_way_to_another(pack: Path, tmp_path: Path) -> None:
