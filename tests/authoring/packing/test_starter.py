@@ -50,7 +50,9 @@ def test_targets_are_many(starter: Pack) -> None:
 
 
 def test_sequence_templates_are_all_there(starter: Pack) -> None:
-    assert {episode.provenance.template for episode in of(starter, "SM")} == set(SM_TEMPLATES)
+    """All that there were when it was made; later drafts know longer ones."""
+    made_of = {"reveal_pick", "put_into", "rearrange", "open_pick_place"}
+    assert {episode.provenance.template for episode in of(starter, "SM")} == made_of < set(SM_TEMPLATES)
 
 
 def test_constraints_are_of_many_kinds(starter: Pack) -> None:
