@@ -264,8 +264,10 @@ def _processor() -> str:
         text = CPU_FACTS.read_text()
     except OSError:
         return platform.processor()
-    first = dict(line.partition("\t")[::2] for line in text.partition("\n\n")[0].splitlines())
-    facts = {name.strip(): value.lstrip("\t: ") for name, value in first.items()}
+    facts: dict[str, str] = {}
+    for line in text.partition("\n\n")[0].splitlines():
+        name, _, value = line.partition(":")
+        facts[name.strip()] = value.strip()
     features = " ".join(sorted((facts.get("flags") or facts.get("Features") or "").split()))
     digest = hashlib.sha256(features.encode()).hexdigest()[:FEATURE_DIGITS]
     return f"{facts.get('model name') or platform.processor()} {digest}".strip()

@@ -198,7 +198,8 @@ def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
         axes.plot([w], [row], **look)
         axes.text(101.5, row, f"W−B {w - b:.1f}\u2002", va="center", fontsize=8)
-    return Line2D([], [], **look | {"ms": 11}, label="W: the world reached the goal")
+    handle: dict[str, Any] = {**look, "ms": 11}
+    return Line2D([], [], **handle, label="W: the world reached the goal")
 
 
 def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> None:

@@ -4,8 +4,8 @@ from vigil.assets.catalog import CATALOG
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
-from vigil.authoring.drafting.sequences import BELONGS_IN
 from vigil.authoring.language.wording import opened, say
+from vigil.authoring.review.containers import BELONGS_IN
 from vigil.goals import AllOf, ObjectAtReceptacle, ObjectInState
 from vigil.scene.supports import children
 from vigil.scene.things import Thing
