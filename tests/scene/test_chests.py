@@ -1,10 +1,12 @@
 """Houses that name drawers as parts of their furniture."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from vigil.assets import make
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
 from vigil.house import House
@@ -19,7 +21,7 @@ SIZES = AssetDatabase.default()
 
 @pytest.fixture
 def data():
-    return copy.deepcopy(trial_house(has_single_drawers=True).data)
+    return copy.deepcopy(trial_house().data)
 
 
 def dresser_of(data) -> dict:
@@ -53,21 +55,31 @@ def test_what_lies_in_a_drawer_lies_in_the_furniture(data):
 
 
 def test_taken_apart_it_takes_the_same_room(data):
-    apart, whole = build_scene(House("h", data), SIZES), build_scene(trial_house(), SIZES)
-    dresser = apart.things[DRESSER]
-    pieces = [prism for thing in (dresser, *parts_of(apart, dresser)) for prism in prisms_of(thing)]
-    one = prisms_of(whole.things[DRESSER])
+    scene = build_scene(House("h", data), SIZES)
+    dresser = scene.things[DRESSER]
+    pieces = [prism for thing in (dresser, *parts_of(scene, dresser)) for prism in prisms_of(thing)]
+    entry = SIZES.look_up("vigil_Dresser_1", DRESSER)
+    one = prisms_of(replace(dresser, asset=make(entry.category, entry.size, entry.variant)))
     assert len(pieces) == len(one)
     for found, wanted in zip(pieces, one, strict=True):
         assert np.allclose(found.polygon, wanted.polygon, atol=1e-6)
         assert (found.bottom, found.top) == pytest.approx((wanted.bottom, wanted.top), abs=1e-6)
-    assert apart.things[WATCH].position == pytest.approx(whole.things[WATCH].position, abs=1e-6)
 
 
-def test_without_a_named_drawer_furniture_is_one_thing():
-    scene = build_scene(trial_house(), SIZES)
-    assert scene.things[DRESSER].is_openable
-    assert parts_of(scene, scene.things[DRESSER]) == []
+def test_a_house_that_names_no_drawer_has_them_all_as_open_as_it_says_of_the_furniture(data):
+    dresser_of(data)["children"] = []
+    dresser_of(data)["openness"] = 0.5
+    scene = build_scene(House("h", data), SIZES)
+    parts = parts_of(scene, scene.things[DRESSER])
+    assert [part.openness for part in parts] == [0.5] * 8
+    assert not scene.things[DRESSER].is_openable
+
+
+def test_a_single_drawer_in_its_case_is_one_thing_that_opens(data):
+    data["objects"].append(dresser_of(data) | {"id": "Drawer|9", "assetId": "vigil_Drawer_1", "children": []})
+    scene = build_scene(House("h", data), SIZES)
+    assert scene.things["Drawer|9"].is_openable
+    assert parts_of(scene, scene.things["Drawer|9"]) == []
 
 
 def test_what_the_document_leaves_in_the_furniture_goes_into_a_drawer(data):

@@ -1,7 +1,7 @@
 """Furniture with drawers taken apart: a body that does not open, and every drawer as an asset of its own.
 
-What the makers build is one asset whose drawers all move with one openness. A house that names drawers as parts of a
-piece gets the same shapes as several assets: shut, they look the same and take the same room.
+What the makers build is one asset whose drawers would all move with one openness. Taken apart it looks the same and
+takes the same room while its drawers are shut.
 """
 
 import re
@@ -37,7 +37,12 @@ def drawer_id(chest_id: str, name: str) -> str:
 
 
 def drawer_names(asset: Asset) -> tuple[str, ...]:
-    """Returns the names of an asset's drawers; none when anything else of it moves too."""
+    """Returns the names of the drawers that an asset is taken apart into, from the lowest row up.
+
+    None when anything else of it moves too, or when it is a single drawer itself.
+    """
+    if asset.category == DRAWER:
+        return ()
     names = tuple(joint.name for joint in asset.joints)
     carrying = {surface.joint for surface in asset.surfaces}
     is_chest = all(joint.kind == "slide" and joint.name in carrying for joint in asset.joints)

@@ -8,7 +8,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import drawer_asset_id, drawer_id, drawer_names, drawer_of
 from vigil.house import House
 from vigil.housegen.base.models import PlacedThing
-from vigil.housegen.base.randomness import SINGLE_DRAWERS
+from vigil.housegen.base.randomness import GENERATOR_VERSION
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
 from vigil.housegen.layout.lights import layer_of
 from vigil.housegen.layout.openings import PlannedOpening
@@ -36,13 +36,6 @@ class Parts:
     start: Pose
     spec_name: str
     seed: int
-    version: str
-    """Of the generator."""
-
-    @property
-    def has_single_drawers(self) -> bool:
-        """Whether drawers move one by one."""
-        return int(self.version) >= SINGLE_DRAWERS
 
 
 def write(parts: Parts) -> dict[str, Any]:
@@ -64,7 +57,7 @@ def write(parts: Parts) -> dict[str, Any]:
         "metadata": {
             "schema": SCHEMA,
             "roomSpecId": parts.spec_name,
-            "generator": {"name": "vigil", "version": parts.version, "seed": parts.seed, "spec": parts.spec_name},
+            "generator": {"name": "vigil", "version": GENERATOR_VERSION, "seed": parts.seed, "spec": parts.spec_name},
             "warnings": {},
             "agent": {
                 "position": {"x": parts.start.position.x, "y": AGENT_Y, "z": parts.start.position.z},
@@ -184,7 +177,7 @@ def _objects(parts: Parts) -> list[dict[str, Any]]:
     _number(parts.pieces)
 
     def node_of(piece: PlacedThing) -> dict[str, Any]:
-        drawers = drawer_names(piece.model.asset) if parts.has_single_drawers else ()
+        drawers = drawer_names(piece.model.asset)
         node: dict[str, Any] = {
             "id": piece.id,
             "assetId": piece.model.asset_id,

@@ -35,15 +35,12 @@ START_HORIZON = 30.0
 MENDINGS = 4
 
 
-def generate(seed: int, spec: HouseSpec, version: str = GENERATOR_VERSION) -> House:
-    """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out.
-
-    From `version` "5" on, drawers are things of their own that open one by one.
-    """
+def generate(seed: int, spec: HouseSpec) -> House:
+    """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
     name = f"{spec.name}_{seed}"
     faults: list[Fault] = []
     for attempt in range(ATTEMPTS):
-        parts = _parts(seed, spec, attempt, version)
+        parts = _parts(seed, spec, attempt)
         if parts is None:
             continue
         house, faults = _mended(name, parts)
@@ -73,7 +70,7 @@ def _pieces_by_id(parts: document.Parts) -> dict[str, PlacedThing]:
     """Returns the piece that each object of the document is, or is a drawer of."""
     pieces = {piece.id: piece for top in parts.pieces for piece in top.all()}
     drawers = {drawer_id(key, name): piece for key, piece in pieces.items() for name in drawer_names(piece.model.asset)}
-    return {**drawers, **pieces} if parts.has_single_drawers else pieces
+    return {**drawers, **pieces}
 
 
 def _guilty(fault: Fault, pieces: dict[str, PlacedThing]) -> PlacedThing | None:
@@ -93,7 +90,7 @@ def _remove(pieces: list[PlacedThing], unwanted: set[int]) -> None:
         _remove(piece.children, unwanted)
 
 
-def _parts(seed: int, spec: HouseSpec, attempt: int, version: str) -> document.Parts | None:
+def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
     """Returns one attempt at the house; None when a room lacks what makes it that room."""
     key = (spec.model_dump_json(), seed, attempt)
     plan = plan_rooms(spec, generator(*key, "plan"))
@@ -120,7 +117,6 @@ def _parts(seed: int, spec: HouseSpec, attempt: int, version: str) -> document.P
         start=start,
         spec_name=spec.name,
         seed=seed,
-        version=version,
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.drawers import body_of
+from vigil.assets.drawers import body_of, drawer_names
 from vigil.assets.kernel.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, AssetEntry
 from vigil.errors import HouseError
@@ -70,12 +70,16 @@ def _turned_back(thing: Thing, partitions: Partitions) -> list[str]:
 
 def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDatabase, partitions: Partitions) -> None:
     """Adds a thing with all that is on and in it; of the `carriers`, the first is its parent in the document."""
+    if node.id in scene.things:
+        raise HouseError(
+            f"Object {node.id!r} has the id of a drawer that {scene.things[node.id].parent!r} has. "
+            "Name the drawer by an asset id that begins with that of its furniture, or give the object another id."
+        )
     entry = assets.look_up(node.asset_id, node.id)
     if entry.note is not None:
         scene.notes.append(f"{node.id}: {entry.note}")
     asset = make(entry.category, entry.size, entry.variant, _levels(node, entry, assets))
-    named = named_drawers(node)
-    thing = _thing(node, body_of(asset) if named else asset, entry.category)
+    thing = _thing(node, body_of(asset) if drawer_names(asset) else asset, entry.category)
     if carriers:
         thing.parent = carriers[0].id
         settle(thing, *carriers)
@@ -84,7 +88,7 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
         _settle_on_floor(thing, FALL_M if carriers else HOVER_M)
     scene.notes += _turned_back(thing, partitions)
     scene.things[thing.id] = thing
-    drawers = drawers_in(node, thing, asset) if named else {}
+    named, drawers = named_drawers(node), drawers_in(node, thing, asset)
     for name, drawer in drawers.items():
         scene.notes += _turned_back(drawer, partitions)
         scene.things[drawer.id] = drawer

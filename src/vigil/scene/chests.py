@@ -1,7 +1,8 @@
-"""Furniture whose drawers open one by one: where a house says so, and the drawers as things in their places.
+"""Furniture whose drawers open one by one: the drawers as things in their places.
 
-A house says so by a child whose asset is a drawer of its parent's asset (`vigil.assets.drawers`); drawers that it does
-not name are there too, shut and empty. Where a drawer is follows from the furniture, never from the document.
+A house names a drawer by a child whose asset is a drawer of its parent's asset (`vigil.assets.drawers`). Drawers that
+it does not name are there too, each as open as the document says of the furniture. Where a drawer is follows from the
+furniture, never from the document.
 """
 
 import numpy as np
@@ -30,7 +31,7 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
 
 
 def drawers_in(node: HouseObject, chest: Thing, whole: Asset) -> dict[str, Thing]:
-    """Returns the drawers of furniture that a house takes apart, by name; `whole` is its asset with all drawers.
+    """Returns the drawers of a piece of furniture, by name; `whole` is its asset with all drawers.
 
     Raises HouseError when the house names a drawer that the asset does not have.
     """
@@ -39,13 +40,13 @@ def drawers_in(node: HouseObject, chest: Thing, whole: Asset) -> dict[str, Thing
         if name not in names:
             has = f"has {', '.join(names)}" if names else "has no drawers"
             raise HouseError(f"{child.id!r} is {name!r} of {node.id!r}, which {has}. Name one of its own, or none.")
-    return {name: _drawer(named.get(name), chest, whole, name) for name in names}
+    return {name: _drawer(named.get(name), chest, whole, name, node.openness or 0.0) for name in names}
 
 
-def _drawer(node: HouseObject | None, chest: Thing, whole: Asset, name: str) -> Thing:
+def _drawer(node: HouseObject | None, chest: Thing, whole: Asset, name: str, unless_said: float) -> Thing:
     asset, middle = drawer_of(whole, name)
     place = place_of(chest)(np.array(middle)[None])[0]
-    openness = node.openness if node is not None and node.openness is not None else 0.0
+    openness = unless_said if node is None or node.openness is None else node.openness
     return Thing(
         id=drawer_id(chest.id, name) if node is None else node.id,
         category=DRAWER,

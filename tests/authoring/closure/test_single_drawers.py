@@ -12,7 +12,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 
 def test_every_drawer_of_a_room_may_be_meant(simulator: PrivilegedSimulator) -> None:
-    house = generate(0, spec_for("living-room"), "5")
+    house = generate(0, spec_for("living-room"))
     context = HouseContext(simulator, house, np.random.default_rng(3))
     drawers = {thing.id for thing in context.oracle.scene.things.values() if thing.is_part}
     assert len(drawers) == 4  # of a TV stand

@@ -31,7 +31,7 @@ GRAMMAR: dict[str, Proposals] = {
 
 @pytest.fixture(scope="module")
 def house() -> House:
-    return generate(0, spec_for("bedroom"), "5")
+    return generate(0, spec_for("bedroom"))
 
 
 @pytest.fixture(scope="module")

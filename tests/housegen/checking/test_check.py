@@ -60,8 +60,15 @@ def test_hole_outside_its_wall(data):
 
 
 def test_unknown_asset(data):
-    find(data, "Dresser")["assetId"] = "vigil_Spaceship_1"
+    find(data, "Bed")["assetId"] = "vigil_Spaceship_1"
     assert "asset" in rules(data)
+
+
+def test_drawers_of_another_asset_than_their_furniture(data):
+    find(data, "Dresser")["assetId"] = "vigil_Spaceship_1"
+    (fault,) = faults(data)
+    assert fault.rule == "load"
+    assert "has the id of a drawer that 'Dresser|2|" in fault.message
 
 
 def test_hovering(data):
@@ -117,7 +124,7 @@ def test_something_before_a_drawer(data):
         "z": dresser["position"]["z"] + 0.5 * step[1],
     }
     data["objects"].append(box)
-    assert any(fault.rule == "blocked-opening" and fault.subject == dresser["id"] for fault in faults(data))
+    assert any(fault.rule == "blocked-opening" and fault.subject.startswith("Drawer|2|") for fault in faults(data))
 
 
 def book_at(x: float, y: float, z: float) -> dict:
@@ -143,10 +150,11 @@ def test_a_cover_that_reaches_through_a_wall(data):
 
 def test_a_cover_that_hits_the_drawer_that_its_book_lies_in(data):
     dresser = find(data, "Dresser")
-    thing = build_scene(House("bedroom", data), AssetDatabase.default()).things[dresser["id"]]
-    drawer = next(surface for surface in thing.asset.surfaces if surface.joint)
-    dresser["children"] = [book_at(*surface_frame(thing, drawer).shift.tolist())]
-    assert kept_books(data) == [("blocked-opening", dresser["id"])]
+    scene = build_scene(House("bedroom", data), AssetDatabase.default())
+    drawer = scene.things[dresser["children"][0]["id"]]
+    (surface,) = drawer.asset.surfaces
+    dresser["children"][0]["children"] = [book_at(*surface_frame(drawer, surface).shift.tolist())]
+    assert kept_books(data) == [("blocked-opening", drawer.id)]
 
 
 @pytest.mark.parametrize("name", ["house_0", "house_1", "house_2"])

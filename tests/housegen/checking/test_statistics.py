@@ -3,6 +3,7 @@ import pytest
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.housegen import generate, spec_for
+from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.housegen.checking.statistics import DistributionComparison, compare, measure
 from vigil.housegen.sweep import PARTS, sweep
 
@@ -11,7 +12,7 @@ def test_rooms_are_measured():
     house = generate(0, spec_for("bedroom"))
     (room,) = measure(house, AssetDatabase.default())
     assert room.kind == "Bedroom"
-    assert room.objects == len(house.objects())
+    assert room.objects == len(with_whole_furniture(house).objects())
     assert {"Bed", "Pillow"} & room.types
     assert 0.05 < room.covered < 0.6
     assert sum(count for _, count in room.on_support) <= room.loose

@@ -16,7 +16,7 @@ from vigil.scene.geometry import penetration, prisms_of
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.trial_house import DRESSER, SIBLING, trial_house
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import TOLERANCE_M, set_openness, swing_blocker
 from vigil.sim.core.placing import OWN_SLACK_M, bulk_of, open_surfaces, put_down, spot_below, spot_on
@@ -142,10 +142,10 @@ def test_neighbours_that_touch_keep_nothing_shut(simulator):
 
 def in_the_open_dresser(yaw: float, openness: float) -> Setup:
     """Returns the setup of a book in an open drawer, and nothing on its cover."""
-    place = Placement(position=Vec3(8.24, 0.5, 0.25), rotation=Vec3(0.0, yaw, 0.0), parent="Dresser|1")
+    place = Placement(position=Vec3(8.24, 0.5, 0.25), rotation=Vec3(0.0, yaw, 0.0), parent=SIBLING)
     changes = {
         "Book|1": ObjectSetup(placement=place, openness=openness),
-        "Dresser|1": ObjectSetup(openness=1.0),
+        SIBLING: ObjectSetup(openness=1.0),
         "Pen|1": ObjectSetup(is_absent=True),
     }
     return Setup(objects=changes)
@@ -155,7 +155,7 @@ def in_the_open_dresser(yaw: float, openness: float) -> Setup:
 def test_an_open_cover_in_a_drawer_does_not_go_through_the_carriers_body(simulator, openness: float, blocker):
     state = stand(simulator, setup=in_the_open_dresser(270.0, openness))
     assert state.scene.things["Book|1"].parent_joint is not None
-    assert swing_blocker(state, state.scene.things["Dresser|1"], 0.0) == blocker
+    assert swing_blocker(state, state.scene.things[SIBLING], 0.0) == blocker
 
 
 @pytest.mark.parametrize(("yaw", "refused"), [(180.0, True), (0.0, False)])
@@ -181,15 +181,15 @@ def test_a_thing_half_in_the_swing_blocks_opening_and_closing(simulator):
 
 
 def test_a_stack_on_a_drawers_content_comes_along(simulator):
-    inside = Placement(position=Vec3(8.24, 0.5, 0.25), parent="Dresser|1")
+    inside = Placement(position=Vec3(8.24, 0.5, 0.25), parent=SIBLING)
     state = stand(simulator, setup=Setup(objects={"Bowl|1": ObjectSetup(placement=inside)}))
     bowl, egg = state.scene.things["Bowl|1"], state.scene.things["Egg|1"]
     assert bowl.parent_joint is not None
     gap = np.subtract(egg.position, bowl.position)
-    moved = set_openness(state, state.scene.things["Dresser|1"], 1.0)
-    assert {thing.id for thing in moved} == {"Dresser|1", "Bowl|1", "Egg|1", "Watch|1"}
+    moved = set_openness(state, state.scene.things[SIBLING], 1.0)
+    assert {thing.id for thing in moved} == {SIBLING, "Bowl|1", "Egg|1"}
     assert np.subtract(egg.position, bowl.position) == pytest.approx(gap)
-    assert [below.id for below in ancestors(state.scene, egg)] == ["Bowl|1", "Dresser|1"]
+    assert [below.id for below in ancestors(state.scene, egg)] == ["Bowl|1", SIBLING, DRESSER]
 
 
 def facts(simulator) -> list[tuple]:

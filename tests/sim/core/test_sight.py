@@ -9,6 +9,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.sizes import AssetDatabase
 from vigil.pose import Pose, Vec3, yaw_towards
 from vigil.scene.build import build_scene
+from vigil.scene.supports import parts_of
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.core.embedded import EmbeddedSimulator
@@ -101,12 +102,15 @@ def test_counts_agree_with_every_pixel_of_the_frame(seen, view):
             continue
         exact = window.stride == 1
         inside &= exact | is_coarse
-        own = engine.cast(view.eye, rays[inside], through_glass=False, only=thing.id)
-        is_seen = (hits.things[inside] == index) | (own.distances < hits.distances[inside])  # its own glass is of it
+        pieces = [thing, *parts_of(scene, thing)]
+        casts = [engine.cast(view.eye, rays[inside], through_glass=False, only=piece.id) for piece in pieces]
+        own = np.min([cast.distances for cast in casts], axis=0)
+        is_own = np.isin(hits.things[inside], [things.index(piece) for piece in pieces])
+        is_seen = is_own | (own < hits.distances[inside])  # its own glass is of it
         found, true = sightings[thing.id].visible_px, int(is_seen.sum()) * (1 if exact else 4)
-        assert abs(found - true) <= (0 if exact else 25 + 0.12 * true), f"{thing.id}: {found} of {true}"
+        assert abs(found - true) <= (0 if exact else 25 + 0.14 * true), f"{thing.id}: {found} of {true}"
         if found:
-            nearest = float(own.distances[is_seen].min())
+            nearest = float(own[is_seen].min())
             assert sightings[thing.id].nearest_m == pytest.approx(nearest, abs=0 if exact else 0.1)
 
 

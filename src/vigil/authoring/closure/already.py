@@ -15,15 +15,15 @@ from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Setup
 
 MAKE_SURE = (
-    "Make sure that {whole} {are} {label}.",
-    "See to it that {whole} {are} {label}.",
-    "Please make sure that {whole} {are} {label}.",
-    "Before we leave, make sure that {whole} {are} {label}.",
+    "Make sure that {whole} is {label}.",
+    "See to it that {whole} is {label}.",
+    "Please make sure that {whole} is {label}.",
+    "Before we leave, make sure that {whole} is {label}.",
 )
 IF_SO = (
-    "If {whole} {are} {label}, {order_it}; otherwise {other}.",
-    "Check {whole}: if {they} {are} {label}, {order_it}; if not, {other}.",
-    "Look whether {whole} {are} {label}. If so, {order_it}. If not, {other}.",
+    "If {whole} is {label}, {order_it}; otherwise {other}.",
+    "Check {whole}: if it is {label}, {order_it}; if not, {other}.",
+    "Look whether {whole} is {label}. If so, {order_it}. If not, {other}.",
     "Should {whole} be {label}, {order_it}. Otherwise, {other}.",
 )
 LABELS: dict[Act, str] = {"open": "open", "close": "closed", "turn_on": "on", "turn_off": "off"}
@@ -40,8 +40,8 @@ def already(context: HouseContext) -> Tasks:
 
 def _sure(context: HouseContext, act: Act) -> Tasks:
     for episode, goal, target in _of_state(context, act):
-        words, whole = _words(context, target, act)
-        sentence = say(MAKE_SURE, context.rng, whole=whole, are=words["is"], label=LABELS[act])
+        whole = _whole(context, target, act)
+        sentence = say(MAKE_SURE, context.rng, whole=whole, label=LABELS[act])
         first = episode.model_copy(update={"instruction": sentence})
         second = first.model_copy(update={"setup": with_done(first, goal)})
         yield ClosureTask("already", (first, second), target.id, (plain(target.id),))
@@ -56,13 +56,10 @@ def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, Object
             yield episode, goal, target
 
 
-def _words(context: HouseContext, target: Thing, act: Act) -> tuple[dict[str, str], str]:
-    """Returns the words that agree with what is asked about, and what to call it."""
+def _whole(context: HouseContext, target: Thing, act: Act) -> str:
+    """Returns what to call what is asked about."""
     phrase = str(context.phrase(target.id))
-    if act not in ("open", "close"):
-        return {"is": "is", "they": "it", "it": "it"}, phrase
-    words = opened(target.category, phrase)
-    return words.slots(), words.whole
+    return opened(target.category, phrase).whole if act in ("open", "close") else phrase
 
 
 def with_done(episode: Episode, goal: ObjectInState) -> Setup:
@@ -111,7 +108,7 @@ def _branches(
     if not context.can_begin(setup):
         return None
     phrase, other_phrase = context.phrase(target.id), context.phrase(other.id)
-    words, whole = _words(context, target, act) if phrase is not None else ({}, "")
+    whole = "" if phrase is None else _whole(context, target, act)
     context.begin(Setup())
     if phrase is None or other_phrase is None:
         return None
@@ -119,10 +116,8 @@ def _branches(
         IF_SO,
         context.rng,
         whole=whole,
-        are=words["is"],
-        they=words["they"],
         label=LABELS[OPPOSITE[act]],
-        order_it=_order_it(context, target, act, words["it"]),
+        order_it=_order_it(context, target, act),
         other=order(instead, other.category, str(other_phrase), context.rng)["order"],
     )
     state = "is_toggled" if instead == "turn_on" else "is_open"

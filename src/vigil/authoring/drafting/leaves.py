@@ -29,7 +29,7 @@ from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes
 from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Setup
 
-LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Dresser", "Drawer", "Safe", "Stove")
+LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Drawer", "Safe", "Stove")
 LIGHT = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
 HEAVY = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
 """What may stand beside an open leaf, and is not for carrying; heavy things stay in their room."""

@@ -54,7 +54,7 @@ CHAINS = {
             "I need {target}, which is in {container}. Put {target_it} {into} {receptacle}, and do not leave {whole} "
             "open.",
             "Move {target} out of {container} and {into} {receptacle}; {whole} should be closed again at the end.",
-            "{Container} holds {target}. Put {target_it} {into} {receptacle}, and see that {whole} {is} closed again.",
+            "{Container} holds {target}. Put {target_it} {into} {receptacle}, and see that {whole} is closed again.",
             "Your task is to take {target} out of {container}, to put {target_it} {into} {receptacle} and to close "
             "{whole} again.",
         ),

@@ -27,18 +27,18 @@ CONSTRAINTS = {
     ),
     "leaf": Sentences(
         public=(
-            "{Blocker} {stands} open in your way: close {it} first. Then {order}.",
-            "First close {blocker}, which {stands} open and {blocks} the way. Then {order}.",
-            "You cannot get past {blocker} while {they} {stands} open. Close {it}, then {order}.",
+            "{Blocker} stands open in your way: close {it} first. Then {order}.",
+            "First close {blocker}, which stands open and blocks the way. Then {order}.",
+            "You cannot get past {blocker} while it stands open. Close {it}, then {order}.",
             "Make way by closing {blocker}, and then {order}.",
-            "I would like you to {order}. Close {blocker} first, because {they} {stands} in your way.",
+            "I would like you to {order}. Close {blocker} first, because it stands in your way.",
         ),
         held_out=(
-            "Please {order}. You have to close {blocker} first, since {they} {blocks} the way.",
-            "{Blocker} {has} been left open, so that nobody can get past. Close {it} and then {order}.",
+            "Please {order}. You have to close {blocker} first, since it blocks the way.",
+            "{Blocker} has been left open, so that nobody can get past. Close {it} and then {order}.",
             "So that you can get past, shut {blocker}. Then {order}.",
-            "Your way is blocked by {blocker}, which {stands} open. Close {it}; then {order}.",
-            "{Blocker} {has} to be closed before you can get through. After that, {order}.",
+            "Your way is blocked by {blocker}, which stands open. Close {it}; then {order}.",
+            "{Blocker} has to be closed before you can get through. After that, {order}.",
         ),
     ),
     "swing": Sentences(
@@ -52,7 +52,7 @@ CONSTRAINTS = {
         held_out=(
             "{Obstacle} stands where {whole} would open. Pick {obstacle_it} up, and then {order}.",
             "There is no room to {order} while {obstacle} is there. Take {obstacle_it} away first, then go ahead.",
-            "{Whole} {is} blocked by {obstacle}. Move {obstacle_it} aside, then {order}.",
+            "{Whole} is blocked by {obstacle}. Move {obstacle_it} aside, then {order}.",
             "Before you can {order}, {obstacle} has to be taken away. Do both.",
             "To make room in front of {target}, pick up {obstacle}. Then {order}.",
         ),

@@ -6,8 +6,8 @@ purposes, the passive. The forms of sequences and constraints are in `sequence_s
 `constraint_sentences`.
 
 Slots: `target` is what to call the thing, `it` and `it_is` speak of it again; `order` says an act in full, `order_it`
-after the thing has been named, `acted`, `acted_has` and `done` say it in the passive. A slot in capitals
-starts a sentence.
+after the thing has been named, `acted` and `done` say it in the passive. A slot in capitals starts a
+sentence.
 """
 
 from dataclasses import dataclass
@@ -175,26 +175,26 @@ SWITCHED = Sentences(
 
 STANDING = Sentences(
     public=(
-        "{Is} {whole} open or closed? Report {its} state.",
-        "Check whether {whole} {is} open or closed, and report which.",
-        "Tell me whether {whole} {is} open or closed.",
-        "Without touching {it}, find out whether {whole} {is} open or closed.",
-        "I would like to know whether {whole} {is} open or closed.",
+        "Is {whole} open or closed? Report its state.",
+        "Check whether {whole} is open or closed, and report which.",
+        "Tell me whether {whole} is open or closed.",
+        "Without touching {it}, find out whether {whole} is open or closed.",
+        "I would like to know whether {whole} is open or closed.",
         "{Whole} may be open or closed. Report which.",
         "Please report the state of {whole}, open or closed.",
-        "Before I leave I must know: {is} {whole} open or closed?",
-        "Say whether {whole} {is} closed or open.",
+        "Before I leave I must know: is {whole} open or closed?",
+        "Say whether {whole} is closed or open.",
     ),
     held_out=(
-        "Look at {whole}. {Is} {they} open or closed?",
-        "Report the state of {whole}: {is} {they} open or closed?",
-        "Can you see whether {whole} {is} closed or open? Report what you see.",
-        "Somebody asks whether {whole} {is} open or closed. What is the answer?",
-        "Your task is to tell whether {whole} {is} open or closed.",
-        "Which {is} {whole}, open or closed?",
-        "Take a look at {whole}, so that you can report whether {they} {is} open or closed.",
-        "{Has} {whole} been left open, or {is} {they} closed? Report which.",
-        "Judge from what you see whether {whole} {is} closed or open.",
+        "Look at {whole}. Is it open or closed?",
+        "Report the state of {whole}: is it open or closed?",
+        "Can you see whether {whole} is closed or open? Report what you see.",
+        "Somebody asks whether {whole} is open or closed. What is the answer?",
+        "Your task is to tell whether {whole} is open or closed.",
+        "Which is {whole}, open or closed?",
+        "Take a look at {whole}, so that you can report whether it is open or closed.",
+        "Has {whole} been left open, or is it closed? Report which.",
+        "Judge from what you see whether {whole} is closed or open.",
     ),
 )
 """What asks whether something is open or closed."""
@@ -231,7 +231,7 @@ ORDERS = Sentences(
         "There is one thing to do: {order}.",
         "I cannot get up right now. Please {order} for me.",
         "Make your way to {target}, then {order_it}.",
-        "{Acted} {acted_has} to be {done}.",
+        "{Acted} has to be {done}.",
         "Do me a favour and {order}.",
         "You can see {target} from here. Go there and {order_it}.",
     ),
@@ -264,7 +264,7 @@ SEARCH_ORDERS = Sentences(
         "Please find {target} and {order_it}, so that I do not have to.",
         "Could you look for {target} and {order_it}?",
         "I do not know where {target} is. Find {it} and {order_it}.",
-        "{Acted} {acted_has} to be {done}. Have a look around first.",
+        "{Acted} has to be {done}. Have a look around first.",
         "Your task is to find {target} and to {order_it}.",
         "Explore until you come upon {target}, and then {order_it}.",
         "{Target} is not in sight from here. Look for {it} and {order_it}.",
@@ -286,7 +286,7 @@ SEARCH_ORDERS = Sentences(
         "Please {order}. Finding your way there is part of the task.",
         "Once you have found {target}, {order_it}.",
         "You will have to search for {target}. When you see {it}, {order_it}.",
-        "{Acted} {acted_has} to be {done}, wherever you have to go for that.",
+        "{Acted} has to be {done}, wherever you have to go for that.",
         "Help me with {target}: find {it} and {order_it}.",
     ),
 )

@@ -2,7 +2,7 @@
 
 The forms are in `sentences`, `sequence_sentences`, `chain_sentences` and `constraint_sentences`. No sentence gives away
 where a thing is beyond its phrase, nor, in state verification, which state it is in. A thing is opened, lit and spoken
-of as a person would: the lid of a toilet, the drawers of a dresser, the flame of a candle.
+of as a person would: the lid of a toilet, the flame of a candle.
 """
 
 import re
@@ -19,7 +19,6 @@ Act = Literal["open", "close", "turn_on", "turn_off", "pick"]
 Asked = Literal["is_toggled", "is_open"]
 
 OPENED_PARTS = {
-    "Dresser": "drawers",
     "LaundryHamper": "lid",
     "Stove": "oven door",
     "Toilet": "lid",
@@ -83,29 +82,24 @@ class _Blank(dict[str, str]):
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """What to call a thing when it is about opening it, in words that agree in number."""
+    """What to call a thing when it is about opening it."""
 
     whole: str
     """Of a stove: "the oven door of the stove"."""
     piece: str
     """After the thing has been named: "its oven door"; "it" for what opens as a whole."""
-    is_plural: bool
 
     def slots(self, whole: str = "whole") -> dict[str, str]:
         """Returns the slots of a sentence about it; `whole` names the first."""
-        words = ("are", "have", "they", "them", "their", "stand", "block")
-        if not self.is_plural:
-            words = ("is", "has", "it", "it", "its", "stands", "blocks")
-        names = ("is", "has", "they", "it", "its", "stands", "blocks")
-        return {whole: self.whole, "piece": self.piece, **dict(zip(names, words, strict=True))}
+        return {whole: self.whole, "piece": self.piece, "it": "it"}
 
 
 def opened(category: str, phrase: str) -> Opened:
     """Returns what to call a thing of a category that `phrase` refers to when it is about opening it."""
     part = OPENED_PARTS.get(category)
     if part is None:
-        return Opened(phrase, "it", is_plural=False)
-    return Opened(f"the {part} of {phrase}", f"its {part}", is_plural=part.endswith("s"))
+        return Opened(phrase, "it")
+    return Opened(f"the {part} of {phrase}", f"its {part}")
 
 
 def spoken_of(category: str, role: str = "") -> dict[str, str]:
@@ -119,14 +113,13 @@ def order(act: Act, category: str, phrase: str, rng: np.random.Generator) -> dic
     verbs = VERBS_OF.get(category, {}).get(act, VERBS[act])
     verb = verbs[int(rng.integers(len(verbs)))]
     again = spoken_of(category)["it"]
-    parts = opened(category, phrase) if act in ("open", "close") else Opened(phrase, again, is_plural=False)
+    parts = opened(category, phrase) if act in ("open", "close") else Opened(phrase, again)
     particle = next((each for each in PARTICLES if verb.startswith(each)), None)
     it = particle.replace(" ", f" {again} ") if particle and parts.piece == again else verb.format(parts.piece)
     return {
         "order": verb.format(parts.whole),
         "order_it": it,
         "acted": parts.whole,
-        "acted_has": "have" if parts.is_plural else "has",
         "done": DONE_OF.get(category, {}).get(act, DONE[act]),
     }
 
@@ -135,7 +128,7 @@ def question(asked: Asked, category: str, phrase: str, forms: Forms, rng: np.ran
     """Returns a question about a thing's state that names both answers."""
     if category == "Candle":
         return say(BURNING.of(forms), rng, target=phrase)
-    parts = opened(category, phrase) if asked == "is_open" else Opened(phrase, "it", is_plural=False)
+    parts = opened(category, phrase) if asked == "is_open" else Opened(phrase, "it")
     return say(QUESTIONS[asked].of(forms), rng, **parts.slots())
 
 

@@ -27,8 +27,19 @@ BELONGS_IN = {
     "LaundryHamper": ("Towel", "HandTowel", "Cloth"),
     "WashingMachine": ("Towel", "HandTowel", "Cloth"),
     "ClothesDryer": ("Towel", "HandTowel", "Cloth"),
-    "Dresser": ("Watch", "KeyChain", "AlarmClock", "Book", "CellPhone", "CD", "RemoteControl", "Candle"),
-    "Drawer": ("Pen", "Pencil", "KeyChain", "Watch", "CellPhone", "CD", "RemoteControl", "CreditCard", "Book"),
+    "Drawer": (
+        "Pen",
+        "Pencil",
+        "KeyChain",
+        "Watch",
+        "CellPhone",
+        "CD",
+        "RemoteControl",
+        "CreditCard",
+        "Book",
+        "AlarmClock",
+        "Candle",
+    ),
 }
 """Container -> what a person would look for in it."""
 IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")

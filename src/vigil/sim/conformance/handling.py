@@ -3,7 +3,7 @@
 from vigil.pose import Vec3, floor_distance
 from vigil.sim.conformance.trial import Trial, expect, expect_near, expect_refused, placed
 from vigil.sim.conformance.trial_house import DOOR, NORTH, SOUTH, WEST
-from vigil.world import ObjectSetup, ObjectState, Setup
+from vigil.world import ObjectSetup, Setup
 
 FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
 
@@ -126,27 +126,6 @@ def opens_and_closes(trial: Trial) -> None:
     expect_refused(trial.click("place", "Fridge|1"), "receptacle_closed")
 
 
-def inside_and_on_top_are_places_of_their_own(trial: Trial) -> None:
-    """The front of a shut dresser takes nothing, its top does; open, its drawer takes a thing in."""
-    top, front = Vec3(8.0, 0.8438, 0.3), Vec3(8.2, 0.7, 0.5)
-    trial.look_at(8.0, 1.5, front, holding("Pen|1"))
-    expect_refused(trial.click("place", "Dresser|1"), "receptacle_closed")
-    trial.look_at(8.0, 1.5, top, holding("Pen|1"))
-    expect_refused(trial.click_at("place", top), None)
-    state = _pen(trial)
-    expect(state.parent == "Dresser|1" and state.inside == (), f"a pen on a dresser: {state}")
-    open_dresser = Setup(held="Pen|1", objects={"Dresser|1": ObjectSetup(openness=1.0)})
-    trial.face(8.0, 1.5, "Watch|1", open_dresser)
-    drawer = trial.state("Watch|1").position
-    expect_refused(trial.click_at("place", Vec3(drawer.x + 0.08, drawer.y, drawer.z)), None)
-    state = _pen(trial)
-    expect(state.inside == ("Dresser|1",) == state.over_inside, f"a pen in a drawer: {state}")
-
-
-def _pen(trial: Trial) -> ObjectState:
-    return trial.simulator.world(["Pen|1", "Dresser|1"]).objects["Pen|1"]
-
-
 def leaves_stop_at_what_is_in_the_way(trial: Trial) -> None:
     """A leaf that would hit the body or a thing does not move at all."""
     trial.face(5.2, 3.7, "Fridge|1")
@@ -166,23 +145,6 @@ def doors_open_and_close(trial: Trial) -> None:
     expect(not trial.go("backward", 1).path_blocked, "cannot step back from an open door")
     expect_refused(trial.click("close_access", DOOR), None)
     expect(trial.state(DOOR).openness == 0.0, "the door is not closed")
-
-
-def drawers_carry_their_contents(trial: Trial) -> None:
-    """A watch in a drawer comes out with it, is seen and taken, and goes in again when left there."""
-    trial.face(8.0, 1.5, "Watch|1")
-    before = trial.state("Watch|1")
-    expect(before.visible_px == 0 and before.parent == "Dresser|1", f"a watch in a closed drawer: {before}")
-    effect = trial.click("open_access", "Dresser|1")
-    expect_refused(effect, None)
-    expect("Watch|1" in effect.changed, f"changed by opening: {effect.changed}")
-    after = trial.state("Watch|1")
-    expect(after.position.z > before.position.z + 0.05, "the watch did not come along")
-    expect(after.visible_px > 0, "a watch in an open drawer is not seen")
-    expect_refused(trial.click("close_access", "Dresser|1"), None)
-    expect_near(trial.state("Watch|1").position.z, before.position.z, 1e-9, "z of the watch, closed again")
-    expect_refused(trial.click("open_access", "Dresser|1"), None)
-    expect_refused(trial.click("pick", "Watch|1"), None)
 
 
 def appliances_interlock(trial: Trial) -> None:

@@ -9,7 +9,7 @@ from vigil.errors import EpisodeError, SimulatorError
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Thing
 from vigil.sim.conformance.trial import NOTHING, Trial, expect, expect_refused, opened
-from vigil.sim.conformance.trial_house import BEDROOM, DOOR, EAST, KITCHEN, PANE, WEST
+from vigil.sim.conformance.trial_house import BEDROOM, DOOR, DRAWER, EAST, KITCHEN, PANE, WEST
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectSetup, Setup
 
@@ -124,7 +124,7 @@ def stands_elsewhere_for_a_while(trial: Trial) -> None:
     with trial.simulator.standing_at(THERE):
         expect(trial.agent == THERE and trial.held == "Mug|1", f"the agent is at {trial.agent}, holding {trial.held}")
         expect(_answers(trial) == wanted, "elsewhere the world is not as after a reset there")
-        expect_refused(trial.click("open_access", "Dresser|1"), None)
+        expect_refused(trial.click("open_access", DRAWER), None)
     expect(_answers(trial) == before, "the agent, or what it did elsewhere, stayed")
     with trial.simulator.standing_at(Pose(position=Vec3(1.8, 0.0, 2.2), rotation=0.0)):
         expect(trial.agent.position == Vec3(1.8, 0.0, 2.2), "a place in a table was refused")

@@ -5,7 +5,7 @@ import numpy as np
 from vigil.errors import EpisodeError
 from vigil.pose import Vec3, distance
 from vigil.sim.conformance.trial import NOTHING, Trial, expect, expect_near, expect_refused, opened, placed
-from vigil.sim.conformance.trial_house import DOOR, EAST, PANE, WEST
+from vigil.sim.conformance.trial_house import DOOR, DRAWER, EAST, PANE, WEST
 from vigil.world import ObjectSetup, Setup, WorldState
 
 
@@ -109,8 +109,8 @@ def _several_actions(trial: Trial) -> list[WorldState]:
     trial.go("forward", 3)
     trial.drop()
     worlds.append(trial.simulator.world(ids))
-    trial.face(8.0, 1.5, "Dresser|1")
-    trial.click("open_access", "Dresser|1")
+    trial.face(8.0, 1.5, DRAWER)
+    trial.click("open_access", DRAWER)
     trial.click("activate", "DeskLamp|1")
     worlds.append(trial.simulator.world(ids))
     return worlds

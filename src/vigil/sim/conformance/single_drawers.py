@@ -1,12 +1,9 @@
-"""What drawers do that a house names as parts of their furniture."""
-
-from collections.abc import Iterator
-from contextlib import contextmanager
+"""What the drawers of a piece of furniture do, which open one by one."""
 
 from vigil.errors import EpisodeError
 from vigil.pose import Vec3
 from vigil.sim.conformance.trial import Trial, expect, expect_near, expect_refused, opened, placed
-from vigil.sim.conformance.trial_house import DRAWER, DRESSER, LOWEST, SIBLING, WATCH, trial_house
+from vigil.sim.conformance.trial_house import DRAWER, DRESSER, LOWEST, SIBLING, WATCH
 from vigil.world import ObjectSetup, Placement, Setup
 
 FRONT = (8.0, 1.5)
@@ -16,90 +13,73 @@ MOVED_M = 0.3
 
 def open_one_by_one(trial: Trial) -> None:
     """A click on a drawer opens it alone, with what lies in it; the dresser itself does not open."""
-    with _single_drawers(trial):
-        trial.face(*FRONT, DRAWER)
-        before = trial.state(WATCH)
-        expect(before.visible_px == 0 and before.parent == DRAWER, f"a watch in a closed drawer: {before}")
-        expect_refused(trial.click("open_access", DRESSER), "not_openable")
-        effect = trial.click("open_access", DRAWER)
-        expect_refused(effect, None)
-        expect(effect.changed == tuple(sorted((DRAWER, WATCH))), f"changed by opening: {effect.changed}")
-        expect(trial.state(DRAWER).openness == 1.0 and trial.state(SIBLING).openness == 0.0, "another drawer opened")
-        after = trial.state(WATCH)
-        expect(after.visible_px > 0, "a watch in an open drawer is not seen")
-        expect(after.position.z > before.position.z + 0.1, "the watch did not come along")
-        expect_refused(trial.click("open_access", SIBLING), None)
-        expect_refused(trial.click("close_access", DRAWER), None)
-        expect(trial.state(SIBLING).openness == 1.0, "another drawer closed")
-        expect_near(trial.state(WATCH).position.z, before.position.z, 1e-9, "z of the watch, closed again")
+    trial.face(*FRONT, DRAWER)
+    before = trial.state(WATCH)
+    expect(before.visible_px == 0 and before.parent == DRAWER, f"a watch in a closed drawer: {before}")
+    expect_refused(trial.click("open_access", DRESSER), "not_openable")
+    effect = trial.click("open_access", DRAWER)
+    expect_refused(effect, None)
+    expect(effect.changed == tuple(sorted((DRAWER, WATCH))), f"changed by opening: {effect.changed}")
+    expect(trial.state(DRAWER).openness == 1.0 and trial.state(SIBLING).openness == 0.0, "another drawer opened")
+    after = trial.state(WATCH)
+    expect(after.visible_px > 0, "a watch in an open drawer is not seen")
+    expect(after.position.z > before.position.z + 0.1, "the watch did not come along")
+    expect_refused(trial.click("open_access", SIBLING), None)
+    expect_refused(trial.click("close_access", DRAWER), None)
+    expect(trial.state(SIBLING).openness == 1.0, "another drawer closed")
+    expect_near(trial.state(WATCH).position.z, before.position.z, 1e-9, "z of the watch, closed again")
 
 
 def hold_things_of_their_own(trial: Trial) -> None:
     """A shut drawer takes nothing, an open one does; what lies in it lies in the furniture, too."""
-    with _single_drawers(trial):
-        holding = Setup(held="Pen|1")
-        trial.face(*FRONT, DRAWER, holding)
-        expect_refused(trial.click("place", DRAWER), "receptacle_closed")
-        trial.face(*FRONT, WATCH, holding.model_copy(update={"objects": opened(DRAWER).objects}))
-        expect_refused(trial.click("place", SIBLING), "receptacle_closed")
-        watch = trial.state(WATCH).position
-        expect_refused(trial.click_at("place", Vec3(watch.x + 0.08, watch.y, watch.z)), None)
-        pen = trial.simulator.world(["Pen|1", DRAWER, DRESSER]).objects["Pen|1"]
-        expect(pen.parent == DRAWER and pen.support_chain == (DRAWER, DRESSER), f"a pen in a drawer: {pen}")
-        expect(pen.inside == (DRAWER, DRESSER) and pen.over_inside == (DRAWER,), f"a pen in a drawer: {pen}")
-        expect_refused(trial.click("pick", WATCH), None)
-        top = Vec3(8.0, 0.8438, 0.3)
-        trial.look_at(*FRONT, top, holding)
-        expect_refused(trial.click_at("place", top), None)
-        pen = trial.state("Pen|1")
-        expect(pen.parent == DRESSER and pen.inside == (), f"a pen on a dresser: {pen}")
+    holding = Setup(held="Pen|1")
+    trial.face(*FRONT, DRAWER, holding)
+    expect_refused(trial.click("place", DRAWER), "receptacle_closed")
+    trial.face(*FRONT, WATCH, holding.model_copy(update={"objects": opened(DRAWER).objects}))
+    expect_refused(trial.click("place", SIBLING), "receptacle_closed")
+    watch = trial.state(WATCH).position
+    expect_refused(trial.click_at("place", Vec3(watch.x + 0.08, watch.y, watch.z)), None)
+    pen = trial.simulator.world(["Pen|1", DRAWER, DRESSER]).objects["Pen|1"]
+    expect(pen.parent == DRAWER and pen.support_chain == (DRAWER, DRESSER), f"a pen in a drawer: {pen}")
+    expect(pen.inside == (DRAWER, DRESSER) and pen.over_inside == (DRAWER,), f"a pen in a drawer: {pen}")
+    expect_refused(trial.click("pick", WATCH), None)
+    top = Vec3(8.0, 0.8438, 0.3)
+    trial.look_at(*FRONT, top, holding)
+    expect_refused(trial.click_at("place", top), None)
+    pen = trial.state("Pen|1")
+    expect(pen.parent == DRESSER and pen.inside == (), f"a pen on a dresser: {pen}")
 
 
 def stop_at_what_is_in_the_way(trial: Trial) -> None:
     """A drawer that would hit the body or a thing does not move; another one of the same dresser does."""
-    with _single_drawers(trial):
-        trial.face(7.76, 0.72, LOWEST)
-        expect_refused(trial.click("open_access", LOWEST), "blocked_by_agent")
-        in_front = placed("Box|1", 7.76, 0.152, 0.75)
-        trial.face(8.3, 1.5, LOWEST, in_front)
-        effect = trial.click("open_access", LOWEST)
-        expect_refused(effect, "blocked_by_object")
-        expect(effect.blocked_by == "Box|1" and trial.state(LOWEST).openness == 0.0, f"not blocked: {effect}")
-        expect_refused(trial.click("open_access", DRAWER), None)
+    trial.face(7.76, 0.72, LOWEST)
+    expect_refused(trial.click("open_access", LOWEST), "blocked_by_agent")
+    in_front = placed("Box|1", 7.76, 0.152, 0.75)
+    trial.face(8.3, 1.5, LOWEST, in_front)
+    effect = trial.click("open_access", LOWEST)
+    expect_refused(effect, "blocked_by_object")
+    expect(effect.blocked_by == "Box|1" and trial.state(LOWEST).openness == 0.0, f"not blocked: {effect}")
+    expect_refused(trial.click("open_access", DRAWER), None)
 
 
 def are_seen_as_part_of_their_furniture(trial: Trial) -> None:
     """Drawers count for what is seen of their dresser, and a click on one is near to it."""
-    with _single_drawers(trial):
-        trial.face(*FRONT, DRESSER)
-        apart = trial.state(DRESSER)
-        effect = trial.click("ground", DRAWER)
-        expect(effect.hit == DRAWER and DRESSER in effect.near, f"pointed at a drawer: {effect}")
     trial.face(*FRONT, DRESSER)
-    whole = trial.state(DRESSER)
-    expect_near(apart.visible_px, whole.visible_px, 0.1 * whole.visible_px, "pixels of a dresser with single drawers")
+    whole, parts = trial.state(DRESSER).visible_px, trial.state(DRAWER).visible_px + trial.state(SIBLING).visible_px
+    expect(0 < parts < whole, f"two drawers show {parts} px, their dresser {whole}")
+    effect = trial.click("ground", DRAWER)
+    expect(effect.hit == DRAWER and DRESSER in effect.near, f"pointed at a drawer: {effect}")
 
 
 def move_with_their_furniture(trial: Trial) -> None:
     """A dresser that is put elsewhere takes its drawers with it; a drawer alone cannot be."""
-    with _single_drawers(trial):
-        trial.stand(7.0, 2.5)
-        dresser, before = trial.state(DRESSER).position, trial.state(WATCH).position
-        elsewhere = Placement(position=dresser._replace(x=dresser.x + MOVED_M))
-        trial.stand(7.0, 2.5, setup=Setup(objects={DRESSER: ObjectSetup(placement=elsewhere)}))
-        expect_near(trial.state(WATCH).position.x, before.x + MOVED_M, 1e-6, "x of the watch, moved with the dresser")
-        try:
-            trial.stand(7.0, 2.5, setup=Setup(objects={DRAWER: ObjectSetup(placement=elsewhere)}))
-        except EpisodeError:
-            return
-        raise AssertionError("a drawer was placed without its dresser")
-
-
-@contextmanager
-def _single_drawers(trial: Trial) -> Iterator[None]:
-    """Has the house with single drawers loaded for the time being."""
-    trial.simulator.load(trial_house(has_single_drawers=True))
+    trial.stand(7.0, 2.5)
+    dresser, before = trial.state(DRESSER).position, trial.state(WATCH).position
+    elsewhere = Placement(position=dresser._replace(x=dresser.x + MOVED_M))
+    trial.stand(7.0, 2.5, setup=Setup(objects={DRESSER: ObjectSetup(placement=elsewhere)}))
+    expect_near(trial.state(WATCH).position.x, before.x + MOVED_M, 1e-6, "x of the watch, moved with the dresser")
     try:
-        yield
-    finally:
-        trial.simulator.load(trial.house)
+        trial.stand(7.0, 2.5, setup=Setup(objects={DRAWER: ObjectSetup(placement=elsewhere)}))
+    except EpisodeError:
+        return
+    raise AssertionError("a drawer was placed without its dresser")

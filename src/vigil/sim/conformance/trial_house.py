@@ -23,11 +23,11 @@ Node = dict[str, Any]
 
 DRESSER, WATCH = "Dresser|1", "Watch|1"
 DRAWER, SIBLING, LOWEST = (f"Drawer|1|Dresser{number}" for number in (4, 5, 0))
-"""In the house with single drawers: two beside each other, the watch in the first, and one near the floor."""
+"""Two beside each other, the watch in the first, and one near the floor."""
 
 
-def trial_house(*, has_single_drawers: bool = False) -> House:
-    """Returns the house; with single drawers, those of its dresser open one by one."""
+def trial_house() -> House:
+    """Returns the house."""
     agent = {"position": START, "rotation": {"x": 0, "y": 0, "z": 0}, "horizon": 30, "standing": True}
     door = _opening(DOOR, "Doorway_1", (2.0, 3.0), (0.0, 2.1)) | {"openable": True, "openness": 0.0}
     return House(
@@ -37,7 +37,7 @@ def trial_house(*, has_single_drawers: bool = False) -> House:
             "walls": [*_walls(KITCHEN, 0.0, 6.0), *_walls(BEDROOM, 6.0, 10.0)],
             "doors": [door],
             "windows": [_opening(PANE, "Window_Fixed_1", (0.5, 1.5), (0.9, 2.0))],
-            "objects": [*_kitchen(), *(_apart(node) if has_single_drawers else node for node in _bedroom())],
+            "objects": [*_kitchen(), *_bedroom()],
             "proceduralParameters": {"lights": [], "ceilingMaterial": _PLASTER},
             "metadata": {"schema": "1.0.0", "agent": agent},
         },
@@ -64,30 +64,20 @@ def _kitchen() -> list[Node]:
 
 
 def _bedroom() -> list[Node]:
+    drawer = _thing(DRAWER, (7.76, 0.46, 0.25), children=[_thing(WATCH, (7.76, 0.46, 0.25))])
     on_dresser = [
+        drawer | {"assetId": drawer_asset_id("vigil_Dresser_1", "drawer4")},
         _thing("DeskLamp|1", (7.7, 0.8438, 0.25)),
         _thing("Statue|1", (8.3, 0.8438, 0.25)),
-        _thing("Watch|1", (7.76, 0.46, 0.25)),
     ]
     book = _thing("Book|1", (9.6, 0.7778, 2.4), WEST, [_thing("Pen|1", (9.6, 0.81, 2.4))])
     return [
-        _thing("Dresser|1", (8.0, 0.0, 0.25), children=on_dresser),
+        _thing(DRESSER, (8.0, 0.0, 0.25), children=on_dresser),
         _thing("Desk|1", (9.6, 0.0, 2.2), WEST, [book, _thing("Laptop|1", (9.6, 0.7778, 1.8), WEST)]),
         _thing("Bed|1", (8.0, 0.0, 3.98), SOUTH, [_thing("Pillow|1", (8.0, 0.55, 4.4))]),
         _thing("FloorLamp|2", (6.9, 0.0, 1.0)),
         _thing("Painting|1", (9.98, 1.3, 4.0), WEST),
     ]
-
-
-def _apart(node: Node) -> Node:
-    """Returns an object of the bedroom; the dresser with its watch in a drawer of its own."""
-    if node["id"] != DRESSER:
-        return node
-    watch = next(child for child in node["children"] if child["id"] == WATCH)
-    drawer = _thing(DRAWER, (7.76, 0.46, 0.25), children=[watch]) | {
-        "assetId": drawer_asset_id(node["assetId"], "drawer4")
-    }
-    return node | {"children": [drawer, *(child for child in node["children"] if child is not watch)]}
 
 
 def _thing(
