@@ -23,7 +23,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     rim = min(0.42, 0.54 * height)
     tank = min(0.2, 0.28 * depth)
     wide = min(0.37, 0.95 * width)
-    seat = one_of(rng, ("plastic/#b8ad92", "plastic/#8f9aa3", "wood/oak", "plastic/#2d2e31"))
+    seat = one_of(rng, ("plastic/#8d7b5a", "plastic/#6c7883", "wood/oak", "plastic/#2d2e31"))
     long = depth - tank - 0.03
     middle = z1 - long / 2
     _bowl(builder, wide, long, rim - 0.03, middle)
