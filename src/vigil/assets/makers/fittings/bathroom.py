@@ -15,7 +15,7 @@ TAPS = ("chrome", "chrome", "metal/brushed", "metal/brass", "metal/black")
 _SHOWERS = (("steel", "metal/#6a6f74"), ("dark", "metal/dark"), ("black", "metal/black"), ("brass", "metal/brass"))
 """Word and metal: bright chrome would not be seen on a light wall."""
 WATER = PartStyle("water/#66bdf0", bears_toggle=True, shown="on")
-WATER_DROP_M = 0.165
+WATER_DROP_M = 0.185
 """How far below its own box a tap's water is drawn: to the floor of the deepest basin, whose rim the tap stands on."""
 SHOWER_DROP_M, _JET_M = 1.15, 0.006
 """How far below its own box a shower's water is drawn, which hides below the floor or the bathtub's; a jet's radius."""
