@@ -35,7 +35,7 @@ _BASINS = (
 
 _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
 """An oval bowl from its drain to its edge: shares of its half width and of its depth."""
-_COIL_TURNS = 3
+_COIL_TURNS = 4
 _KNOBS = (
     ("plastic/#232528", "plastic/#f4f4f0"),
     ("metal/steel", "plastic/#232528"),
@@ -303,12 +303,12 @@ def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     builder.add("metal/steel", shapes.scale(dish, (size.x, 1, size.z)))
     hot = PartStyle("metal/#3a3c3f", on=HOT, bears_toggle=True)
     if rng.random() < 0.6:
-        turns = np.linspace(0, 2 * np.pi * _COIL_TURNS, 18 * _COIL_TURNS + 1)
-        reach = 0.16 + 0.74 * turns / turns[-1]
-        thick = min(0.3 * height, 0.035 * size.x)
+        turns = np.linspace(0, 2 * np.pi * _COIL_TURNS, 16 * _COIL_TURNS + 1)
+        reach = np.minimum(0.16 + 0.98 * turns / turns[-1], 0.9)  # the last turn is a ring
+        thick = min(0.3 * height, 0.032 * size.x)
         level = np.full(len(turns), height - thick)
         coil = np.c_[reach * size.x / 2 * np.cos(turns), level, reach * size.z / 2 * np.sin(turns)]
-        builder.add(hot, shapes.tube(coil, thick, 5))
+        builder.add(hot, shapes.tube(coil, thick, 4))
         builder.add("metal/#6f7377", shapes.cylinder(0.06 * size.x, 0.5 * height, (0, 0.55 * height, 0), segments=12))
     else:
         plate = [(0, 0.3 * height), (0.42, 0.3 * height), (0.42, 0.9 * height), (0.4, height), (0.3, height),
