@@ -300,11 +300,11 @@ def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
         [(0, 0), (0.98 * radius, 0), (radius, 0.35 * height), (0.9 * radius, 0.4 * height), (0, 0.3 * height)],
         segments=24,
     )
-    builder.add("metal/steel", shapes.scale(dish, (size.x, 1, size.z)))
+    builder.add("chrome", shapes.scale(dish, (size.x, 1, size.z)))
     hot = PartStyle("metal/#3a3c3f", on=HOT, bears_toggle=True)
     if rng.random() < 0.6:
         turns = np.linspace(0, 2 * np.pi * _COIL_TURNS, 16 * _COIL_TURNS + 1)
-        reach = np.minimum(0.16 + 0.98 * turns / turns[-1], 0.9)  # the last turn is a ring
+        reach = np.minimum(0.16 + 0.88 * turns / turns[-1], 0.82)  # the last turn is a ring
         thick = min(0.3 * height, 0.032 * size.x)
         level = np.full(len(turns), height - thick)
         coil = np.c_[reach * size.x / 2 * np.cos(turns), level, reach * size.z / 2 * np.sin(turns)]

@@ -71,7 +71,7 @@ def _stove_top(builder: Builder, body: str, grip: str) -> None:
     _turned(builder, _DARK, [(neck, 0.97 * top), (0.0, 0.97 * top)], (middle, across))
     root, tip = middle + 0.4 * across, width / 2 - 0.05 * width
     ends = np.array([(root, 0.46 * top, 0.0), (0.45 * root + 0.55 * tip, 0.72 * top, 0.0), (tip, 1.04 * top, 0.0)])
-    builder.add(body, shapes.tube(ends, np.array([0.17, 0.11, 0.075]) * across))
+    builder.add(body, shapes.tube(ends, [share * across for share in (0.17, 0.11, 0.075)]))
     whistle = ends[2] + (ends[2] - ends[1]) / np.linalg.norm(ends[2] - ends[1]) * 0.05 * height
     builder.add(grip, shapes.tube([ends[2], whistle], 0.09 * across))
     thick = 0.045 * height
