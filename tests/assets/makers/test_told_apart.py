@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import shapely
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Part
+from vigil.pose import Vec3
 
 VARIANTS = range(8)
 
@@ -68,3 +70,71 @@ def test_washing_hangs_before_a_hamper(variant: int) -> None:
     hanging = [part for part in hamper.parts if part.joint is None and part.material.startswith("fabric")]
     front = [part for part in hanging if part.mesh.vertices[:, 2].max() > 0.99 * hamper.size.z / 2]
     assert len(front) >= 2
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_dryers_door_is_squarish_and_flat_and_a_washing_machines_round_and_bulging(variant: int) -> None:
+    filled, thick = {}, {}
+    for name in ("ClothesDryer", "WashingMachine"):
+        door = [part for part in typical(name, variant).parts if part.joint]
+        (pane,) = (part for part in door if part.is_glass)
+        frame = max(door, key=lambda part: float(np.prod(extent(part)[:2])))
+        outline = shapely.MultiPoint(frame.mesh.vertices[:, :2].astype(float)).convex_hull
+        filled[name] = outline.area / np.prod(extent(frame)[:2])
+        thick[name] = extent(pane)[2]
+    assert filled["ClothesDryer"] > 0.95
+    assert filled["WashingMachine"] < 0.8
+    assert thick["ClothesDryer"] < 0.75 * thick["WashingMachine"]
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_dryer_has_a_grille_at_its_foot_and_no_soap_drawer(variant: int) -> None:
+    for name, has_grille in (("ClothesDryer", True), ("WashingMachine", False)):
+        machine = typical(name, variant)
+        corners = np.concatenate([part.mesh.vertices for part in machine.parts if not part.joint]) + machine.size.y / 2
+        front = corners[corners[:, 2] > corners[:, 2].max() - 0.03]
+        foot = front[(front[:, 1] > 0.055) & (front[:, 1] < 0.14)]
+        assert (len(np.unique(foot[:, 1].round(3))) > 8) == has_grille
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_knob_of_a_kettles_lid_has_another_colour_than_its_body(variant: int) -> None:
+    kettle = typical("Kettle", variant)
+    lid = [part for part in kettle.parts if part.joint]
+    knob = max(lid, key=lambda part: part.mesh.vertices[:, 1].max())
+    body = max((part for part in kettle.parts if not part.joint), key=lambda part: float(np.prod(extent(part))))
+    assert knob.material != body.material
+    assert len({part.material for part in lid}) == 3
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("height", [0.15, 0.18, 0.19])
+def test_a_taps_water_reaches_the_floor_of_the_basin_below_it(variant: int, height: float) -> None:
+    tap, sink = typical("Faucet", variant), make("Sink", Vec3(0.6, height, 0.48), variant)
+    (floor,) = (surface for surface in sink.surfaces if surface.is_inside)
+    (rim,) = (surface for surface in sink.surfaces if surface.name == "rim")
+    water = min(part.mesh.vertices[:, 1].min() for part in tap.parts if part.shown == "on")
+    assert water + tap.size.y / 2 <= floor.center.y - rim.center.y
+
+
+def test_a_showers_water_reaches_the_floor_from_where_showers_hang() -> None:
+    shower = typical("ShowerHead", 0)
+    water = min(part.mesh.vertices[:, 1].min() for part in shower.parts if part.shown == "on")
+    assert water + shower.size.y / 2 < -1.05
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_nothing_but_water_is_in_a_toilets_bowl(variant: int) -> None:
+    toilet = typical("Toilet", variant)
+    (water,) = (part for part in toilet.parts if part.material == "water")
+    foot = next(part for part in toilet.parts if part.material.startswith("ceramic"))
+    top = foot.mesh.vertices[np.abs(foot.mesh.vertices[:, 0]) < 0.11]
+    middle = water.mesh.vertices.mean(axis=0)
+    near = top[np.linalg.norm(top[:, ::2] - middle[::2], axis=1) < 0.12]
+    assert near[:, 1].max() < 0.42 - toilet.size.y / 2
+
+
+def test_no_strip_of_another_colour_is_on_the_edge_of_a_door() -> None:
+    for variant in VARIANTS:
+        leaf = {part.material for part in typical("Doorway", variant).parts if part.joint and not part.is_glass}
+        assert len(leaf) == 2, "the leaf and its handles"

@@ -15,8 +15,12 @@ TAPS = ("chrome", "chrome", "metal/brushed", "metal/brass", "metal/black")
 _SHOWERS = (("steel", "metal/#6a6f74"), ("dark", "metal/dark"), ("black", "metal/black"), ("brass", "metal/brass"))
 """Word and metal: bright chrome would not be seen on a light wall."""
 WATER = PartStyle("water/#66bdf0", bears_toggle=True, shown="on")
-WATER_DROP_M = 0.06
-"""How far below its own box a tap's water is drawn (into the basin)."""
+WATER_DROP_M = 0.185
+"""How far below its own box a tap's water is drawn: to the floor of the deepest basin, whose rim the tap stands on."""
+SHOWER_DROP_M, _JET_M = 1.15, 0.006
+"""How far below its own box a shower's water is drawn, which hides below the floor or the bathtub's; a jet's radius."""
+_SPREAD = 1.5
+"""How much farther apart jets end than they begin."""
 
 
 def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -26,9 +30,9 @@ def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     metal = one_of(rng, TAPS)
     thick = min(0.045 * height + 0.005, 0.16 * width)
     twin = width > 1.25 * height
-    base = -depth / 2 + (0.16 * depth if twin else 0.2 * depth)
+    base = -depth / 2 + 0.16 * depth
     high = height - thick if twin or rng.random() < 0.5 else 0.72 * height
-    tip_z, tip_y = depth / 2 - thick, 0.5 * high
+    tip_z, tip_y = depth / 2 - thick, 0.56 * high
     angles = np.linspace(np.pi, 0, 9)
     reach = (tip_z - base) / 2
     arc = np.c_[0 * angles, 0.62 * high + (high - 0.62 * high) * np.sin(angles), base + reach - reach * -np.cos(angles)]
@@ -116,8 +120,9 @@ def _jets(builder: Builder, radius: float, drop: float, head_z: float) -> None:
         for k in range(count):
             angle = 2 * np.pi * k / count
             start = np.array([ring * radius * np.sin(angle), drop, head_z + ring * radius * np.cos(angle)])
-            end = start * [1.35, 0, 1] + [0, 0.02, 0.3 * ring * radius * np.cos(angle)]
-            builder.add(WATER, shapes.tube([start, end], 0.0045, 4))
+            apart = (_SPREAD - 1) * ring * radius * np.cos(angle)
+            end = start * [_SPREAD, 0, 1] + [0, -SHOWER_DROP_M, apart]
+            builder.add(WATER, shapes.tube([start, end], _JET_M, 4))
 
 
 def towel_holder(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

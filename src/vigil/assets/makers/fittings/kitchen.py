@@ -35,6 +35,7 @@ _BASINS = (
 
 _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
 """An oval bowl from its drain to its edge: shares of its half width and of its depth."""
+_COIL_TURNS = 4
 _KNOBS = (
     ("plastic/#232528", "plastic/#f4f4f0"),
     ("metal/steel", "plastic/#232528"),
@@ -302,36 +303,36 @@ def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     builder.add("chrome", shapes.scale(dish, (size.x, 1, size.z)))
     hot = PartStyle("metal/#3a3c3f", on=HOT, bears_toggle=True)
     if rng.random() < 0.6:
-        turns = np.linspace(0, 3.5 * 2 * np.pi, 43)
-        reach = 0.1 + 0.72 * turns / turns[-1]
-        thick = min(0.3 * height, 0.03 * size.x)
-        coil = np.c_[
-            reach * size.x / 2 * np.cos(turns), np.full(43, height - thick), reach * size.z / 2 * np.sin(turns)
-        ]
-        builder.add(hot, shapes.tube(coil, thick, 5))
+        turns = np.linspace(0, 2 * np.pi * _COIL_TURNS, 16 * _COIL_TURNS + 1)
+        reach = np.minimum(0.16 + 0.88 * turns / turns[-1], 0.82)  # the last turn is a ring
+        thick = min(0.3 * height, 0.032 * size.x)
+        level = np.full(len(turns), height - thick)
+        coil = np.c_[reach * size.x / 2 * np.cos(turns), level, reach * size.z / 2 * np.sin(turns)]
+        builder.add(hot, shapes.tube(coil, thick, 4))
+        builder.add("metal/#6f7377", shapes.cylinder(0.06 * size.x, 0.5 * height, (0, 0.55 * height, 0), segments=12))
     else:
-        plate = shapes.lathe(
-            [(0, 0.3 * height), (0.42, 0.3 * height), (0.42, 0.9 * height), (0.12, height), (0, height)], segments=24
-        )
-        builder.add(hot, shapes.scale(plate, (size.x, 1, size.z)))
+        plate = [(0, 0.3 * height), (0.42, 0.3 * height), (0.42, 0.9 * height), (0.4, height), (0.3, height),
+                 (0.29, 0.9 * height), (0.27, 0.9 * height), (0.26, height), (0.13, height), (0.11, 0.85 * height),
+                 (0, 0.85 * height)]  # fmt: skip
+        builder.add(hot, shapes.scale(shapes.lathe(plate, segments=24), (size.x, 1, size.z)))
     builder.surface("plate", (0, height, 0), (0.7 * size.x, 0.7 * size.z))
     builder.glow = Glow(Vec3(0, height, 0), (1.0, 0.45, 0.2), 0.05)
     return builder.build()
 
 
 def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a knob with a broad bar for the fingers: upright while off; while on it lies across a glowing dial."""
+    """Returns a round knob with a ridge for the fingers: upright while off; while on it lies across a glowing dial."""
     builder = Builder("StoveKnob", size)
     width, height, depth = size
     grip, mark = one_of(rng, _KNOBS)
-    dial = shapes.cylinder(0.5, 0.2 * depth, (0, 0, 0.1 * depth), "z", 20)
-    builder.add(PartStyle("plastic/#5c5f63", on=HOT, bears_toggle=True), _oval(dial, width, height))
-    foot = shapes.cylinder(0.3, 0.35 * depth, (0, 0, 0.35 * depth), "z", 18)
-    builder.add(grip, _oval(foot, width, height))
-    bar = shapes.rounded_box((0.26, 0.94, 0.6 * depth), (0, 0, 0.7 * depth), 0.1 * depth)
-    line = shapes.box((0.1, 0.4, 0.02 * depth), (0, 0.22, depth))
+    dial = shapes.cylinder(0.5, 0.15 * depth, (0, 0, 0.075 * depth), "z", 24)
+    builder.add(PartStyle("metal/#777b80", on=HOT, bears_toggle=True), _oval(dial, width, height))
+    cap = shapes.cylinder(0.4, 0.6 * depth, (0, 0, 0.45 * depth), "z", 24, top=0.36)
+    builder.add(grip, _oval(cap, width, height))
+    ridge = shapes.rounded_box((0.24, 0.74, 0.4 * depth), (0, 0, 0.8 * depth), 0.06)
+    line = shapes.box((0.12, 0.34, 0.02 * depth), (0, 0.17, 0.995 * depth))
     for shown, degrees in (("off", 0.0), ("on", 90.0)):
-        for look, part in ((grip, bar), (mark, line)):
+        for look, part in ((grip, ridge), (mark, line)):
             style = PartStyle(look, bears_toggle=True, shown="on" if shown == "on" else "off")
             builder.add(style, _oval(shapes.rotate(part, "z", degrees), width, height))
     return builder.build()

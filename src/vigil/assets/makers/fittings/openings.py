@@ -17,7 +17,6 @@ _LEAF_M = 0.04
 _JAMB_M = 0.05
 _GAP_M, _FLOOR_GAP_M = 0.004, 0.008
 """Round a leaf, and below it."""
-_SEAL = "rubber"
 _GLASS = "glass/#d3e4ea"
 
 
@@ -63,7 +62,7 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)
     skin = PartStyle(material, joint, bears_open=True)
     {"flush": _flush, "glazed": _glazed, "planks": _planked, "panels": _panelled}[style](builder, skin, x, (y0, y1))
-    _seal(builder, joint, x, (y0, y1))
+    _seal(builder, skin, x, (y0, y1))
     at = x[1] - 0.07 if hinge < 0 else x[0] + 0.07
     reach = builder.depth / 2 - z1
     grips = []
@@ -76,14 +75,17 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
     builder.solid((x[0], y0, -z1), (x[1], y1, z1), joint)
 
 
-def _seal(builder: Builder, joint: str, x: Range, y: Range) -> None:
-    """Adds strips round a leaf that fill the gaps while it is shut: nothing of the next room shows through them."""
-    rubber, z = PartStyle(_SEAL, joint, bears_open=True), (-0.1 * _LEAF_M, 0.1 * _LEAF_M)
+def _seal(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
+    """Adds strips round a leaf that fill the gaps while it is shut: nothing of the next room shows through them.
+
+    They have the leaf's colour: dark ones would read as a stripe on the edge of an open door.
+    """
+    z = (-0.1 * _LEAF_M, 0.1 * _LEAF_M)
     low, high = (x[0] - _GAP_M, y[0] - _FLOOR_GAP_M + 0.001), (x[1] + _GAP_M, y[1] + _GAP_M)
     for a, b in ((low[0], x[0]), (x[1], high[0])):
-        builder.block(rubber, (a, b), (low[1], high[1]), z)
+        builder.block(skin, (a, b), (low[1], high[1]), z)
     for a, b in ((low[1], y[0]), (y[1], high[1])):
-        builder.block(rubber, (low[0], high[0]), (a, b), z)
+        builder.block(skin, (low[0], high[0]), (a, b), z)
 
 
 def _flush(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:

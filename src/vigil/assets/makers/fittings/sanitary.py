@@ -11,6 +11,8 @@ from vigil.assets.kernel.palette import one_of
 from vigil.pose import Vec3
 
 _GLAZE = "ceramic/#fffefc"
+_LID_GAP_M = 0.004
+"""Between a toilet's seat and its lid, which lies on buffers."""
 
 
 def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -21,7 +23,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     rim = min(0.42, 0.54 * height)
     tank = min(0.2, 0.28 * depth)
     wide = min(0.37, 0.95 * width)
-    seat = one_of(rng, ("plastic/#b8ad92", "plastic/#8f9aa3", "wood/oak", "plastic/#2d2e31"))
+    seat = one_of(rng, ("plastic/#8d7b5a", "plastic/#6c7883", "wood/oak", "plastic/#2d2e31"))
     long = depth - tank - 0.03
     middle = z1 - long / 2
     _bowl(builder, wide, long, rim - 0.03, middle)
@@ -30,13 +32,16 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     back = z0 + tank + 0.03
     joint = builder.hinge("lid", (1, 0, 0), (0, rim - 0.006, back + 0.015), -90.0)
     lid = PartStyle(seat, joint, bears_open=True)
-    builder.add(
-        lid,
-        shapes.extrude(oval, rim - 0.01, rim + 0.006),
-        shapes.extrude(_shrunk(oval, 0.93), rim + 0.006, rim + 0.012),
-    )
+    low, high = rim - 0.01 + _LID_GAP_M, rim + 0.012
+    tiers = ((0.97, low), (1.0, low + 0.004), (1.0, low + 0.009), (0.96, high - 0.003), (0.86, high))
+    builder.add(lid, shapes.loft(np.stack([_closed(_shrunk(oval, share), y) for share, y in tiers])))
+    buffers = [(x, rim - 0.01 + _LID_GAP_M / 2, z1 - 0.2 * long) for x in (-0.3 * wide, 0.3 * wide)]
+    builder.add(seat, *(shapes.cylinder(0.012, _LID_GAP_M, at, segments=8) for at in buffers))
+    for x in (-0.2 * wide, 0.2 * wide):
+        hinge = shapes.cylinder(0.013, 0.04, (x, rim - 0.008, back + 0.012), "x", 10)
+        builder.add("chrome", hinge)
     _cistern(builder, rim, tank)
-    builder.block(_GLAZE, (-0.1, 0.1), (0.1, rim - 0.01), (z0 + 0.02, back + 0.06), 0.02)
+    builder.block(_GLAZE, (-0.1, 0.1), (0.1, rim - 0.01), (z0 + 0.02, back + 0.025), 0.012)
     if rng.random() < 0.5:
         builder.add("chrome", shapes.cylinder(0.022, 0.012, (0, height - 0.004, z0 + tank / 2), segments=14))
     else:

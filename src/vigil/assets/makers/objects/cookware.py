@@ -1,4 +1,4 @@
-"""Cookware and cutlery: pots, pans, the kettle, and what one cooks and eats with."""
+"""Cookware and cutlery: pots, pans, and what one cooks and eats with."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, along_longest, bend, lengthwise, strip, turning
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.assets.makers.objects.crockery import hollow
 from vigil.pose import Vec3
@@ -107,59 +107,6 @@ def _vessel(
         builder.add(material, shapes.translate(turning(profile, width, across), (0, 0, middle)))
     builder.surface("inside", (0, floor, middle), (0.66 * foot * width, 0.66 * foot * across), is_inside=True)
     hollow(builder, width, across, floor, z=middle)
-
-
-def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a kettle with a spout (+x), a handle and a hinged lid."""
-    builder = Builder("Kettle", size)
-    width, height, depth = size
-    electric = bool(rng.random() < 0.5)
-    name, tint = colour(rng, "red", "white", "black", "teal", "cream", "light blue")
-    body = one_of(rng, ("chrome", f"ceramic/{tint}"))
-    across = min(depth, 0.72 * width)
-    middle = 0.06 * width if electric else -0.1 * width
-    top = 0.86 * height if electric else 0.62 * height
-    neck = 0.72 if electric else 0.5
-    bulge = [(0.0, 0.0), (0.92, 0.0), (1.0, 0.08 * height), (0.96, 0.5 * top), (neck + 0.1, 0.9 * top), (neck, top)]
-    builder.add(body, shapes.translate(turning(bulge, across, depth), (middle, 0, 0)))
-    inside = turning([(neck, 0.97 * top), (0.0, 0.97 * top)], across, depth)
-    builder.add("plastic/#1a1b1d", shapes.translate(inside, (middle, 0, 0)))
-    _kettle_lid(builder, body, (middle, across), (neck, top))
-    tip = width / 2 - 0.03 * width
-    spout = [(middle + 0.42 * across, 0.35 * top, 0), (0.7 * tip + 0.3 * middle, 0.55 * top, 0), (tip, 0.93 * top, 0)]
-    builder.add(body, shapes.tube(spout, [0.11 * across, 0.08 * across, 0.05 * across]))
-    grip = f"plastic/{one_of(rng, ('#1f2022', '#3a2a20'))}"
-    thick = 0.035 * height
-    if electric:
-        angles, start, back = np.linspace(-np.pi / 2, np.pi / 2, 8), middle - 0.42 * across, -width / 2 + thick
-        xs, ys = start + (back - start) * np.cos(angles), 0.48 * height + 0.36 * height * np.sin(angles)
-    else:
-        angles, rise = np.linspace(0, np.pi, 10), height - thick - 0.8 * top
-        xs, ys = middle + 0.46 * across * np.cos(angles), 0.8 * top + rise * np.sin(angles)
-    builder.add(grip, shapes.tube(np.c_[xs, ys, 0 * angles], thick))
-    return builder.build([name if body.startswith("ceramic") else "steel", "electric" if electric else "whistling"])
-
-
-def _kettle_lid(builder: Builder, body: str, x: tuple[float, float], lid_at: tuple[float, float]) -> None:
-    """Adds a lid with a knob, hinged at the back; `x` is the kettle's middle and width, `lid_at` radius and height."""
-    (middle, across), (neck, top), depth = x, lid_at, builder.depth
-    hinge_x = middle - neck * across / 2
-    lid = builder.hinge("lid", (0, 0, 1), (hinge_x, top, 0), 80)
-    knob = 0.09 * builder.height
-    cover = [
-        (0.0, 0.99 * top),
-        (neck, top),
-        (0.6 * neck, top + 0.35 * knob),
-        (0.14, top + 0.45 * knob),
-        (0.16, top + knob),
-        (0.0, top + knob),
-    ]
-    builder.add(
-        PartStyle(body, joint=lid, bears_open=True), shapes.translate(turning(cover, across, depth), (middle, 0, 0))
-    )
-    builder.solid(
-        (hinge_x, 0.99 * top, -neck * depth / 2), (middle + neck * across / 2, top + knob, neck * depth / 2), lid
-    )
 
 
 def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -331,7 +278,6 @@ def _curve(length: float, height: float):
 MAKERS: dict[str, Maker] = {
     "ButterKnife": along_longest(butter_knife),
     "Fork": along_longest(fork),
-    "Kettle": kettle,
     "Knife": along_longest(knife),
     "Ladle": along_longest(ladle),
     "Pan": lengthwise(pan),
