@@ -29,8 +29,8 @@ from vigil.levels import LEVELS_FILE, EpisodeLevel, Level, levels_bytes
 from vigil.pack import Pack
 
 HOUSE_USES = 3
-PER_FAMILY = 125
 """Episodes of one family in one house, at most."""
+PER_FAMILY = 125
 FOUND_BY_TURNING = 0.4
 """Share of searches (VS, SI) that turning and looking may show the target of, at most."""
 FACTS = "facts.jsonl"
