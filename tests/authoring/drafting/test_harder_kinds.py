@@ -14,7 +14,8 @@ from vigil.authoring.language.telling_apart import anchor_of, look_alikes
 from vigil.authoring.language.untold import is_untold
 from vigil.authoring.measuring.measures import measured
 from vigil.authoring.review.containers import MOST_CLOSED, may_hold
-from vigil.authoring.review.rules import EpisodeStart, unnamed_roles
+from vigil.authoring.review.episode_start import EpisodeStart
+from vigil.authoring.review.rules import unnamed_roles
 from vigil.authoring.review.validate import ValidationResult, Validator
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
