@@ -372,10 +372,9 @@ def test_exemptions_are_rules_of_the_families() -> None:
     assert set().union(*EXEMPT.values()) <= set(RULES)
 
 
-def test_a_run_is_reported_in_a_section_of_its_own(twins_pack: Pack, tmp_path: Path) -> None:
+def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -> None:
     for agent in ("always_fail", "solver"):
-        where = tmp_path / agent
-        played = vigil("run", "--pack", twins_pack.folder, "--agent", agent, "--log-dir", where, "--workers", "1")
+        played = vigil("run", "--pack", pack.folder, "--agent", agent, "--log-dir", tmp_path / agent, "--workers", "1")
         assert played.exit_code == 0, played.output
     alone = vigil("report", tmp_path / "always_fail")
     assert alone.exit_code == 0, alone.output
