@@ -13,7 +13,10 @@ ROOT = Path(__file__).parents[1]
 
 EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
     "agents": ("Agents", ("agents.agent", "observation", "actions", "agents.scripted", "agents.choose")),
-    "goals": ("Goals and families", ("goals", "goal_check", "episode", "authoring.ways.goal_kinds")),
+    "goals": (
+        "Goals and families",
+        ("goals", "goal_check", "episode", "authoring.ways.goal_kinds", "authoring.ways.goal_wrong_ways"),
+    ),
     "simulators": (
         "Simulators",
         ("sim", "sim.protocol", "sim.privileged", "sim.staging", "sim.conformance", "world", "pose"),

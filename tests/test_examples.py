@@ -81,6 +81,7 @@ def test_the_page_names_every_example() -> None:
     assert set(re.findall(r"examples/(\w+\.py)", EXTENDING)) == scripts
 
 
+FILES_OF_GOALS = ("goals.py", "goal_check.py", "authoring/ways/goal_kinds.py", "authoring/ways/goal_wrong_ways.py")
 PLACES = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", EXTENDING, re.MULTILINE)
 
 
@@ -95,9 +96,9 @@ def test_the_page_names_where_a_kind_of_goal_stands(file: str, name: str) -> Non
 def test_the_page_names_all_places_of_a_kind_of_goal() -> None:
     named = {
         (file, node.name)
-        for file in ("goals.py", "goal_check.py", "authoring/ways/goal_kinds.py")
+        for file in FILES_OF_GOALS
         for node in ast.parse((ROOT / "src" / "vigil" / file).read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and "ObjectHeld" in ast.unparse(node)
     }
-    helpers = {("authoring/ways/goal_kinds.py", name) for name in ("_done_to", "_allows", "_neighbour")}
+    helpers = {("authoring/ways/goal_wrong_ways.py", name) for name in ("_done_to", "_allows", "_neighbour")}
     assert named - helpers == set(PLACES)

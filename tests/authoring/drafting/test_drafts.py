@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, draft_id
+from vigil.authoring.drafting.drafts import Draft, DraftsFile, FamilyDone, Header, draft_id
 from vigil.authoring.drafting.generation import (
     DraftGenerator,
+    Found,
     GenerationProgress,
     GenerationSettings,
     generate_drafts,
     grammar_proposer,
 )
-from vigil.authoring.drafting.sources import MIXED, SECRET_SEEDS, Filed, Seeded, drawn, filed, seeded
+from vigil.authoring.drafting.sources import MIXED, SECRET_SEEDS, Filed, Seeded, Source, drawn, filed, seeded
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, RecordError, SettingError
@@ -41,6 +42,22 @@ def written(source: Filed, tmp_path_factory: pytest.TempPathFactory) -> DraftsFi
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
     generate_drafts(file, [source], TERMS)
     return file
+
+
+class Idle:
+    """What is asked for drafts in a house, and finds none."""
+
+    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+        rows = [FamilyDone(family=family, house=source.name, kept=0, rejected={}, seconds=0.0) for family in families]
+        return source.house(), list(rows)
+
+
+def copies(source: Filed, folder: Path, names: str) -> list[Filed]:
+    """The same house in several files."""
+    files = [folder / f"{name}.json" for name in names]
+    for path in files:
+        path.write_bytes(source.path.read_bytes())
+    return filed(map(str, files))
 
 
 def test_drafts_hold_and_are_counted(written: DraftsFile, source: Filed, simulator: PrivilegedSimulator) -> None:
@@ -78,10 +95,14 @@ def test_the_same_settings_propose_the_same_after_an_interruption(
     assert torn.path.read_bytes() == before
 
 
-def test_worker_processes_write_the_same_drafts(written: DraftsFile, source: Filed, tmp_path: Path) -> None:
-    file = DraftsFile(tmp_path / "drafts.jsonl")
-    generate_drafts(file, [source], TERMS, workers=2)
-    assert file.read().drafts == written.read().drafts
+def test_worker_processes_write_the_same_drafts(source: Filed, tmp_path: Path) -> None:
+    terms, houses = replace(TERMS, families=("SV",)), copies(source, tmp_path, "ab")
+    files = [DraftsFile(tmp_path / f"{workers}.jsonl") for workers in (1, 2)]
+    for workers, file in enumerate(files, start=1):
+        generate_drafts(file, houses, terms, workers=workers)
+    alone, together = (file.read() for file in files)
+    assert [row.house for row in together.done] == ["a", "b"]
+    assert together.drafts == alone.drafts != ()
 
 
 def test_other_settings_are_refused(written: DraftsFile) -> None:
@@ -139,12 +160,9 @@ def test_ids_say_who_made_the_house(starter: Pack, metadata: dict, name: str, be
 
 
 def test_spread_houses_are_asked_for_one_family_each(source: Filed, tmp_path: Path) -> None:
-    files = [tmp_path / f"{name}.json" for name in "abc"]
-    for path in files:
-        path.write_bytes(source.path.read_bytes())
     drafts = DraftsFile(tmp_path / "drafts.jsonl")
     settings = GenerationSettings(("PG", "SV"), per_house=1, tried=1, is_spread=True)
-    generate_drafts(drafts, filed(map(str, files)), settings)
+    generate_drafts(drafts, copies(source, tmp_path, "abc"), settings, bench=lambda settings: Idle())
     assert [(row.house, row.family) for row in drafts.read().done] == [("a", "PG"), ("b", "SV"), ("c", "PG")]
 
 

@@ -15,6 +15,7 @@ from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.scene.supports import parts_of
 from vigil.sim.privileged import PrivilegedSimulator
+from vigil.world import Setup
 
 Proposals = Callable[[HouseContext], Iterator[Episode]]
 
@@ -61,12 +62,13 @@ def test_every_kind_has_a_valid_episode_about_a_drawer(name: str, simulator: Pri
     )
     context.only |= {thing.id for thing in context.oracle.scene.things.values() if thing.category == "SideTable"}
     drafts = (draft for draft in islice(GRAMMAR[name](context), 12) if drawers & set(draft.bindings.values()))
-    for draft in list(islice(drafts, 3)):
+    for draft in islice(drafts, 3):
         assert " drawer " in draft.instruction
         assert " of the dresser" in draft.instruction
         verdict = validator.validate(draft, house)
         if verdict.is_valid:
             return
+        context.begin(Setup())
     pytest.fail(f"{name}: no valid episode about a drawer of {sorted(drawers)}")
 
 

@@ -10,11 +10,12 @@ import pytest
 from prior_stand_in import Prior, as_procthor_writes
 from typer.testing import CliRunner, Result
 
+from vigil.authoring.closure import generation
 from vigil.authoring.drafting.drafts import DRAFTS_VERSION, DraftsFile
 from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.procthor import REVISION
 from vigil.authoring.packing.recipes import PACKAGED, Recipe, made_with
-from vigil.cli import app, pack_making
+from vigil.cli import app, pack_freezing
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.housegen import generate, spec_for
 from vigil.pack import Pack
@@ -49,6 +50,10 @@ def with_drafts(made: Path, out: Path) -> Path:
     return out
 
 
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 def test_the_pack_tells_where_its_houses_are_from(made: Path) -> None:
     pack = Pack.load(made / "pack")
     (episode,) = pack.episodes
@@ -78,8 +83,29 @@ def test_whoever_has_the_houses_makes_the_same_bytes(made: Path, lines: list[byt
     assert done.exit_code == 0, done.output
     assert "2 houses are those of recipe 'two'" in done.stdout
     assert "the same bytes" in done.stdout
-    files = [path.relative_to(made / "pack") for path in sorted((made / "pack").rglob("*")) if path.is_file()]
-    assert all((made / "pack" / file).read_bytes() == (tmp_path / "again" / file).read_bytes() for file in files)
+    assert contents(tmp_path / "again") == contents(made / "pack")
+
+
+def test_a_recipe_of_a_suite_gives_the_same_bytes(
+    lines: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Drafted anew, of one kind of task alone."""
+    monkeypatch.setattr(generation, "KINDS", ("already",))
+    (tmp_path / "one.jsonl").write_bytes(lines[0] + b"\n")
+    asked = ("--suite", "closure", "--kind", "already:1", "--house-uses", "1", "--seed", "5", "--workers", "1")
+    done = vigil("make", "--name", "stress", "--houses", tmp_path / "one.jsonl", *asked, "--out", tmp_path / "pack")
+    assert done.exit_code == 0, done.output
+    recipe = Recipe.load(str(tmp_path / "pack.recipe.json"))
+    assert (recipe.suite, recipe.tasks) == ("closure", {"already": 1})
+    again = tmp_path / "again"
+    done = vigil("remake", tmp_path / "pack.recipe.json", "--houses", tmp_path / "one.jsonl", "--out", again)
+    assert done.exit_code == 0, done.output
+    assert "the same bytes" in done.stdout
+    assert contents(again) == contents(tmp_path / "pack")
+    other = recipe.model_copy(update={"tasks": {"already": 2}})
+    other.save(tmp_path / "other.json")
+    done = vigil("remake", tmp_path / "other.json", "--houses", tmp_path / "one.jsonl", "--out", tmp_path / "o")
+    assert "already 1 of 2" in str(done.exception)
 
 
 def test_the_first_house_that_differs_is_named(made: Path, lines: list[bytes], tmp_path: Path) -> None:
@@ -125,7 +151,7 @@ def test_a_secret_seed_speaks_both_halves_unless_told(
         asked.append(settings.forms)
         raise SettingError("seen enough")
 
-    monkeypatch.setattr(pack_making, "generate_drafts", noted)
+    monkeypatch.setattr(pack_freezing, "generate_drafts", noted)
     vigil("make", "--name", "mine", "--seed", str(2**70), *given, "--out", tmp_path / "mine")
     assert asked == wanted
 

@@ -9,7 +9,7 @@ import pytest
 
 from vigil.authoring.language.referring import DescribedThing, mentions, resolved
 from vigil.authoring.review import wording_rules
-from vigil.authoring.review.rules import EpisodeStart
+from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.validate import Validator, reason_of
 from vigil.authoring.review.wording_rules import WORDING_RULES, worded_badly
 from vigil.episode import Episode, Family

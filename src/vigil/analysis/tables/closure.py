@@ -1,15 +1,17 @@
 """Tables of the closure-stress suite: C by kind, and what twins tell. They stand in a section of their own."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vigil.analysis.measures.closure import ClosureRun, by_house, discrimination, pairs_right, rate
-from vigil.analysis.tables.table import RateCell, Table, TableRow, counts, intervals, points, rate_cell, texts
+from vigil.analysis.tables.table import Column, RateCell, Table, TableRow, counts, intervals, points, rate_cell, texts
 from vigil.closure import CLOSURE_LABELS, PAIRED, ClosureOutcome, Kind
 from vigil.rates import Interval
 
 HEADING = "Closure stress: C, correct closure"
 Count = Callable[[ClosureOutcome], bool]
+Parts = Iterator[tuple[dict[str, str], Sequence[ClosureOutcome]]]
+"""What names a part of a run's outcomes, column by column, and the part."""
 
 _BY_KIND: dict[str, tuple[str, Count]] = {
     "W": ("W %", lambda each: each.outcome.W),
@@ -51,37 +53,53 @@ def closure_tables(runs: Sequence[ClosureRun]) -> dict[str, Table]:
 
 
 def _kinds(runs: Sequence[ClosureRun]) -> Table:
-    headings = {"C": "C %", **{key: heading for key, (heading, _) in _BY_KIND.items()}}
-    columns = (*texts(run="Run", kind="Kind"), *counts(n="n"), *intervals(**headings))
-    rows = []
-    for run in runs:
-        parts = [(kind, run.of_kind(kind)) for kind in run.kinds]
-        for name, part in [*parts, ("all", list(run.outcomes))]:
-            rows.append(_row(run, kind=name, n=len(part), C=_c(part), **_rates(part, _BY_KIND)))
+    def parts(run: ClosureRun) -> Parts:
+        yield from (({"kind": kind}, run.of_kind(kind)) for kind in run.kinds)
+        yield {"kind": "all"}, list(run.outcomes)
+
     notes = (
         "C: the report says what is true of the world at the end, by the rule of the kind (protocol, section 8). W and "
         "B of these episodes stand in no table of the eight families. Interval of C: resampled houses, where there are "
         "five or more and they differ; the others: Wilson.",
     )
-    return Table("closure_kinds", "Correct closure by kind", columns, tuple(rows), notes)
+    columns, rows = _rates_of_parts(runs, {"kind": "Kind"}, parts, _BY_KIND)
+    return Table("closure_kinds", "Correct closure by kind", columns, rows, notes)
 
 
 def _forms(runs: Sequence[ClosureRun]) -> Table:
-    headings = {"C": "C %", **{key: heading for key, (heading, _) in _BY_FORM.items()}}
-    columns = (*texts(run="Run", kind="Kind", form="Form"), *counts(n="n"), *intervals(**headings))
-    rows = []
-    for run in runs:
+    def parts(run: ClosureRun) -> Parts:
         for kind in run.kinds:
-            parts: dict[str, list[ClosureOutcome]] = {}
+            of_form: dict[str, list[ClosureOutcome]] = {}
             for each in run.of_kind(kind):
-                parts.setdefault(_form(each), []).append(each)
-            for form, part in sorted(parts.items()):
-                rows.append(_row(run, kind=kind, form=form, n=len(part), C=_c(part), **_rates(part, _BY_FORM)))
+                of_form.setdefault(_form(each), []).append(each)
+            yield from (({"kind": kind, "form": form}, part) for form, part in sorted(of_form.items()))
+
     notes = (
         "The forms of a kind: the side of twins, with the reason of an impossible one; what tells a look-alike; what "
         "refuses silently; whether what something is put into stood open or was shut. Intervals as in the table above.",
     )
-    return Table("closure_forms", "Correct closure by form", columns, tuple(rows), notes)
+    columns, rows = _rates_of_parts(runs, {"kind": "Kind", "form": "Form"}, parts, _BY_FORM)
+    return Table("closure_forms", "Correct closure by form", columns, rows, notes)
+
+
+def _rates_of_parts(
+    runs: Sequence[ClosureRun],
+    headings: dict[str, str],
+    parts: Callable[[ClosureRun], Parts],
+    wanted: dict[str, tuple[str, Count]],
+) -> tuple[tuple[Column, ...], tuple[TableRow, ...]]:
+    """Returns the columns and rows of a table with C and other rates of the parts of each run.
+
+    `headings` are those of what names a part.
+    """
+    rates = {"C": "C %", **{key: heading for key, (heading, _) in wanted.items()}}
+    columns = (*texts(run="Run", **headings), *counts(n="n"), *intervals(**rates))
+    rows = (
+        _row(run, **names, n=len(part), C=_c(part), **_rates(part, wanted))
+        for run in runs
+        for names, part in parts(run)
+    )
+    return columns, tuple(rows)
 
 
 def _form(outcome: ClosureOutcome) -> str:

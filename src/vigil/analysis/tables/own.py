@@ -5,7 +5,7 @@ Each function takes a Study and returns one Table. Source: `protocol.md` section
 
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -95,7 +95,7 @@ def outcome_partition(study: Study) -> Table:
         *intervals(lost="Attained and lost again %", tampered="State tampered %"),
     )
     names = (*LABELS, *categories, "lost", "tampered")
-    rows = tuple(row_of(entry, **rate_cells(entry.overall, names)) for entry in by_b(study.entries))
+    rows = _row_a_run(study, lambda entry: rate_cells(entry.overall, names))
     return Table("outcome_partition", "Outcome partition", columns, rows, (WILSON_NOTE,))
 
 
@@ -179,7 +179,7 @@ def composition(study: Study) -> Table:
         ),
         *texts(floor="On the execution floor"),
     )
-    rows = tuple(row_of(entry, **_composed(entry)) for entry in by_b(study.entries))
+    rows = _row_a_run(study, _composed)
     notes = (
         "PG x DA and VS x DA: what independent parts would give; the ends of their intervals are multiplied likewise, "
         "which makes them wide. B/W: achieved states turned into matching reports. "
@@ -195,17 +195,17 @@ def stop_only(study: Study) -> Table:
         *intervals(B="B %", StopOnly="Stop-only %", hidden="Hidden by it (pp)"),
         *counts(FR_W1="Mismatched reports, W=1", FR_W0="Mismatched reports, W=0"),
     )
-    rows = []
-    for entry in by_b(study.entries):
+
+    def cells(entry: RunEntry) -> dict[str, Any]:
         m = entry.overall
-        hidden = rate_cell(m.rate("FR_W1"))
-        cells = rate_cells(m, ("B", "StopOnly"))
-        rows.append(row_of(entry, **cells, hidden=hidden, FR_W1=m.counts["FR_W1"], FR_W0=m.counts["FR_W0"]))
+        mismatched = {name: m.counts[name] for name in ("FR_W1", "FR_W0")}
+        return {**rate_cells(m, ("B", "StopOnly")), "hidden": rate_cell(m.rate("FR_W1")), **mismatched}
+
     notes = (
         "Stop-only: W=1 and the episode closed by any report. What it hides are true states closed with a wrong "
         "statement; it also cannot tell a false claim from an honest fail.",
     )
-    return Table("stop_only", "What a stop-only protocol would score", columns, tuple(rows), notes)
+    return Table("stop_only", "What a stop-only protocol would score", columns, _row_a_run(study, cells), notes)
 
 
 def regime_table(study: Study) -> Table:
@@ -215,29 +215,27 @@ def regime_table(study: Study) -> Table:
         *intervals(B_W="P(B | W=1) %", FR_W0="P(FR | W=0) %", NoRep_W1="P(no rep | W=1) %", IL="IL %"),
         *texts(regime="Regime"),
     )
-    rows = []
-    for entry in by_b(study.entries):
+
+    def cells(entry: RunEntry) -> dict[str, Any]:
         m = entry.overall
         found = regimes(m) if m.n else {}
         shown = ", ".join(
             name if verdict in ("", "clear") else f"{name} ({verdict})" for name, verdict in found.items()
         )
-        rows.append(
-            row_of(
-                entry,
-                B_W=rate_cell(m.rate("P_B_W1")),
-                FR_W0=rate_cell(m.rate("P_FR_W0")),
-                NoRep_W1=rate_cell(m.rate("P_norep_W1")),
-                IL=rate_cell(m.rate("IL")),
-                regime=shown or None,
-            )
-        )
+        return {
+            "B_W": rate_cell(m.rate("P_B_W1")),
+            "FR_W0": rate_cell(m.rate("P_FR_W0")),
+            "NoRep_W1": rate_cell(m.rate("P_norep_W1")),
+            "IL": rate_cell(m.rate("IL")),
+            "regime": shown or None,
+        }
+
     notes = (
         f"low-compliance: IL > {LOW_COMPLIANCE:.0%}; FR-heavy: P(FR | W=0) > {FR_HEAVY:.0%}; NR-heavy: P(no rep | "
         f"W=1) > {NR_HEAVY:.0%}; state-coupled: none of these and "
         f"P(B | W=1) > {STATE_COUPLED:.0%}; else mixed. borderline: the interval reaches across the threshold.",
     )
-    return Table("regimes", "Closure regimes", columns, tuple(rows), notes)
+    return Table("regimes", "Closure regimes", columns, _row_a_run(study, cells), notes)
 
 
 def invalid_replies(study: Study) -> Table:
@@ -250,10 +248,7 @@ def invalid_replies(study: Study) -> Table:
         *(Column(name, f"{name.replace('_', ' ')} [95\u00a0%]", "mean") for name in fine),
         *intervals(**{name: name.replace("_", " ") for name in coarse}),
     )
-    rows = tuple(
-        row_of(entry, **{name: mean_of(entry.run.rows, name) for name in (*fine, *coarse)})
-        for entry in by_b(study.entries)
-    )
+    rows = _row_a_run(study, lambda entry: {name: mean_of(entry.run.rows, name) for name in (*fine, *coarse)})
     title = "Replies that are no actions, events and cost: means per episode"
     said = ((entry.name, _no_actions(entry.run.rows)) for entry in by_b(study.entries))
     notes = (HOUSES_NOTE, *(f"{name}: {text}." for name, text in said if text))
@@ -356,6 +351,11 @@ def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
 def row_of(entry: RunEntry, **cells: Any) -> TableRow:
     """Returns a run's row, named and marked."""
     return TableRow({"model": entry.name, **cells}, is_privileged=entry.run.model.is_privileged)
+
+
+def _row_a_run(study: Study, cells: Callable[[RunEntry], dict[str, Any]]) -> tuple[TableRow, ...]:
+    """Returns one row for each run, best B first."""
+    return tuple(row_of(entry, **cells(entry)) for entry in by_b(study.entries))
 
 
 def shown_name(name: str) -> str:

@@ -16,8 +16,9 @@ from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.telling import told
 from vigil.authoring.language.referring import Phrase, items_of, referents
+from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
-from vigil.authoring.review.rules import MARGIN_PX, EpisodeStart
+from vigil.authoring.review.rules import MARGIN_PX
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable

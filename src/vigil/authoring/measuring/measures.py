@@ -13,7 +13,8 @@ from vigil.actions import Action, Navigate, Report
 from vigil.authoring.language.ordinals import bare
 from vigil.authoring.language.referring import Phrase, referents
 from vigil.authoring.review.containers import may_hold, room_said
-from vigil.authoring.review.rules import INSIDE_TEMPLATE, EpisodeStart
+from vigil.authoring.review.episode_start import EpisodeStart
+from vigil.authoring.review.rules import INSIDE_TEMPLATE
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import closed_around

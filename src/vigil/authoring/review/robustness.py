@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from vigil.actions import Report
-from vigil.authoring.review.rules import EpisodeStart
+from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.oracle import Oracle

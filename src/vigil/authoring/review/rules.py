@@ -5,22 +5,19 @@ A rule is a function of a `EpisodeStart` that yields what is wrong. Source: `pro
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from functools import cached_property
 
 from vigil.actions import REACH_HEIGHT_M, REACH_M
-from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolved
 from vigil.authoring.language.telling_apart import anchor_of, look_alikes
 from vigil.authoring.language.untold import is_untold, says_constraint, untold
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.containers import not_found_by_opening
+from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import places_within
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.episode import FAMILIES, Episode, Family
-from vigil.goal_check import GoalRow, check
 from vigil.goals import (
     STATE_LABELS,
     AgentNearTarget,
@@ -32,14 +29,11 @@ from vigil.goals import (
     ReportStatus,
     is_observable,
 )
-from vigil.house import House
 from vigil.pack import protocol_faults
 from vigil.pose import Pose, Vec3
-from vigil.record import EpisodeRecord
 from vigil.scene.geometry import box_of
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
-from vigil.world import ObjectState, WorldState
 
 MARGIN_M, MARGIN_PX = 0.02, 20
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
@@ -62,62 +56,6 @@ ALIKE_TEMPLATE = "alike"
 """Of episodes about one of several look-alikes."""
 
 Faults = Iterator[str]
-
-
-@dataclass(frozen=True)
-class EpisodeStart:
-    """An episode at its start: the simulator has just been reset to it."""
-
-    episode: Episode
-    house: House
-    oracle: Oracle
-
-    @cached_property
-    def world(self) -> WorldState:
-        """The hidden world at the reset."""
-        return self.oracle.world(self.episode.bound_ids())
-
-    @cached_property
-    def items(self) -> dict[str, DescribedThing]:
-        """What one can say of every thing at the reset."""
-        return items_of(self.oracle.scene)
-
-    @cached_property
-    def mentioned(self) -> list[tuple[Phrase, list[DescribedThing]]]:
-        """Every phrase of the instruction with what it could mean."""
-        phrases = mentions(self.episode.instruction, [item.name for item in self.items.values()])
-        held = self.items.get(self.episode.setup.held or "")
-        return list(zip(phrases, resolved(phrases, self.items.values(), held), strict=True))
-
-    @property
-    def target(self) -> ObjectState:
-        """The target's state at the reset."""
-        return self.world.objects[self.episode.goal.object_id]
-
-    @property
-    def first(self) -> ObjectState:
-        """The state of the object that is acted on first."""
-        chain = self.episode.goal.chain
-        return self.world.objects[chain[0].object_id if chain else self.episode.goal.object_id]
-
-    @cached_property
-    def row(self) -> GoalRow:
-        """What the goal's check says at the reset."""
-        return self.at_reset(self.episode.goal)
-
-    def at_reset(self, goal: Goal) -> GoalRow:
-        """Returns what the check of a goal about bound objects says at the reset."""
-        now = datetime.fromtimestamp(0, UTC)
-        record = EpisodeRecord(
-            run_id="",
-            episode_id=self.episode.id,
-            started=now,
-            ended=now,
-            initial=self.world,
-            steps=(),
-            end="fail_no_report",
-        )
-        return check(goal, record).rows[0]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 from vigil.actions import REACH_M, Action, InteractPixel, Report
 from vigil.authoring.review.blind_trials import blind_trials
+from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import ROBUST_RULES, robust_faults
-from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, EpisodeStart, broken_by
+from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, broken_by
 from vigil.authoring.review.wording_rules import WORDING_RULES, worded_badly
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import Unsolvable

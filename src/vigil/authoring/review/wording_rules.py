@@ -8,7 +8,8 @@ import re
 from collections.abc import Iterator
 
 from vigil.authoring.language.referring import BETWEEN, ROOM_NAMES, DescribedThing, Phrase, referents, seen_items
-from vigil.authoring.review.rules import EpisodeStart, Faults, Rule, every_family, only
+from vigil.authoring.review.episode_start import EpisodeStart
+from vigil.authoring.review.rules import Faults, Rule, every_family, only
 from vigil.goals import ObjectHeld
 
 VAGUE = re.compile(

@@ -7,7 +7,7 @@ long, so each is brought about by the simulator's own set-up, and judged by the 
 from dataclasses import dataclass
 
 from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.goal_kinds import wrongly_reached
+from vigil.authoring.ways.goal_wrong_ways import wrongly_reached
 from vigil.authoring.ways.synthetic_records import SyntheticWorlds
 from vigil.authoring.ways.wrong_worlds import WrongWorlds
 from vigil.episode import Episode

@@ -1,0 +1,70 @@
+"""An episode at its start, with all that the rules ask of it."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+
+from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolved
+from vigil.authoring.solving.oracle import Oracle
+from vigil.episode import Episode
+from vigil.goal_check import GoalRow, check
+from vigil.goals import Goal
+from vigil.house import House
+from vigil.record import EpisodeRecord
+from vigil.world import ObjectState, WorldState
+
+
+@dataclass(frozen=True)
+class EpisodeStart:
+    """An episode at its start: the simulator has just been reset to it."""
+
+    episode: Episode
+    house: House
+    oracle: Oracle
+
+    @cached_property
+    def world(self) -> WorldState:
+        """The hidden world at the reset."""
+        return self.oracle.world(self.episode.bound_ids())
+
+    @cached_property
+    def items(self) -> dict[str, DescribedThing]:
+        """What one can say of every thing at the reset."""
+        return items_of(self.oracle.scene)
+
+    @cached_property
+    def mentioned(self) -> list[tuple[Phrase, list[DescribedThing]]]:
+        """Every phrase of the instruction with what it could mean."""
+        phrases = mentions(self.episode.instruction, [item.name for item in self.items.values()])
+        held = self.items.get(self.episode.setup.held or "")
+        return list(zip(phrases, resolved(phrases, self.items.values(), held), strict=True))
+
+    @property
+    def target(self) -> ObjectState:
+        """The target's state at the reset."""
+        return self.world.objects[self.episode.goal.object_id]
+
+    @property
+    def first(self) -> ObjectState:
+        """The state of the object that is acted on first."""
+        chain = self.episode.goal.chain
+        return self.world.objects[chain[0].object_id if chain else self.episode.goal.object_id]
+
+    @cached_property
+    def row(self) -> GoalRow:
+        """What the goal's check says at the reset."""
+        return self.at_reset(self.episode.goal)
+
+    def at_reset(self, goal: Goal) -> GoalRow:
+        """Returns what the check of a goal about bound objects says at the reset."""
+        now = datetime.fromtimestamp(0, UTC)
+        record = EpisodeRecord(
+            run_id="",
+            episode_id=self.episode.id,
+            started=now,
+            ended=now,
+            initial=self.world,
+            steps=(),
+            end="fail_no_report",
+        )
+        return check(goal, record).rows[0]
