@@ -20,6 +20,9 @@ from vigil.observation import Quality
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 
+LEFT_OUT_AT_MOST = 3
+"""Starts that an older tree cannot show, for each that is wanted, before its round is given up."""
+
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
@@ -115,6 +118,8 @@ def _starts(kind: Kind, seed: int, count: int, packs: Sequence[str], before: Pat
     left = lots.in_random_order(lots.candidates(packs), kind, seed)
     found = _Found([], [])
     while missing := count - len(found.frames):
+        if len(found.left_out) > LEFT_OUT_AT_MOST * count:
+            raise SystemExit(f"Too few of these starts can be shown, for instance: {found.left_out[-1]}. Give --pack.")
         batch = [candidate for _, candidate in zip(range(missing), left, strict=False)]
         _require(len(found.frames) + len(batch), count, "episodes")
         jobs = [candidate.start for candidate in batch]

@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from PIL import Image
 
 from scripts.blind import drawing, lots, making, publishing, sheets
-from scripts.blind.drawing import Portrait, Start
+from scripts.blind.drawing import Fact, Job, Portrait, Start
 from scripts.blind.forms import CROP_CELL_PX, FORMS
 from scripts.blind.judging import WORDS, is_named, is_state_told, plain
 from scripts.blind_round import main
@@ -148,6 +149,21 @@ def test_a_pair_is_drawn_by_both_trees_from_one_pose(tmp_path: Path) -> None:
 def test_the_older_picture_is_on_either_side_equally_often() -> None:
     assert Counter(lots.sides(40, SEED)) == {True: 20, False: 20}
     assert lots.sides(40, SEED) == lots.sides(40, SEED) != lots.sides(40, SEED + 1)
+
+
+def test_an_older_tree_that_shows_stand_ins_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def draw(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[Fact]:
+        asked.append(len(jobs))
+        for number, _ in enumerate(jobs):
+            Image.new("RGB", (640, 480)).save(drawing.frame_path(folder, number))
+        return [Fact(notes=["a drawer: shown as a box"] if tree else []) for _ in jobs]
+
+    monkeypatch.setattr(making, "draw_with", draw)
+    with pytest.raises(SystemExit, match=r"a drawer: shown as a box.*--pack"):
+        making.pairs(SEED, 2, ["starter"], ROOT)
+    assert sum(asked) < 20
 
 
 def test_a_folder_without_source_cannot_draw(tmp_path: Path) -> None:
