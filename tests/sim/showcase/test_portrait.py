@@ -10,6 +10,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.scene.geometry import box_of, whole_box
 from vigil.sim.core.sight import directions, project
 from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.showcase import portrait as showcase
 from vigil.sim.showcase.exhibit import DEPTH_M, SUBJECT, WIDTH_M, Subject, exhibit, states_of
 from vigil.sim.showcase.places import HEIGHT_M, HOSTS, RAILS, host_of
 from vigil.sim.showcase.portrait import (
@@ -124,6 +125,15 @@ def test_lots_show_every_category_in_other_variants_and_states() -> None:
         assert len({lot.variant for lot in drawn}) == 3
     assert {lot.state for lot in lots if lot.category == "Fridge"} == {"open", "closed"}
     assert {lot.state for lot in lots if lot.category == "Microwave"} == {"open", "closed", "on"}
+
+
+def test_lots_are_drawn_until_so_many_suit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(showcase, "CATALOG", {name: CATALOG[name] for name in ("Egg", "Fork")})
+    lots = draw_lots(9, 2, lambda subject: subject.category == "Egg")
+    assert {lot.category for lot in lots} == {"Egg"}
+    assert len({lot.variant for lot in lots}) == 9
+    with pytest.raises(ValueError, match="ask for fewer"):
+        draw_lots(1, 2, lambda _: False)
 
 
 @pytest.mark.usefixtures("drawing")

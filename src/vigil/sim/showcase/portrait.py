@@ -2,6 +2,7 @@
 
 import json
 import zlib
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from itertools import islice
 from pathlib import Path
@@ -13,7 +14,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.observation import Quality
 from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
 from vigil.scene.geometry import box_corners, place_of
-from vigil.scene.things import Thing
+from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import project
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.showcase.exhibit import SUBJECT, Subject, exhibit, states_of
@@ -28,6 +29,8 @@ MARK_PX, MARK_GAP_PX = 7, 9
 CELL_PX = (192, 144)
 """One picture of a contact sheet, cut from the middle of the frame."""
 COLUMNS, LINE_PX = 8, 16
+ROUNDS = 101
+"""Of all categories that are drawn at most, and by how much the variants of one seed are away from the next seed's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +55,21 @@ def portrait(subject: Subject, seed: int, distance_m: float | None = None, quali
 
     It is seen from where it spans `SPAN_PX`, between 0.3 and 1.5 m; or from `distance_m`.
     """
-    return _taken(subject, seed, distance_m, quality)[0]
+    return taken(subject, seed, distance_m, quality)[0]
 
 
-def _taken(
+def staged(subject: Subject, seed: int, distance_m: float | None) -> tuple[Scene, CameraPlacement]:
+    """Returns the room of a subject's portrait, and from where that is taken. Raises ValueError as `view_of` does."""
+    rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
+    scene = exhibit(subject, rng)
+    return scene, view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
+
+
+def taken(
     subject: Subject, seed: int, distance_m: float | None, quality: Quality
 ) -> tuple[np.ndarray, CameraPlacement]:
     """Returns a subject's portrait, and from where that is taken."""
-    rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
-    scene = exhibit(subject, rng)
-    view = view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
+    scene, view = staged(subject, seed, distance_m)
     engine = MujocoEngine(quality)
     engine.load(scene)
     try:
@@ -108,20 +116,28 @@ def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
     )
 
 
-def draw_lots(count: int, seed: int) -> list[Subject]:
-    """Returns `count` subjects in random order, every category equally often, each time another variant and state."""
+def draw_lots(count: int, seed: int, suits: Callable[[Subject], bool] = lambda _: True) -> list[Subject]:
+    """Returns `count` subjects in random order, every category equally often, each time another variant and state.
+
+    Those that do not suit are passed over, so that their categories are seen less often. Raises ValueError when too few
+    suit in `ROUNDS` rounds of all categories.
+    """
     rng = np.random.default_rng(seed)
-    rounds = -(-count // len(CATALOG))
-    order = [str(name) for number in range(rounds) for name in rng.permutation(sorted(CATALOG))][:count]
-    seen: dict[str, int] = {}
-    subjects = []
-    for name in order:
-        turn = seen[name] = seen.get(name, -1) + 1
-        variant = 101 * seed + turn
-        states = states_of(Subject(name, variant).asset)
-        first = int(np.random.default_rng([seed, len(name)]).integers(len(states)))
-        subjects.append(Subject(name, variant, states[(first + turn) % len(states)]))
+    subjects = list(islice(filter(suits, _lots(rng, seed)), count))
+    if len(subjects) < count:
+        raise ValueError(f"Only {len(subjects)} of {count} subjects that suit are found; ask for fewer.")
     return [subjects[number] for number in rng.permutation(len(subjects))]
+
+
+def _lots(rng: np.random.Generator, seed: int) -> Iterator[Subject]:
+    """Yields subjects in rounds, each of every category once."""
+    names = sorted(CATALOG)
+    for turn in range(ROUNDS):
+        for name in map(str, rng.permutation(names)):
+            variant = ROUNDS * seed + turn
+            states = states_of(Subject(name, variant).asset)
+            first = int(np.random.default_rng([seed, len(name)]).integers(len(states)))
+            yield Subject(name, variant, states[(first + turn) % len(states)])
 
 
 def write_blind(folder: Path, subjects: list[Subject], seed: int, distance_m: float | None = None) -> Path:
@@ -133,7 +149,7 @@ def write_blind(folder: Path, subjects: list[Subject], seed: int, distance_m: fl
     key = {}
     for number, subject in enumerate(subjects, start=1):
         name = f"{number:03}.png"
-        picture, view = _taken(subject, seed, distance_m, "default")
+        picture, view = taken(subject, seed, distance_m, "default")
         marked(picture, view.box_px).save(folder / name)
         key[name] = asdict(subject)
     path = folder.with_name(f"{folder.name}.key.json")

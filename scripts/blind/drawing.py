@@ -1,0 +1,136 @@
+"""Draws what a blind round shows, with the `vigil` that Python finds: this tree's, or in another process an older one.
+
+    python scripts/blind/drawing.py JOBS.json FOLDER
+
+JOBS.json is a list of jobs. FOLDER gets the frame of each (640 x 480, PNG), named by its number from 0, and
+`facts.json`, a list of what is true of each. Nothing but `vigil` is imported, and of that what older versions have too.
+"""
+
+import json
+import sys
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from PIL import Image
+from pydantic import TypeAdapter
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.errors import VigilError
+from vigil.house import House
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.pose import Pose
+from vigil.sim import make_simulator
+from vigil.sim.privileged import PrivilegedSimulator
+from vigil.sim.showcase.exhibit import State, Subject
+from vigil.sim.showcase.portrait import taken
+from vigil.world import Setup
+
+FACTS = "facts.json"
+BACKEND = "mujoco"
+FRAME_PX = (FRAME_WIDTH, FRAME_HEIGHT)
+
+
+@dataclass(frozen=True, slots=True)
+class Portrait:
+    """One thing where such things stand."""
+
+    category: str
+    variant: int
+    state: State | None
+    seed: int
+    distance_m: float | None
+    """From the eye to the thing; None for where it spans some 120 pixels."""
+    kind: Literal["portrait"] = "portrait"
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """What an agent sees first in an episode."""
+
+    house: str
+    """Path of its file."""
+    start: dict[str, Any]
+    setup: dict[str, Any]
+    kind: Literal["start"] = "start"
+
+
+Job = Portrait | Start
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """What is true of a frame."""
+
+    box_px: tuple[float, float, float, float] | None = None
+    """Left, top, right and bottom of the thing that a portrait is of, as far as it is in the frame."""
+    span_px: int | None = None
+    """The longer side of that thing's box."""
+    fault: str | None = None
+    """Why there is no frame."""
+    notes: list[str] = field(default_factory=list)
+    """What the house asks for that this tree shows by a stand-in."""
+
+
+def draw(jobs: Iterable[Job], folder: Path) -> list[Fact]:
+    """Writes the frame of each job to `folder`. Returns what is true of them, faults included."""
+    folder.mkdir(parents=True, exist_ok=True)
+    numbered = list(enumerate(jobs))
+    facts: dict[int, Fact] = {}
+    pen = _Pen(make_simulator(BACKEND, assets=AssetDatabase.default()))
+    try:
+        for number, job in sorted(numbered, key=lambda each: each[1].house if isinstance(each[1], Start) else ""):
+            facts[number] = pen.drawn(job, frame_path(folder, number))
+    finally:
+        pen.simulator.close()
+    return [facts[number] for number, _ in numbered]
+
+
+def frame_path(folder: Path, number: int) -> Path:
+    """Returns where the frame of a job is written to."""
+    return folder / f"{number:04}.png"
+
+
+@dataclass(slots=True)
+class _Pen:
+    """Draws jobs one after another; a house stays loaded while jobs ask for it."""
+
+    simulator: PrivilegedSimulator
+    house: str | None = None
+
+    def drawn(self, job: Job, path: Path) -> Fact:
+        """Writes a job's frame, and returns what is true of it, or why there is none."""
+        try:
+            return _portrait(job, path) if isinstance(job, Portrait) else self._start(job, path)
+        except (VigilError, ValueError, KeyError) as error:
+            self.house = None
+            return Fact(fault=f"{type(error).__name__}: {error}")
+
+    def _start(self, job: Start, path: Path) -> Fact:
+        if job.house != self.house:
+            self.simulator.load(House.load(Path(job.house)))
+            self.house = job.house
+        self.simulator.reset(Pose.model_validate(job.start), Setup.model_validate(job.setup))
+        Image.fromarray(self.simulator.frame()).save(path)
+        return Fact(notes=[str(note) for note in self.simulator.scene().notes])
+
+
+def _portrait(job: Portrait, path: Path) -> Fact:
+    picture, view = taken(Subject(job.category, job.variant, job.state), job.seed, job.distance_m, "default")
+    Image.fromarray(picture).save(path)
+    left, top, right, bottom = np.clip(view.box_px, 0.0, np.tile(FRAME_PX, 2)).tolist()
+    return Fact(box_px=(left, top, right, bottom), span_px=round(view.span_px) if np.isfinite(view.span_px) else None)
+
+
+def main() -> None:
+    """Reads the jobs and writes their frames and facts."""
+    jobs, folder = Path(sys.argv[1]), Path(sys.argv[2])
+    read = TypeAdapter(list[Job]).validate_json(jobs.read_bytes())
+    facts = draw(read, folder)
+    (folder / FACTS).write_text(json.dumps([asdict(fact) for fact in facts]), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

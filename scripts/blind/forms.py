@@ -1,0 +1,106 @@
+"""What readers of a blind round are asked: the kinds of rounds, how pictures are laid out, and the forms of answers."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+Kind = Literal["near", "far", "state", "held", "starts", "pairs"]
+Drawn = Literal["before", "after"]
+"""By which renderer: an older tree's, or this one's."""
+Said = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+
+class _Answer(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    n: int
+
+
+class Named(_Answer):
+    """What a marked thing is, and in which state."""
+
+    answers: list[Said] = Field(min_length=1)
+    """The best guess first."""
+    state: Said
+
+
+class HeldOrNot(_Answer):
+    """Whether the viewer holds something."""
+
+    held: bool
+    what: str
+
+
+class Artefacts(_Answer):
+    """What is drawn wrongly."""
+
+    artefacts: list[Said]
+
+
+class Vote(_Answer):
+    """Which of two pictures is the better one."""
+
+    more_real: Literal["A", "B"]
+    clearer: Literal["A", "B"]
+    why: str
+
+
+Answer = Named | HeldOrNot | Artefacts | Vote
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """How a kind of round is laid out and answered."""
+
+    cell_px: tuple[int, int]
+    columns: int
+    rows: int
+    answer: type[Answer]
+    blank: dict[str, object]
+    """An answer that nobody has given."""
+    question: str
+
+
+FRAME_CELL_PX, CROP_CELL_PX = (640, 480), (400, 300)
+_RULES = """Look at every sheet once, one after the other, and write the answers of a sheet before the next. Leave
+none out. You must not know the program that drew the pictures: open no code, no page of its documentation, and no key
+file. Answer what you see. The answers are lines of JSON in answers.jsonl, one for each picture, found there by its
+number n: fill them in."""
+_NAME = """In each picture four white corners, edged black, stand around ONE thing.
+- answers: what that thing is, in one to three everyday words: the thing, not what it stands on. A second guess may
+  follow.
+- state: of a thing that can be open or closed, on or off: the one that it is in the picture. Of a machine with a door
+  say both ("closed, off"); a tap is on when water runs, a candle or a hot plate when it burns or glows. Of others: "-".
+"""
+_HELD = """The pictures are what somebody sees who moves through rooms. In some this viewer holds a thing.
+- held: true or false.
+- what: the thing held, or what lies nearest.
+"""
+_ARTEFACTS = """Each picture shows a room. Which faults of drawing does it have? Light, shade, reflections, textures
+or edges that are so wrong that a viewer would be misled or would notice within seconds, at normal size: shadows that
+are hard, saw-toothed or detached; dark or bright patches without a cause; light that leaks; streaks, dotted lines,
+moire; flat black areas; things that vanish before what is behind them; mirrors that show nothing. No faults are: a
+simple style, plain furniture, few pixels, odd colours, things in odd places.
+- artefacts: a list of "what and where", in a few words each; [] when there are none.
+"""
+_VOTE = """Each sheet shows one place twice, drawn by two programs: A on the left, B on the right, sides drawn by lot.
+- more_real: "A" or "B": which looks more like a photograph of a real room?
+- clearer: "A" or "B": in which does one see better what the things are, where they stand and in which state?
+- why: a short reason. Decide each; there are no ties.
+"""
+
+_NAMING = Form(CROP_CELL_PX, 3, 3, Named, {"answers": [], "state": ""}, _NAME)
+FORMS: dict[Kind, Form] = {
+    "near": _NAMING,
+    "far": _NAMING,
+    "state": _NAMING,
+    "held": Form(FRAME_CELL_PX, 2, 2, HeldOrNot, {"held": None, "what": ""}, _HELD),
+    "starts": Form(FRAME_CELL_PX, 2, 2, Artefacts, {"artefacts": None}, _ARTEFACTS),
+    "pairs": Form(FRAME_CELL_PX, 2, 1, Vote, {"more_real": "", "clearer": "", "why": ""}, _VOTE),
+}
+
+
+def instructions(kind: Kind) -> str:
+    """Returns what a reader of a round is told."""
+    return f"{_RULES}\n\n{FORMS[kind].question}"

@@ -1,0 +1,115 @@
+"""Writes a blind round: numbered pictures on sheets, what readers are told and fill in, and apart from them the key.
+
+FOLDER/sheet_01.png ...   what readers look at
+FOLDER/README.txt         what they are asked
+FOLDER/answers.jsonl      what they fill in
+FOLDER.key.json           what is shown, which no reader may open
+"""
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from scripts.blind.forms import CROP_CELL_PX, FORMS, Form, Kind, instructions
+from vigil.sim.showcase.portrait import MARK_GAP_PX, marked
+
+LABEL_PX, FONT_PX, GAP_PX = 19, 16, 5
+"""Height of the line with a picture's number, size of its letters, and the space between pictures; small, because some
+viewers shrink sheets of more than 1.18 million pixels."""
+ANSWERS = "answers.jsonl"
+SIDES = ("A", "B")
+Box = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """One number of a round: its pictures, and what they show."""
+
+    pictures: Sequence[Image.Image]
+    """One; of a pair two, left and right."""
+    truth: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class BlindRound:
+    """All that a round shows, and how it came about."""
+
+    kind: Kind
+    seed: int
+    shown: Sequence[Shown]
+    left_out: list[dict[str, Any]] = field(default_factory=list)
+    """What the lot fell on, and why it is not shown."""
+    facts: dict[str, Any] = field(default_factory=dict)
+    """Of the whole round."""
+
+
+def key_of(folder: Path) -> Path:
+    """Returns where the key of a round is."""
+    return folder.with_name(f"{folder.name}.key.json")
+
+
+def refuse_written(folder: Path) -> None:
+    """Raises SystemExit when there is a round at a folder already."""
+    if key_of(folder).exists() or (folder.exists() and any(folder.iterdir())):
+        raise SystemExit(f"There is something at {str(folder)!r} already; give another folder, or take that away.")
+
+
+def write(folder: Path, made: BlindRound) -> None:
+    """Writes a round to a new folder, and its key beside that."""
+    folder.mkdir(parents=True, exist_ok=True)
+    form = FORMS[made.kind]
+    cells = [each for number, shown in enumerate(made.shown, start=1) for each in _cells(number, shown)]
+    size = form.columns * form.rows
+    for first in range(0, len(cells), size):
+        sheet(form, cells[first : first + size]).save(folder / f"sheet_{first // size + 1:02}.png")
+    numbers = range(1, len(made.shown) + 1)
+    (folder / "README.txt").write_text(instructions(made.kind), encoding="utf-8")
+    write_lines(folder / ANSWERS, ({"n": number, **form.blank} for number in numbers))
+    pictures = [{"n": number, **shown.truth} for number, shown in zip(numbers, made.shown, strict=True)]
+    key = {"kind": made.kind, "seed": made.seed, **made.facts, "left_out": made.left_out, "pictures": pictures}
+    key_of(folder).write_text(json.dumps(key, indent=1) + "\n", encoding="utf-8")
+
+
+def _cells(number: int, shown: Shown) -> list[tuple[str, Image.Image]]:
+    """Returns the pictures of a number, with what is written above each."""
+    if len(shown.pictures) == 1:
+        return [(str(number), shown.pictures[0])]
+    return [(f"{number} {side}", picture) for side, picture in zip(SIDES, shown.pictures, strict=True)]
+
+
+def write_lines(path: Path, rows: Iterable[dict[str, Any]]) -> None:
+    """Writes one JSON object a line."""
+    path.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), encoding="utf-8")
+
+
+def sheet(form: Form, cells: Sequence[tuple[str, Image.Image]]) -> Image.Image:
+    """Returns labelled pictures side by side, as many rows as they need."""
+    (width, height), rows = form.cell_px, -(-len(cells) // form.columns)
+    step_x, step_y = width + GAP_PX, height + LABEL_PX + GAP_PX
+    image = Image.new("RGB", (form.columns * step_x - GAP_PX, rows * step_y - GAP_PX), "white")
+    pen, font = ImageDraw.Draw(image), ImageFont.load_default(FONT_PX)
+    for number, (label, picture) in enumerate(cells):
+        left, top = number % form.columns * step_x, number // form.columns * step_y
+        pen.text((left + 2, top), label, fill="black", font=font)
+        image.paste(picture, (left, top + LABEL_PX))
+    return image
+
+
+def cropped(frame: Image.Image, box_px: Box) -> Image.Image:
+    """Returns 400 x 300 pixels around a thing's box, with corners about it; of large things the whole frame, shrunk."""
+    left, top, right, bottom = box_px
+    width, height = CROP_CELL_PX
+    room = 2 * (MARK_GAP_PX + 1)
+    if right - left > width - room or bottom - top > height - room:
+        scale = width / frame.width
+        whole = frame.resize(CROP_CELL_PX, Image.Resampling.LANCZOS)
+        return marked(np.asarray(whole), (left * scale, top * scale, right * scale, bottom * scale))
+    x = round(min(max((left + right - width) / 2, 0), frame.width - width))
+    y = round(min(max((top + bottom - height) / 2, 0), frame.height - height))
+    part = frame.crop((x, y, x + width, y + height))
+    return marked(np.asarray(part), (left - x, top - y, right - x, bottom - y))
