@@ -29,7 +29,7 @@ from vigil.pack import Pack
 from vigil.sim.privileged import PrivilegedSimulator
 
 NAME = "starter"
-VERSION = "1.2"
+VERSION = "2"
 SEED = 2026
 DRAFTS_PER_HOUSE = 6
 PER_HOUSE_AND_FAMILY = 2
