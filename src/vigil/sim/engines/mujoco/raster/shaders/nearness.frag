@@ -1,12 +1,14 @@
 #version 330
 // How open the surroundings of each point are: 1, or less where something is near and in front of it, above all where
-// that keeps off light from above; and less where something small stands between the point and the lamp.
+// that keeps off light from above; and, on what lies level, less where something small stands between it and the lamp. On
+// walls that would be a smudge beside whatever hangs there: its shade is in their light, and what moves lies on something.
 const int TAPS = 9;
 const float REACH = 0.2;  // metres
 const float STRENGTH = 1.7;
 const int STEPS = 10;
 const float SHADE_REACH = 0.6;  // metres towards the lamp
 const float SHADE = 0.55;
+const float FLAT = 0.5, LEVEL = 0.9;  // cosine of what leans too far to be shaded so, and of what is shaded in full
 const float THICKNESS = 0.25;  // metres: what is farther in front of a point is no neighbour
 uniform sampler2D distances;
 uniform vec2 slopes;  // half of what is seen across and up, at one metre
@@ -38,7 +40,9 @@ float nearness(vec3 here, vec3 normal, float turn) {
 // Follows the way to the lamp, as far as it can be seen.
 float shade(vec3 here, vec3 normal, float turn) {
     vec3 way = normalize(lamp - here);
-    float facing = smoothstep(0.0, 0.35, dot(way, normal));
+    float facing = smoothstep(0.0, 0.35, dot(way, normal)) * smoothstep(FLAT, LEVEL, dot(normal, upward));
+    if (facing <= 0.0)
+        return 0.0;
     float least = 0.008 + 0.006 * here.z, stopped = 0.0;
     for (int i = 0; i < STEPS; i++) {
         float far = SHADE_REACH * (float(i) + 0.3 + turn) / float(STEPS);

@@ -50,7 +50,7 @@ void main() {
     for (int i = 0; i < GLOWS; i++) {
         vec3 way = glow_places[i] - world;
         float square = dot(way, way);
-        float facing_it = max(dot(normal, way) * inversesqrt(square), 0.0) * 0.8 + 0.2;
+        float facing_it = max(dot(normal, way) * inversesqrt(square) * 0.8 + 0.2, 0.0);
         float fading = max(1.0 - square / GLOW_REACH_SQUARE, 0.0);
         light += glow_colours[i] * facing_it * fading * fading / (0.25 + square);
     }
