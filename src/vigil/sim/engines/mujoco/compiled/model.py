@@ -24,6 +24,8 @@ GROUPS = 6
 FOVY_DEG = 90.0
 HANGING_M = 0.1
 """A thing whose top is this near to the ceiling hangs from it."""
+THIN_M, OFF_FLOOR_M = 0.24, 0.3
+"""What hangs on a wall and is thinner than this along any side shades less than the light of walls is fine."""
 
 
 @dataclass(slots=True, eq=False)
@@ -177,8 +179,9 @@ def _still(draft: _Draft, scene: Scene, kinds: dict[int, str], things: dict[str,
     height = max(room.height for room in scene.rooms)
     chosen = [geom for geom, kind in kinds.items() if kind != "ground"]
     for thing in scene.things.values():
-        if thing.is_pickupable or thing.parent is not None or not thing.is_present or _hangs(thing, height):
-            continue  # what stands on furniture is too small for the light that is known at its vertices
+        # What stands on furniture is too small for the light that is known at its vertices.
+        if thing.is_pickupable or thing.parent is not None or not thing.is_present or _shades_little(thing, height):
+            continue
         placed = things[thing.id]
         # A door that leads outside has a leaf, but stays shut.
         is_body = np.array([draft.joints[geom] is None or not thing.is_openable for geom in placed.geoms], dtype=bool)
@@ -186,10 +189,13 @@ def _still(draft: _Draft, scene: Scene, kinds: dict[int, str], things: dict[str,
     return np.array(chosen, dtype=int)
 
 
-def _hangs(thing: Thing, height: float) -> bool:
-    """Whether a thing hangs from the ceiling, where the lamps are; such a thing would shade the whole room."""
-    half = thing.asset.size.y / 2
-    return abs(thing.position.y + half - height) < HANGING_M and half < height / 4 and not thing.is_structure
+def _shades_little(thing: Thing, height: float) -> bool:
+    """Whether a thing shall stop no light: it hangs from the ceiling, where the lamps are, or is thin, as a shelf."""
+    if thing.is_structure:
+        return False
+    size, half = thing.asset.size, thing.asset.size.y / 2
+    hangs = abs(thing.position.y + half - height) < HANGING_M and half < height / 4
+    return hangs or (min(size) < THIN_M and thing.position.y - half > OFF_FLOOR_M)
 
 
 def _settings(spec: NativeSpec) -> None:
