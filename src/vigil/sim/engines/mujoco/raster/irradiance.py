@@ -31,6 +31,8 @@ FALLOFF = 0.045
 WRAP = 0.15
 """Lamps light surfaces that turn a little away from them: rooms send light back."""
 REACH_M = 9.0
+SPILL_M = 0.5
+"""This far from the room of a lamp half of its light is left."""
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
@@ -102,6 +104,14 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples) -> np.ndarra
         seen += ~scene.is_blocked(origins, (lamp + disc).astype(np.float32))
     total[reached] = LAMP * seen / LAMP_RAYS / (1.0 + FALLOFF * far[reached] ** 2)
     return total
+
+
+def spilled(outside: np.ndarray) -> np.ndarray:
+    """Returns the share of a lamp's light that is left so many metres outside of its room, 1 in it.
+
+    What comes through a doorway would be a bright patch on a wall far from any lamp in view.
+    """
+    return (1.0 / (1.0 + (outside / SPILL_M) ** 2)).astype(np.float32)
 
 
 def faced(lamp: np.ndarray, samples: Samples) -> np.ndarray:

@@ -73,7 +73,7 @@ class Baked:
         self.geometry = geometry_of(model)
         self.places = _places(model)
         self.charts, self._samples = _charts(model, self.geometry)
-        self._lamps = list(model.lamps.places)
+        self._lamps, self._portals = list(model.lamps.places), model.portals
         self._occluders = occluders_of(model, self.geometry, model.still)
         self._is_cast = np.zeros(model.native.ngeom, dtype=bool)
         self.vertices = Cast.none(len(self._lamps), len(self.geometry.vertices))
@@ -145,7 +145,11 @@ class Baked:
     def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
         """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
         ambient, is_buried = irradiance.ambient(self._occluders, samples)
-        reach = [irradiance.from_lamp(self._occluders, lamp, samples) for lamp in self._lamps]
+        left = irradiance.spilled(self._portals.distances(samples.origins[:, :2]).T)
+        reach = [
+            share * irradiance.from_lamp(self._occluders, lamp, samples)
+            for share, lamp in zip(left, self._lamps, strict=True)
+        ]
         return Cast(ambient, np.array(reach, np.float32).reshape(len(reach), -1)), is_buried
 
 
