@@ -20,6 +20,10 @@ INSIDE_SHARE, LIP_SHARE = 0.1, 0.5
 """Shares of the light that reach what is shut, and the sides of a gap from which one looks straight out. A line much
 darker than the leaf beside it would be seen as a row of dots from where it is narrower than a pixel.
 """
+AFAR_SHARE = 0.75
+"""What a gap that is narrower than a pixel keeps of the light of the leaf beside it: a dark one would be a row of dots."""
+WIDTH_M = 0.001
+"""Of a gap as it is mostly seen, from aside."""
 FRONT, BESIDE = 1, (0, 2)
 """The axis of a body's frame that points to its thing's front, and those that point to its sides, top and bottom."""
 FADE_M = 0.03
@@ -74,6 +78,33 @@ def shares_of_light(model: CompiledModel, geometry: Geometry, geoms: np.ndarray,
         is_shut[asked] = _enclosed(whole if body == case else beside, origins[asked], axes[:, BESIDE].T)
         shares[chosen] = np.where(is_lip, LIP_SHARE, np.where(is_shut, INSIDE_SHARE, 1.0))
     return shares
+
+
+def shares_from_afar(model: CompiledModel, geoms: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Returns the share of its light (n,) that each of geoms (n,) is drawn with where gaps are narrower than a pixel.
+
+    It is no less than `shares` (n,), and such that what is pale in a gap looks no brighter than the leaf beside it.
+    What is seen through glass stays as dark as it is near by.
+    """
+    afar = shares.copy()
+    dim = np.flatnonzero(shares < 1.0)
+    things, groups = model.geom_things[geoms[dim]], model.native.geom_group
+    for whole in np.unique(model.wholes[things]).tolist():
+        chosen = dim[model.wholes[things] == whole]
+        parts = np.flatnonzero(model.wholes[model.geom_things[:-1]] == whole)
+        leaves = parts[(model.native.geom_bodyid[parts] != model.native.geom_bodyid[parts[0]]) & (groups[parts] != HIDDEN)]
+        if (groups[parts] == GLASS).any() or not len(leaves):
+            continue
+        front = leaves[np.argmax(model.native.geom_rbound[leaves])]
+        own, beside = (_albedo(model, each) for each in (geoms[chosen], np.array([front])))
+        afar[chosen] = np.clip(AFAR_SHARE * beside / own, shares[chosen], 1.0)
+    return afar
+
+
+def _albedo(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
+    """Returns how much light the materials of geoms (n,) send back, on average over the colours."""
+    roots = np.array([model.materials[number].rgba[:3] for number in model.native.geom_matid[geoms]])
+    return np.maximum((roots**2).mean(axis=1), 1e-3)
 
 
 def _is_next(others: Occluders, whole: Occluders, origins: np.ndarray, ways: np.ndarray) -> np.ndarray:

@@ -23,6 +23,8 @@ FACINGS = 4
 """Steps of a normal's coordinates between 0 and 1, within which it faces the same way."""
 IN_HAND = 0.75
 """Light on the sides of what is held."""
+FULL = 255
+"""All of the light, as a byte."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,6 +79,8 @@ class Baked:
         self._occluders = occluders_of(model, self.geometry, model.still)
         self._is_cast = np.zeros(model.native.ngeom, dtype=bool)
         self.vertices = Cast.none(len(self._lamps), len(self.geometry.vertices))
+        self.near = np.full(len(self.geometry.vertices), FULL, np.uint8)
+        """(n,): the root of the share of their light that vertices keep where gaps are wider than a pixel."""
         self.planes = Cast.none(len(self._lamps), self.charts.is_used.size)
         self.is_open = np.zeros(self.charts.is_used.size, dtype=bool)
         """Which places on the planes lie behind nothing."""
@@ -88,11 +92,11 @@ class Baked:
             return
         self._is_cast[missing] = True
         is_charted = self.geometry.is_charted[missing]
-        self.cast_on(model, missing[~is_charted], self.vertices)
+        self.cast_on(model, missing[~is_charted], self.vertices, self.near)
         self._cast_planes(missing[is_charted])
 
-    def cast_on(self, model: CompiledModel, geoms: np.ndarray, into: Cast) -> None:
-        """Casts light on the vertices of geoms where they are now, into the light of all vertices."""
+    def cast_on(self, model: CompiledModel, geoms: np.ndarray, into: Cast, near: np.ndarray) -> None:
+        """Casts light on the vertices of geoms where they are now, into the light and `near` (n,) of all vertices."""
         if not len(geoms):
             return
         places = [self.geometry.world(model, geom) for geom in geoms.tolist()]
@@ -105,12 +109,15 @@ class Baked:
         edges = which[self._edges(geoms, counts)]
         cast = cast.smoothed(samples, ~is_buried, edges, owners[first]).shaded(samples, self._lamps)
         shares = gaps.shares_of_light(model, self.geometry, geoms[owners[first]], samples)
-        cast = cast.dimmed(np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0))
+        shares = np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0)
+        afar = gaps.shares_from_afar(model, geoms[owners[first]], shares)
+        cast, kept = cast.dimmed(afar), (np.sqrt(shares / afar) * FULL + 0.5).astype(np.uint8)
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
             into.ambient[part] = cast.ambient[which[start:stop]]
             into.reach[:, part] = cast.reach[:, which[start:stop]]
+            near[part] = kept[which[start:stop]]
             start = stop
 
     def _edges(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
@@ -175,8 +182,9 @@ class Lighting:
         self._lit = np.full(len(self._things), -1)
         """The turn of its thing in which each geom was lit; -1 where it was not."""
         self._strengths = np.zeros(0)
-        self.vertices = np.zeros((count, 4), np.uint8)
-        """(n, 4): the square root of the light on each vertex, and nothing."""
+        self._near = np.full(count, FULL, np.uint8)
+        self.vertices = np.full((count, 4), (0, 0, 0, FULL), np.uint8)
+        """(n, 4): the square root of the light on each vertex, and of the share of it that is left near by."""
         self.planes = np.zeros((*self._baked.charts.is_used.shape, 4), np.uint8)
         """(height, width, 4): the same for the planes."""
         for geom in self.geometry.hand:
@@ -206,11 +214,11 @@ class Lighting:
         is_charted = self.geometry.is_charted[stale]
         is_moved = self._model.moved(places, self._baked.places)[self._things[stale]]
         self._baked.ensure(self._model, stale[~is_moved])
-        self._baked.cast_on(self._model, stale[is_moved], self._cast)
+        self._baked.cast_on(self._model, stale[is_moved], self._cast, self._near)
         for geom, moved in zip(stale[~is_charted].tolist(), is_moved[~is_charted].tolist(), strict=True):
             part = self.geometry.vertex_slices[geom]
-            cast = self._cast if moved else self._baked.vertices
-            self.vertices[part, :3] = encoded(cast.under(self._strengths, part))
+            cast, near = (self._cast, self._near) if moved else (self._baked.vertices, self._baked.near)
+            self.vertices[part, :3], self.vertices[part, 3] = encoded(cast.under(self._strengths, part)), near[part]
         self._mix_planes(stale[is_charted])
         return bool(is_charted.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_charted].tolist()]
 
@@ -224,7 +232,8 @@ class Lighting:
     def _light_by_hand(self, geom: int, rising: np.ndarray) -> None:
         """Lights a geom by how far its normals (n,) turn up."""
         light = IN_HAND * (1.0 + 0.35 * rising)
-        self.vertices[self.geometry.vertex_slices[geom], :3] = encoded(light)[:, None]
+        part = self.geometry.vertex_slices[geom]
+        self.vertices[part, :3], self.vertices[part, 3] = encoded(light)[:, None], FULL
 
     def _mix_planes(self, geoms: np.ndarray) -> None:
         width = self._baked.charts.is_used.shape[1]

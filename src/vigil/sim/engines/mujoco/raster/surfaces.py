@@ -8,6 +8,7 @@ import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.lights import Glow
 from vigil.sim.engines.mujoco.compiled.model import GLASS, HIDDEN, CompiledModel
+from vigil.sim.engines.mujoco.raster import gaps
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
@@ -197,13 +198,15 @@ class Surfaces:
                 form = f"3f {'3f' if 'normal' in made else '12x'} 2f {'2f' if kind.is_charted else '8x'}"
                 contents = [(self._vertices, form, *names, *(["place"] if kind.is_charted else [])), owners]
                 if not kind.is_charted:
-                    contents.append((self._light, "3f1 1x1", "light"))
+                    contents.append((self._light, "4f1", "light"))
             self._arrays[kind, glows] = self._context.vertex_array(made, contents, self._corners)
         return self._arrays[kind, glows]
 
 
 def _set(made: Any, viewer: Viewer, lamp: np.ndarray, glows: list[Glow]) -> None:
+    pixel_m = 2.0 * viewer.slopes[1] / viewer.height  # what it covers at one metre
     values: dict[str, Any] = {
+        "gaps_dark_m": gaps.WIDTH_M / pixel_m,
         "eye": tuple(viewer.eye), "lamp": tuple(lamp), "geoms": 0, "pictures": 1, "planes": 2,
         "glow_places": [tuple(glow.place) for glow in glows], "glow_colours": [tuple(glow.colour) for glow in glows],
     }  # fmt: skip

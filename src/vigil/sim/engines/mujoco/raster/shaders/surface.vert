@@ -10,7 +10,8 @@ in int geom;
 in vec2 place;
 out vec2 chart_place;
 #else
-in vec3 light;
+uniform float gaps_dark_m;  // nearer than this gaps are wider than a pixel
+in vec4 light;  // with the share of it that is left in a gap
 centroid out vec3 vertex_light;
 #endif
 out vec3 world;
@@ -32,8 +33,11 @@ void main() {
 #ifdef CHARTED
     chart_place = place;
 #else
-    vertex_light = light;
+    vertex_light = light.rgb;
 #endif
     gl_ClipDistance[0] = dot(clip, vec4(world, 1.0));
     gl_Position = view_projection * vec4(world, 1.0);
+#ifndef CHARTED
+    vertex_light *= mix(1.0, light.a, min(gaps_dark_m / max(gl_Position.w, 0.01), 1.0));
+#endif
 }
