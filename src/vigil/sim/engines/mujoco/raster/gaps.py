@@ -21,7 +21,9 @@ INSIDE_SHARE, LIP_SHARE = 0.1, 0.5
 darker than the leaf beside it would be seen as a row of dots from where it is narrower than a pixel.
 """
 AFAR_SHARE = 0.75
-"""What a gap that is narrower than a pixel keeps of the light of the leaf beside it: a dark one would be a row of dots."""
+"""Share of the light of the leaf beside it that a gap keeps where it is narrower than a pixel: a dark one would be a
+row of dots.
+"""
 WIDTH_M = 0.001
 """Of a gap as it is mostly seen, from aside."""
 FRONT, BESIDE = 1, (0, 2)
@@ -43,6 +45,7 @@ def shares_of_light(model: CompiledModel, geometry: Geometry, geoms: np.ndarray,
     """
     shares = np.ones(len(geoms))
     placed, bodies = list(model.things.values()), model.native.geom_bodyid[geoms]
+    wholes: dict[int, Occluders] = {}
     for body in np.unique(bodies[model.geom_things[geoms] >= 0]).tolist():
         chosen = np.flatnonzero(bodies == body)
         thing = placed[model.geom_things[geoms[chosen[0]]]]
@@ -55,7 +58,10 @@ def shares_of_light(model: CompiledModel, geometry: Geometry, geoms: np.ndarray,
         others = parts[model.native.geom_bodyid[parts] != body]
         if not len(others):
             continue
-        beside, whole = occluders_of(model, geometry, others), occluders_of(model, geometry, parts)
+        number = int(model.wholes[thing.index])
+        if number not in wholes:
+            wholes[number] = occluders_of(model, geometry, parts)
+        beside, whole = occluders_of(model, geometry, others), wholes[number]
         case = int(model.native.geom_bodyid[pieces[0].geoms[0]])
         axes = model.data.xmat[case].reshape(3, 3).astype(np.float32)
         normals = samples.normals[chosen]
@@ -92,7 +98,8 @@ def shares_from_afar(model: CompiledModel, geoms: np.ndarray, shares: np.ndarray
     for whole in np.unique(model.wholes[things]).tolist():
         chosen = dim[model.wholes[things] == whole]
         parts = np.flatnonzero(model.wholes[model.geom_things[:-1]] == whole)
-        leaves = parts[(model.native.geom_bodyid[parts] != model.native.geom_bodyid[parts[0]]) & (groups[parts] != HIDDEN)]
+        bodies = model.native.geom_bodyid[parts]
+        leaves = parts[(bodies != bodies[0]) & (groups[parts] != HIDDEN)]
         if (groups[parts] == GLASS).any() or not len(leaves):
             continue
         front = leaves[np.argmax(model.native.geom_rbound[leaves])]
