@@ -60,6 +60,8 @@ class Portals:
 
     def __init__(self, scene: Scene) -> None:
         self._rooms = [room_floor(room) for room in scene.rooms]
+        self._bounds = shapely.bounds(self._rooms).reshape(-1, 2, 2)
+        self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self.top_m = max((room.height for room in scene.rooms), default=0.0)  # an eye above it looks over the walls
         self._holes = [
             _Hole(start, end, sides)
@@ -70,7 +72,14 @@ class Portals:
 
     def distances(self, places: np.ndarray) -> np.ndarray:
         """Returns how far places (n, 2) are from each room (n, rooms), in metres."""
-        return np.stack([shapely.distance(room, shapely.points(places)) for room in self._rooms], axis=1)
+        return np.stack([self.distances_from(room, places) for room in range(len(self._rooms))], axis=1)
+
+    def distances_from(self, room: int, places: np.ndarray) -> np.ndarray:
+        """Returns how far places (n, 2) are from a room (n,), in metres."""
+        if not self._is_box[room]:
+            return shapely.distance(self._rooms[room], shapely.points(places))
+        low, high = self._bounds[room]
+        return np.hypot(*np.maximum(np.maximum(low - places, places - high), 0.0).T)
 
     def visible_from(self, eye: tuple[float, float]) -> np.ndarray:
         """Returns whether each room can be seen from a place (x, z) in the house; all from outside of it."""

@@ -152,11 +152,11 @@ class Baked:
     def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
         """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
         ambient, is_buried = irradiance.ambient(self._occluders, samples)
-        left = irradiance.spilled(self._portals.distances(samples.origins[:, :2]).T)
-        reach = [
-            share * irradiance.from_lamp(self._occluders, lamp, samples)
-            for share, lamp in zip(left, self._lamps, strict=True)
-        ]
+        reach = [irradiance.from_lamp(self._occluders, lamp, samples) for lamp in self._lamps]
+        places = samples.origins[:, :2]
+        for room, light in enumerate(reach):
+            lit = np.flatnonzero(light)
+            light[lit] *= irradiance.spilled(self._portals.distances_from(room, places[lit]))
         return Cast(ambient, np.array(reach, np.float32).reshape(len(reach), -1)), is_buried
 
 
