@@ -19,7 +19,7 @@ from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.lighting import Cast, Lighting
+from vigil.sim.engines.mujoco.raster.lighting import FULL, Cast, Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
 from vigil.sim.engines.mujoco.raster.smoothing import smoothed
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
@@ -40,7 +40,7 @@ def areas(mesh: DrawnMesh) -> np.ndarray:
 @pytest.mark.parametrize("longest", [0.15, 0.5, 1.2])
 def test_refined_meshes_keep_their_surface_without_seams(longest: float) -> None:
     before = drawn_block()
-    after = refined(before, longest)
+    (after,) = refined([before], longest)
     corners = after.vertices[after.faces]
     assert np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max() <= longest + 1e-6
     assert areas(after).sum() == pytest.approx(areas(before).sum())
@@ -54,7 +54,17 @@ def test_refined_meshes_keep_their_surface_without_seams(longest: float) -> None
 
 def test_a_fine_mesh_is_left_as_it_is() -> None:
     mesh = drawn_block()
-    assert refined(mesh, 3.0) is mesh
+    assert refined([mesh], 3.0)[0] is mesh
+
+
+def test_meshes_are_refined_together_as_they_are_alone() -> None:
+    block = drawn_block()
+    meshes = [block, replace(block, vertices=0.1 * block.vertices), replace(block, vertices=2.0 * block.vertices)]
+    together = refined(meshes, 0.3)
+    for mesh, found in zip(meshes, together, strict=True):
+        (alone,) = refined([mesh], 0.3)
+        for each in ("vertices", "normals", "uvs", "faces"):
+            assert np.array_equal(getattr(found, each), getattr(alone, each))
 
 
 def test_planes_lie_apart_and_keep_their_points() -> None:
@@ -120,7 +130,7 @@ def edge_list(faces: np.ndarray) -> np.ndarray:
 
 
 def test_smoothed_light_keeps_to_one_surface_and_fills_what_is_not_known() -> None:
-    mesh = refined(drawn_block(), 0.3)
+    (mesh,) = refined([drawn_block()], 0.3)
     is_top = mesh.normals[:, 2] > 0.9
     light = np.where(is_top, 1.0, 0.2)[:, None].repeat(2, axis=1)
     dark, hidden = np.flatnonzero(is_top)[[0, 3]]
@@ -189,7 +199,8 @@ def test_little_light_gets_into_what_is_shut_until_it_opens(scene: Scene) -> Non
     def behind_leaf() -> float:
         lighting.follow(every)
         _, normals = lighting.geometry.world(model, body)
-        return float(lighting.vertices[part, :3][normals[:, 1] < -0.9].min())
+        light = lighting.vertices[part].astype(float)[normals[:, 1] < -0.9]
+        return float((light[:, :3] * light[:, 3:] / FULL).min())
 
     shut = behind_leaf()
     cabinet.openness = 1.0

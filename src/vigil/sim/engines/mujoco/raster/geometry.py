@@ -53,14 +53,12 @@ def geometry_of(model: CompiledModel) -> Geometry:
     hand = np.arange(native.ngeom, native.ngeom + HAND_BOXES)
     charted = np.zeros(len(hand) + native.ngeom, dtype=bool)
     charted[[geom for geom, kind in model.structure_kinds.items() if kind in CHARTED]] = True
-    made: dict[int, DrawnMesh] = {}
-    meshes = []
-    for geom, number in enumerate(native.geom_dataid.tolist()):
-        if number not in made:
-            mesh = _lawn() if number < 0 else _mesh(native, number)
-            made[number] = mesh if charted[geom] or number < 0 else refined(mesh)
-        meshes.append(made[number])
-    meshes += [_box()] * len(hand)
+    numbers = native.geom_dataid.tolist()
+    made = {number: _lawn() if number < 0 else _mesh(native, number) for number in numbers}
+    is_fine = {number: number < 0 or bool(charted[geom]) for geom, number in reversed(list(enumerate(numbers)))}
+    coarse = [number for number in made if not is_fine[number]]
+    made |= dict(zip(coarse, refined([made[number] for number in coarse]), strict=True))
+    meshes = [*(made[number] for number in numbers), *([_box()] * len(hand))]
     counts = [len(mesh.vertices) for mesh in meshes]
     starts = np.concatenate([[0], np.cumsum(counts)])
     face_starts = np.concatenate([[0], np.cumsum([len(mesh.faces) for mesh in meshes])])

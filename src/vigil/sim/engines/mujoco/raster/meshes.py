@@ -1,6 +1,7 @@
 """Triangles for drawing: fine enough that light, which is known at the vertices, may bend on large faces."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,22 +22,70 @@ class DrawnMesh:
     """(m, 3) int32."""
 
 
-def refined(mesh: DrawnMesh, longest: float = LONGEST_EDGE_M) -> DrawnMesh:
-    """Returns the same surface with every edge halved until none is longer than `longest` metres.
+def refined(meshes: Sequence[DrawnMesh], longest: float = LONGEST_EDGE_M) -> list[DrawnMesh]:
+    """Returns the same surfaces with every edge halved until none is longer than `longest` metres.
 
-    Whether an edge is halved depends on that edge alone, so neighbours agree and no seam opens.
+    Whether an edge is halved depends on that edge alone, so neighbours agree and no seam opens. Many meshes at once
+    take a fraction of the time that each by itself would.
     """
+    is_coarse = [_longest_possible(mesh) > longest for mesh in meshes]
+    coarse = [mesh for mesh, chosen in zip(meshes, is_coarse, strict=True) if chosen]
+    if not coarse:
+        return list(meshes)
+    fine = iter(_apart(*_refined_together(_together(coarse), longest), [len(mesh.vertices) for mesh in coarse]))
+    return [next(fine) if chosen else mesh for mesh, chosen in zip(meshes, is_coarse, strict=True)]
+
+
+def _longest_possible(mesh: DrawnMesh) -> float:
+    """Returns the diagonal of the box round a mesh, in metres."""
+    return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) if len(mesh.vertices) else 0.0
+
+
+def _together(meshes: Sequence[DrawnMesh]) -> DrawnMesh:
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    return DrawnMesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.normals for mesh in meshes]),
+        np.concatenate([mesh.uvs for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int32),
+    )
+
+
+def _refined_together(mesh: DrawnMesh, longest: float) -> tuple[DrawnMesh, np.ndarray]:
+    """Returns the refined mesh, and for each of its vertices (n,) one of the first mesh that it lies connected with."""
+    origins = np.arange(len(mesh.vertices))
+    done = []
     while True:
         corners = mesh.vertices[mesh.faces]
-        lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
-        is_long = lengths > longest
-        if not is_long.any():
-            return mesh
-        mesh = _halved(mesh, is_long)
+        is_long = ((corners - corners[:, [1, 2, 0]]) ** 2).sum(axis=2) > longest**2
+        is_open = is_long.any(axis=1)
+        done.append(mesh.faces[~is_open])
+        if not is_open.any():
+            return replace(mesh, faces=np.concatenate(done)), origins
+        mesh, chosen = _halved(replace(mesh, faces=mesh.faces[is_open]), is_long[is_open])
+        origins = np.concatenate([origins, origins[chosen]])
 
 
-def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> DrawnMesh:
-    """Returns the mesh with the marked edges (m, 3) cut in the middle; edge i runs from corner i to corner i + 1."""
+def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[DrawnMesh]:
+    """Returns the meshes of so many vertices each at first that were refined together."""
+    owners = np.repeat(np.arange(len(counts)), counts)[origins]
+    order = np.argsort(owners, kind="stable")
+    places = np.empty(len(order), dtype=np.int32)
+    places[order] = np.arange(len(order), dtype=np.int32)
+    face_owners = owners[mesh.faces[:, 0]]
+    faces = places[mesh.faces[np.argsort(face_owners, kind="stable")]]
+    ends, face_ends = (np.cumsum(np.bincount(each, minlength=len(counts)))[:-1] for each in (owners, face_owners))
+    columns = (np.split(each[order], ends) for each in (mesh.vertices, mesh.normals, mesh.uvs))
+    starts = [0, *ends.tolist()]
+    for *corners, start, part in zip(*columns, starts, np.split(faces, face_ends), strict=True):
+        yield DrawnMesh(*corners, part - np.int32(start))
+
+
+def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray]:
+    """Returns the mesh with the marked edges (m, 3) cut in the middle; edge i runs from corner i to corner i + 1.
+
+    With it goes an end (k,) of the edge on which each new vertex lies.
+    """
     faces = mesh.faces
     first, last = faces[is_long].astype(np.int64), np.roll(faces, -1, axis=1)[is_long].astype(np.int64)
     count = len(mesh.vertices)
@@ -46,12 +95,13 @@ def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> DrawnMesh:
     middles[is_long] = len(mesh.vertices) + place.reshape(-1)
     normals = mesh.normals[chosen].sum(axis=1)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-    return DrawnMesh(
+    halved = DrawnMesh(
         np.concatenate([mesh.vertices, mesh.vertices[chosen].mean(axis=1)]),
         np.concatenate([mesh.normals, normals]),
         np.concatenate([mesh.uvs, mesh.uvs[chosen].mean(axis=1)]),
         _pieces(faces, middles),
     )
+    return halved, chosen[:, 0]
 
 
 def _pieces(faces: np.ndarray, middles: np.ndarray) -> np.ndarray:
