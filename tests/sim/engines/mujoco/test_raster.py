@@ -21,6 +21,7 @@ from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import FULL, Cast, Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
+from vigil.sim.engines.mujoco.raster.mirrors import box_of
 from vigil.sim.engines.mujoco.raster.smoothing import smoothed
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
@@ -274,6 +275,13 @@ def is_red(frame: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("quality", ["default", "fast"])
 def test_frames_are_the_same_bytes_again(scene: Scene, quality) -> None:
     assert np.array_equal(draw(scene, quality=quality), draw(scene, quality=quality))
+
+
+def test_of_a_mirrored_picture_only_what_is_seen_of_the_mirror_is_drawn() -> None:
+    viewer = Viewer(np.zeros(3), np.eye(3), 90.0, 640, 480)  # it looks along -z: 240 pixels for each metre at one
+    assert box_of(np.array([(0.002, 0.002, -1.0), (0.99, 0.49, -1.0)]), viewer) == (319, 239, 240, 120)
+    assert box_of(np.array([(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)]), viewer) == (0, 0, 640, 480)
+    assert box_of(np.array([(9.0, 0.0, -1.0), (9.5, 0.5, -1.0)]), viewer)[2] == 0
 
 
 @pytest.mark.usefixtures("drawing")

@@ -8,12 +8,10 @@ import numpy as np
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.raster.geometry import Geometry
 from vigil.sim.engines.mujoco.raster.shade import release
-from vigil.sim.engines.mujoco.raster.viewer import Viewer
+from vigil.sim.engines.mujoco.raster.viewer import NEAR_M, Viewer
 
 MAX_MIRRORS = 2
 """The nearest in view mirror; others only shine."""
-FINENESS = 2
-"""Pixels of the frame for one of the mirrored picture, along each side."""
 _FLAT = 0.99
 
 
@@ -24,6 +22,8 @@ class Mirror:
     geom: int
     point: np.ndarray
     normal: np.ndarray
+    box: tuple[int, int, int, int]
+    """Left, lower edge, width and height of the part of the frame, in pixels, outside of which it is not seen."""
 
 
 def mirrors_before(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
@@ -32,15 +32,16 @@ def mirrors_before(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, 
     for geom in geoms.tolist():
         if not model.materials[model.native.geom_matid[geom]].is_mirror:
             continue
-        mirror = _mirror(model, geometry, geom, viewer.eye)
+        mirror = _mirror(model, geometry, geom, viewer)
         if mirror is not None:
             found.append(mirror)
     return found[:MAX_MIRRORS]
 
 
-def _mirror(model: CompiledModel, geometry: Geometry, geom: int, eye: np.ndarray) -> Mirror | None:
+def _mirror(model: CompiledModel, geometry: Geometry, geom: int, viewer: Viewer) -> Mirror | None:
     """Returns the plane of most of the surface that faces the eye; None when all of it is turned away."""
     points, normals = geometry.world(model, geom)
+    eye = viewer.eye
     faces = geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start
     corners, facing = points[faces], normals[faces].mean(axis=1)
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -51,17 +52,34 @@ def _mirror(model: CompiledModel, geometry: Geometry, geom: int, eye: np.ndarray
     best = int((alike * areas).sum(axis=1).argmax())
     normal = facing[best].astype(np.float64)
     chosen = corners[alike[best]].reshape(-1, 3).astype(np.float64)
-    return Mirror(geom, chosen.mean(axis=0), normal / np.linalg.norm(normal))
+    return Mirror(geom, chosen.mean(axis=0), normal / np.linalg.norm(normal), box_of(points, viewer))
+
+
+def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
+    """Returns the part of the frame (left, lower edge, width, height) in which points (n, 3) lie, in pixels.
+
+    It is a pixel wider on each side, and all of the frame when one of them is beside or behind the eye.
+    """
+    size = np.array([viewer.width, viewer.height])
+    placed = np.column_stack([points, np.ones(len(points))]) @ viewer.matrix().T
+    away = placed[:, 3:]
+    if (away < NEAR_M).any():
+        return 0, 0, viewer.width, viewer.height
+    pixels = (placed[:, :2] / away + 1.0) / 2.0 * size
+    low = np.clip(np.floor(pixels.min(axis=0)).astype(int) - 1, 0, size)
+    high = np.clip(np.ceil(pixels.max(axis=0)).astype(int) + 1, low, size)
+    left, lower = low.tolist()
+    width, height = (high - low).tolist()
+    return left, lower, width, height
 
 
 class Glass:
     """Where mirrored pictures of one size are drawn: with several samples a pixel, then with one."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
-        smaller = size[0] // FINENESS, size[1] // FINENESS
-        self.pictures = [context.texture(smaller, 4) for _ in range(MAX_MIRRORS)]
+        self.pictures = [context.texture(size, 4) for _ in range(MAX_MIRRORS)]
         self.drawn = context.framebuffer(
-            [context.renderbuffer(smaller, 4, samples=samples)], context.depth_renderbuffer(smaller, samples=samples)
+            [context.renderbuffer(size, 4, samples=samples)], context.depth_renderbuffer(size, samples=samples)
         )
         self.flat = [context.framebuffer([each]) for each in self.pictures]
 

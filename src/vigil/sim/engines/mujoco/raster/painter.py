@@ -90,6 +90,7 @@ class Painter:
         self._context.enable_direct(_CLIP_DISTANCE)
         self._context.front_face = "cw"
         for mirror, flat in zip(mirrors, glass.flat, strict=False):
+            glass.drawn.scissor = mirror.box  # nothing else of it is looked at
             glass.drawn.use()
             glass.drawn.clear(depth=1.0)
             self._begin()
