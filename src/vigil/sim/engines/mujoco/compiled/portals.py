@@ -79,7 +79,8 @@ class Portals:
         if not self._is_box[room]:
             return shapely.distance(self._rooms[room], shapely.points(places))
         low, high = self._bounds[room]
-        return np.hypot(*np.maximum(np.maximum(low - places, places - high), 0.0).T)
+        outside = np.maximum(np.maximum(low - places, places - high), 0.0)
+        return np.asarray(np.hypot(outside[:, 0], outside[:, 1]))
 
     def visible_from(self, eye: tuple[float, float]) -> np.ndarray:
         """Returns whether each room can be seen from a place (x, z) in the house; all from outside of it."""

@@ -75,10 +75,11 @@ def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[
     face_owners = owners[mesh.faces[:, 0]]
     faces = places[mesh.faces[np.argsort(face_owners, kind="stable")]]
     ends, face_ends = (np.cumsum(np.bincount(each, minlength=len(counts)))[:-1] for each in (owners, face_owners))
-    columns = (np.split(each[order], ends) for each in (mesh.vertices, mesh.normals, mesh.uvs))
+    vertices, normals, uvs = (np.split(each[order], ends) for each in (mesh.vertices, mesh.normals, mesh.uvs))
     starts = [0, *ends.tolist()]
-    for *corners, start, part in zip(*columns, starts, np.split(faces, face_ends), strict=True):
-        yield DrawnMesh(*corners, part - np.int32(start))
+    parts = np.split(faces, face_ends)
+    for points, facing, uv, start, part in zip(vertices, normals, uvs, starts, parts, strict=True):
+        yield DrawnMesh(points, facing, uv, part - np.int32(start))
 
 
 def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray]:
