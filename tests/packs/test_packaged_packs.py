@@ -1,5 +1,6 @@
 """The packs that come with the package: what their manifests promise, and that their solutions still hold."""
 
+import json
 from collections import Counter
 from pathlib import Path
 
@@ -8,14 +9,14 @@ from pyarrow import json as arrow_json
 
 import vigil
 from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.packing.assemble import FOUND_BY_TURNING, HOUSE_USES
 from vigil.authoring.review.validate import validate_pack
 from vigil.episode import FAMILIES
+from vigil.levels import LEVELS, levels_of
 from vigil.pack import MANIFEST, Pack
 from vigil.sim import make_simulator
 
-BUILT = {"vigil_smoke_v1_2": 1, "vigil_mini_v1_2": 10, "vigil_balanced_1000_v1_2": 125}
+BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2": 10, "vigil_balanced_1000_v2": 125}
 """Name -> episodes of each family."""
 MOST_MB = 10.0
 FOLDER = Path(vigil.__file__).parent / "packs"
@@ -28,32 +29,37 @@ def pack(request: pytest.FixtureRequest) -> Pack:
 
 
 def test_the_first_packs_are_there() -> None:
-    assert {"vigil_mini_v1_2", "vigil_smoke_v1_2"} <= set(HERE)
+    assert {"vigil_mini_v2", "vigil_smoke_v2"} <= set(HERE)
     size = sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file())
     assert size < MOST_MB * 2**20
 
 
-KINDS = {
-    "AI": ("open", "close", "turn_on", "turn_off", "pick"),
-    "SM": ("reveal_pick", "put_into", "rearrange", "open_pick_place"),
-    "SV": ("on", "off", "open", "closed"),
-}
-"""Of which the packs were made; later drafts know more."""
+LEVELLED = ("vigil_mini_v2", "vigil_balanced_1000_v2")
 
 
-def test_families_and_kinds_are_even(pack: Pack) -> None:
+def test_families_are_even(pack: Pack) -> None:
     each = BUILT[pack.name]
     assert pack.manifest.families == dict.fromkeys(FAMILIES, each)
     strata = pack.manifest.meta["strata"]
     for counts in strata["families"].values():
         assert sum(counts.values()) == each
-    for family, kinds in KINDS.items():
-        counts = strata["families"][family]
-        assert counts.keys() <= set(kinds)
-        assert max(counts.values()) - min(counts.get(kind, 0) for kind in kinds) <= 1
-        assert set(kinds) <= GRAMMAR[family].keys()
     for family, afar in strata["not_found_by_turning"].items():
         assert afar >= (1 - FOUND_BY_TURNING) * each, family
+
+
+@pytest.mark.parametrize("name", LEVELLED)
+def test_levels_are_even_within_each_family(name: str) -> None:
+    pack = Pack.load(name)
+    levels = levels_of(pack.folder)
+    counts = Counter((episode.family, levels[episode.id].level) for episode in pack.episodes)
+    each = BUILT[name] / len(LEVELS)
+    assert all(abs(counts[family, level] - each) < 1 for family in FAMILIES for level in LEVELS)
+
+
+def test_all_are_robust_and_say_so(pack: Pack) -> None:
+    assert pack.manifest.meta["is_robust"]
+    rows = [json.loads(line) for line in (pack.folder / "facts.jsonl").read_text().splitlines()]
+    assert all(row["is_robust"] for row in rows)
 
 
 def test_words_do_not_tell_the_state(pack: Pack) -> None:
@@ -102,4 +108,4 @@ def test_files_are_tables_for_other_tools(pack: Pack, name: str) -> None:
 
 def test_the_smoke_packs_solutions_hold() -> None:
     simulator = make_simulator("mujoco", assets=AssetDatabase.default())
-    assert validate_pack(Pack.load("vigil_smoke_v1_2"), simulator) == []
+    assert validate_pack(Pack.load("vigil_smoke_v2"), simulator) == []
