@@ -26,7 +26,7 @@ from vigil.runner.run_folder import write_header
 ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "web", ROOT / "runs" / "web"
 AGENTS = ("solver", "premature", "never_report", "random")
-EPISODE = "vigil_dresser_seed106"
+EPISODE = "vigil_desklamp_seed106"
 SPONGE_XY = (183, 306)
 """Where the picture of a person's play shows what the task is about."""
 PORT = 8470

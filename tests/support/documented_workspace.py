@@ -13,7 +13,7 @@ from vigil.runner.run import run_pack
 
 EPISODES = (
     "vigil_fridge_seed101",
-    "vigil_fridge_seed101_ai",
+    "vigil_laptop_seed101",
     "vigil_statue_seed121",
     "vigil_desklamp_seed121",
 )
