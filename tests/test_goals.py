@@ -659,7 +659,7 @@ def test_a_state_has_one_of_two_labels(query, is_toggled, openness, label):
                 receptacle_id="Bed|1",
                 chain=(ObjectInState(object_id="Safe|1", state="is_open"), ObjectHeld(object_id="Mug|1")),
             ),
-            "Mug|1 is in or on Bed|1; on the way: Safe|1 is open, then Mug|1 is in the hand",
+            "Mug|1 is in or on Bed|1; for progress alone: Safe|1 is open, Mug|1 is in the hand",
         ),
     ],
 )

@@ -36,7 +36,7 @@ def test_a_thing_left_outside_does_not_count_though_the_door_is_closed() -> None
 
 def test_the_words_name_every_part() -> None:
     assert goal_words(PUT_AND_CLOSE).startswith(
-        "apple is inside fridge and fridge is closed; on the way: fridge is open"
+        "apple is inside fridge and fridge is closed; for progress alone: fridge is open"
     )
     assert PUT_AND_CLOSE.ids() == {"apple", "fridge"}
 

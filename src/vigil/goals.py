@@ -312,7 +312,7 @@ def goal_words(goal: Goal) -> str:
     """Returns what must be true at the end, with the ids of the objects."""
     text = _final_words(goal)
     if goal.chain:
-        text += "; on the way: " + ", then ".join(_final_words(link) for link in goal.chain)
+        text += "; for progress alone: " + ", ".join(_final_words(link) for link in goal.chain)
     if goal.constraint is not None:
         text += f"; and {_constraint_words(goal.constraint)}"
     return text
