@@ -56,7 +56,9 @@ def test_levels_are_even_within_each_family(name: str) -> None:
     assert all(abs(counts[family, level] - each) < 1 for family in FAMILIES for level in LEVELS)
 
 
-def test_all_are_robust_and_say_so(pack: Pack) -> None:
+@pytest.mark.parametrize("name", ["vigil_smoke_v2", "vigil_mini_v2"])
+def test_all_are_robust_and_say_so(name: str) -> None:
+    pack = Pack.load(name)
     assert pack.manifest.meta["is_robust"]
     rows = [json.loads(line) for line in (pack.folder / "facts.jsonl").read_text().splitlines()]
     assert all(row["is_robust"] for row in rows)
