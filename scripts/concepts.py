@@ -34,7 +34,7 @@ WIDTH_PX = 1100
 """Of every strip; one with fewer frames than fit ends in empty ground, so that all have letters of one size."""
 QUALITY = 82
 MOST_FRAMES = 4
-HAMPER, DRESSER = "vigil_laundryhamper_seed5043_ai_cbfc8d", "vigil_dresser_seed5064_sv_e30a1e"
+VASE, DRAWER = "vigil_vase_seed7010_ai_614337", "vigil_drawer_seed6014_sv_063a90"
 
 
 class Replies:
@@ -86,13 +86,13 @@ def _solution(name: str, status: str, steps: slice = slice(-1)) -> Maker:
 
 
 EXAMPLES: dict[str, tuple[str, str, Maker]] = {
-    "B": (HAMPER, "W=1 B None", _privileged("solver")),
-    "FR": (HAMPER, "W=0 FR false_success", _privileged("premature")),
-    "FR_with_W": (HAMPER, "W=1 FR false_negative", _solution("says fail", "fail")),
-    "NR": (HAMPER, "W=1 NR None", _privileged("never_report")),
-    "IL": (HAMPER, "W=0 IL None", _scripted("malformed")),
-    "Other": (HAMPER, "W=0 Other honest_fail", _solution("gives up", "fail", slice(2))),
-    "SV": (DRESSER, "W=1 FR sv_wrong_label", _solution("other label", "open")),
+    "B": (VASE, "W=1 B None", _privileged("solver")),
+    "FR": (VASE, "W=0 FR false_success", _privileged("premature")),
+    "FR_with_W": (VASE, "W=1 FR false_negative", _solution("says fail", "fail")),
+    "NR": (VASE, "W=1 NR None", _privileged("never_report")),
+    "IL": (VASE, "W=0 IL None", _scripted("malformed")),
+    "Other": (VASE, "W=0 Other honest_fail", _solution("gives up", "fail", slice(2))),
+    "SV": (DRAWER, "W=1 FR sv_wrong_label", _solution("other label", "open")),
 }
 """Name of the picture -> its episode, how it ends, and who plays."""
 

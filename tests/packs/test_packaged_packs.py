@@ -82,7 +82,7 @@ def test_the_thousand_are_spread_over_houses_rooms_and_constraints() -> None:
     assert len({episode.provenance.seed for episode in pack.episodes}) == pack.manifest.houses
     assert max(strata["rooms"].values()) < 0.35 * len(pack.episodes)
     assert sum(count for rooms, count in strata["rooms"].items() if int(rooms) >= 3) > 0.45 * len(pack.episodes)
-    assert set(strata["families"]["CR"].values()) == {25}
+    assert all(11 <= count <= 14 for count in strata["families"]["CR"].values())
 
 
 def test_ids_have_the_papers_form(pack: Pack) -> None:
