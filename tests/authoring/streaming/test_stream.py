@@ -27,7 +27,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "ba2e37c83cbc71e5551c86ce2a96e46648de0823adb05001ab3f38cc44176a32"
+PINNED = "b741a33494baae461913c4ddc6274192cfc3d4adc6b27bacf6d27c65b15aa5a1"
 WAIT_S = 60.0
 
 
