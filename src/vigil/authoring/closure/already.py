@@ -85,10 +85,10 @@ def _if(context: HouseContext, act: Act) -> Tasks:
                 break
 
 
-def _order_it(context: HouseContext, target: Thing, act: Act, them: str) -> str:
+def _order_it(context: HouseContext, target: Thing, act: Act) -> str:
     """Returns the order about what has just been named, the part that opens included."""
     if act in ("open", "close"):
-        return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format(them)
+        return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format("it")
     return order(act, target.category, "", context.rng)["order_it"]
 
 
