@@ -1,6 +1,7 @@
 """`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +19,9 @@ from vigil.authoring.drafting.generation import (
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
 from vigil.authoring.drafting.sources import Filed, Source, drawn, drawn_of, filed, seeded
-from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, PackRequest
+from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, PackRequest, assemble, candidates
+from vigil.authoring.packing.candidate_checks import checker, house_finder
+from vigil.authoring.packing.levels import measured_levels
 from vigil.authoring.packing.recipes import (
     Recipe,
     check_assets,
@@ -26,9 +29,10 @@ from vigil.authoring.packing.recipes import (
     check_houses,
     file_sha256,
     origins_of,
+    recipe_of,
     sources_of,
 )
-from vigil.authoring.packing.verify import VerificationSettings
+from vigil.authoring.packing.verify import VerificationSettings, bundles
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.cli.arguments import Robust
 from vigil.cli.making.closure import (
@@ -36,21 +40,28 @@ from vigil.cli.making.closure import (
     Kinds,
     Suite,
     build_suite,
+    draft_suite,
     refuse_with_suite,
     refuse_without_suite,
     suite_request,
     suite_settings,
     tasks_named,
 )
-from vigil.cli.making.drafting import FormsOption, drafts_summary, forms_named, shown_on
-from vigil.cli.pack_freezing import Making, freeze_drafts
+from vigil.cli.making.drafting import (
+    FormsOption,
+    drafting_of,
+    drafts_summary,
+    forms_named,
+    shown_on,
+)
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.closure import Kind
 from vigil.episode import FAMILIES
 from vigil.errors import SettingError
 from vigil.freezing import check_free
-from vigil.levels import LEVELS, levels_named
+from vigil.levels import LEVELS, EpisodeLevel, levels_named
+from vigil.pack import Pack
 from vigil.runner.models.completion import completing
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
@@ -161,8 +172,11 @@ def build(
     files = [*([old] if old else []), *(DraftsFile(path) for path in drafts or [])]
     if not files:
         raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
-    tasks = _tasks(suite, kind, per_family, family=families, kept=kept, level=level, robust=robust)
-    given = _reviews(reviews or [])
+    if suite is not None:
+        refuse_with_suite(family=families, kept=kept, level=level, robust=robust)
+    else:
+        refuse_without_suite(kind)
+    given = [review for path in reviews or [] for review in _reviews(path)]
     pack_request = PackRequest(
         name,
         per_family,
@@ -177,10 +191,48 @@ def build(
         is_robust=robust,
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
-    if tasks is not None:
-        build_suite(out, files, suite_request(pack_request, tasks), given, verification)
+    if suite is not None:
+        asked = suite_request(pack_request, tasks_named(kind or [], per_family))
+        build_suite(out, files, asked, given, verification)
         return
-    freeze_drafts(out, files, given, pack_request, verification, kept=old)
+    _freeze(out, files, given, pack_request, verification, kept=old)
+
+
+def _freeze(
+    out: Path,
+    files: list[DraftsFile],
+    given: list[Review],
+    pack_request: PackRequest,
+    verification: VerificationSettings,
+    *,
+    kept: DraftsFile | None = None,
+) -> Pack:
+    levels = _levels(files, given, pack_request, verification, kept)
+    with progress("checks") as show:
+        check = checker(files, verification, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
+        pack, bad = assemble(out, files, given, pack_request, check, kept=kept, levels=levels)
+    for findings in bad.values():
+        print(f"left out: {findings[0]}")
+    print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
+    print(f"reviewed: {pack.manifest.meta['reviews']}")
+    return pack
+
+
+def _levels(
+    files: list[DraftsFile],
+    given: list[Review],
+    pack_request: PackRequest,
+    verification: VerificationSettings,
+    kept: DraftsFile | None,
+) -> dict[str, EpisodeLevel] | None:
+    """Returns the level of every draft that may enter; None where the pack does not ask for levels."""
+    if not pack_request.levels:
+        return None
+    pool = [each for each in candidates(files, given, kept) if each.episode.family in pack_request.families]
+    solved = {candidate.episode.id: candidate.draft.actions for candidate in pool}
+    work = bundles([candidate.episode for candidate in pool], solved, house_finder(files))
+    with progress("levels") as show:
+        return {found.episode_id: found for found in measured_levels(work, verification, show)}
 
 
 SECRET_FROM = 2**64
@@ -224,14 +276,18 @@ def make(
     """
     if seed is None and not houses:
         raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
-    tasks = _tasks(
-        suite, kind, per_family, family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1
-    )
+    if suite is not None:
+        refuse_with_suite(family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1)
+    else:
+        refuse_without_suite(kind)
+    tasks = tasks_named(kind or [], per_family) if suite is not None else None
     check_free(out, name)
     offered = filed(houses or [], report=tell)
     origins = [] if reviews else _origins(offered)
     wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
-    sources = drawn_of(offered, seed or 0, count) if houses else _secret(seed or 0, wanted, _specs(rooms, suite))
+    sources = drawn_of(offered, seed or 0, count) if houses else drawn(seed or 0, wanted, _specs(rooms, suite))
+    if not houses and (seed or 0) < SECRET_FROM:
+        say([SHORT_SEED])
     pack_request = PackRequest(
         name,
         per_family,
@@ -245,10 +301,25 @@ def make(
         forms=forms_named(forms or ("public" if houses else "all")),
     )
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
-    making = Making(pack_request, verification, _reviews(reviews or []), spread, hardest_of, tasks)
-    pack = making.pack(out, sources)
+    given = [review for path in reviews or [] for review in _reviews(path)]
+    if tasks is not None:
+        pack = _make_suite(out, sources, pack_request, tasks, verification, given)
+    else:
+        pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
     if origins:
-        _write_recipe(out, making.recipe(origins, pack, count))
+        written = out.with_name(f"{out.name}.recipe.json")
+        recipe = recipe_of(
+            pack_request,
+            origins,
+            pack.sha256,
+            backend=backend,
+            drafted_in=count,
+            is_spread=spread,
+            starts=hardest_of,
+            tasks=tasks,
+        )
+        recipe.save(written)
+        print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
 
 
 def remake(
@@ -273,43 +344,55 @@ def remake(
     verification = VerificationSettings(
         wanted.backend, AssetDatabase.of(assets), worker_count(workers), wanted.is_robust
     )
-    tasks = wanted.tasks if wanted.suite is not None else None
-    making = Making(wanted.request, verification, (), wanted.is_spread, wanted.starts, tasks)
-    pack = making.pack(out, drawn_of(sources, wanted.seed, wanted.drafted_in))
+    chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
+    if wanted.suite is not None:
+        pack = _make_suite(out, chosen, wanted.request, wanted.tasks, verification, [])
+    else:
+        spread, starts = wanted.is_spread, wanted.starts
+        pack = _make(out, chosen, wanted.request, [], verification, is_spread=spread, starts=starts)
     if pack.sha256 != wanted.pack_sha256:
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
     print("the same bytes as the recipe's")
 
 
-def _tasks(suite: str | None, kind: Sequence[str] | None, per_kind: int, **excluded: object) -> dict[Kind, int] | None:
-    """Returns how many tasks of which kinds of a suite are asked for; None without a suite.
-
-    Raises SettingError on options that do not go with the suite (`excluded`), or not without one.
-    """
-    if suite is None:
-        refuse_without_suite(kind)
-        return None
-    refuse_with_suite(**excluded)
-    return tasks_named(kind or [], per_kind)
-
-
-def _secret(seed: int, count: int, specs: list[str]) -> Sequence[Source]:
-    """Returns houses drawn by a seed that is to be kept secret, and says where it is too short for that."""
-    if seed < SECRET_FROM:
-        say([SHORT_SEED])
-    return drawn(seed, count, specs)
-
-
-def _write_recipe(out: Path, recipe: Recipe) -> None:
-    written = out.with_name(f"{out.name}.recipe.json")
-    recipe.save(written)
-    print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
-
-
 def _origins(offered: Sequence[Filed]) -> list[HouseOrigin]:
     with progress("houses read") as show:
         return origins_of(offered, lambda number: show(number, len(offered)))
+
+
+def _make(
+    out: Path,
+    sources: Sequence[Source],
+    pack_request: PackRequest,
+    given: list[Review],
+    verification: VerificationSettings,
+    *,
+    is_spread: bool,
+    starts: int,
+) -> Pack:
+    """Proposes in all houses, or goes on, and freezes the pack."""
+    file, settings = drafting_of(out, pack_request, verification)
+    settings = replace(settings, is_spread=is_spread, starts=starts)
+    with progress("houses") as show:
+        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
+    drafts_summary(file)
+    return _freeze(out, [file], given, pack_request, verification)
+
+
+def _make_suite(
+    out: Path,
+    sources: Sequence[Source],
+    pack_request: PackRequest,
+    tasks: Mapping[Kind, int],
+    verification: VerificationSettings,
+    given: list[Review],
+) -> Pack:
+    """Proposes tasks of the suite in all houses, or goes on, and freezes the pack."""
+    with progress("houses") as show:
+        file = draft_suite(out, sources, pack_request, verification, shown_on(show))
+    drafts_summary(file)
+    return build_suite(out, [file], suite_request(pack_request, tasks), given, verification)
 
 
 def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:
@@ -324,8 +407,7 @@ def _specs(rooms: str, suite: str | None = None) -> list[str]:
     return [name.strip() for name in rooms.split(",")]
 
 
-def _reviews(paths: Sequence[Path]) -> list[Review]:
-    for path in paths:
-        if not path.is_file():
-            raise SettingError(f"Review file {str(path)!r} does not exist.")
-    return [review for path in paths for review in read_reviews(path)]
+def _reviews(path: Path) -> list[Review]:
+    if not path.is_file():
+        raise SettingError(f"Review file {str(path)!r} does not exist.")
+    return read_reviews(path)
