@@ -28,16 +28,18 @@ from vigil.world import ObjectSetup, Setup
 HOUSES = {
     **dict.fromkeys(("PG alike", "VS alike", "SI alike", "SM two_to_one", "SM three_acts"), "bathroom_123"),
     **dict.fromkeys(("CR obstacle_untold", "CR hand_untold"), "bathroom_123"),
-    **dict.fromkeys(("DA alike", "SI pick_inside"), "bedroom_120"),
-    **dict.fromkeys(("SM put_and_close", "SM take_and_close", "SM out_of_into"), "bedroom_120"),
+    **dict.fromkeys(("SM put_and_close", "SM out_of_into"), "bedroom_120"),
     **dict.fromkeys(("AI alike", "CR swing_untold", "CR interlock_untold"), "kitchen_113"),
-    "SM swap": "bedroom-bathroom_109",
 }
 """Family and kind -> a house of the starter pack that allows it, of one room wherever there is one."""
-LEAF_KIND, LEAF_SEED, LEAF_LAYOUT = "CR leaf_untold", 9002, "2"
-"""A kind that no house of the starter pack allows in a few tries, and the house that does."""
-KINDS = (*HOUSES, LEAF_KIND)
-TRIED = 3
+SEEDED = {
+    **dict.fromkeys(("DA alike", "SI pick_inside", "SM take_and_close"), Seeded(6003, "1")),
+    "SM swap": Seeded(6011, "2"),
+    "CR leaf_untold": Seeded(6002, "3"),
+}
+"""Kinds that no house of the starter pack allows in a few tries, and the houses that do."""
+KINDS = (*HOUSES, *SEEDED)
+TRIED = 8
 PARTS = {"two_to_one": 2, "put_and_close": 2, "take_and_close": 2, "swap": 2, "three_acts": 3}
 """Sequence -> facts in which it ends."""
 
@@ -53,7 +55,7 @@ def found(starter: Pack, simulator: PrivilegedSimulator) -> dict[str, Found]:
     """One valid draft of each kind, with its house and how it was judged."""
     drafts: dict[str, Found] = {}
     houses = {kind: house_named(starter, name) for kind, name in HOUSES.items()}
-    for kind, house in {**houses, LEAF_KIND: Seeded(LEAF_SEED, LEAF_LAYOUT).house()}.items():
+    for kind, house in {**houses, **{kind: seeded.house() for kind, seeded in SEEDED.items()}}.items():
         context = HouseContext(simulator, house, np.random.default_rng(0))
         validator = Validator(simulator, is_draft=True)
         context.forms = "all"

@@ -18,7 +18,7 @@ from vigil.world import Setup
 
 @pytest.fixture(scope="module")
 def house() -> House:
-    return Seeded(9002, "2").house()
+    return Seeded(6002, "3").house()
 
 
 @pytest.fixture(scope="module")

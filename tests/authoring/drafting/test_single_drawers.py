@@ -85,7 +85,7 @@ def test_what_is_taken_out_is_not_put_on_the_same_furniture(context: HouseContex
     loose = {thing.id for thing in things if thing.is_pickupable and not thing.is_openable}
     named = loose | {thing.id for thing in things if thing.category in ("Dresser", "SideTable")}
     context.only = frozenset(named | set(furniture))
-    drafts = list(islice(sequences.emptying(context), 3))
+    drafts = list(islice(sequences.emptying(context), 12))
     context.only = None
     about = [draft for draft in drafts if draft.bindings["container"] in furniture]
     assert about
