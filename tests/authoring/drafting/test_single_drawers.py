@@ -83,7 +83,8 @@ def test_what_is_taken_out_is_not_put_on_the_same_furniture(context: HouseContex
     furniture = {name: context.thing(name).parent for name in drawers_of(context)}
     things = context.oracle.scene.things.values()
     loose = {thing.id for thing in things if thing.is_pickupable and not thing.is_openable}
-    named = loose | {thing.id for thing in things if thing.category in ("Dresser", "SideTable")}
+    tables = ("Dresser", "SideTable", "Desk", "TVStand", "CoffeeTable", "Bed")
+    named = loose | {thing.id for thing in things if thing.category in tables}
     context.only = frozenset(named | set(furniture))
     drafts = list(islice(sequences.emptying(context), 12))
     context.only = None
