@@ -11,8 +11,8 @@ from vigil.agents.choose import is_known
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import RunArgument
-from vigil.cli.progress import progress, run_progress
 from vigil.cli.models import source_of_coordinates
+from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import label_of, print_families
 from vigil.cli.text import say
 from vigil.costs import cost_words

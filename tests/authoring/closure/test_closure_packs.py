@@ -8,6 +8,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -149,9 +150,15 @@ def test_answers_that_the_search_does_not_give_are_found(
     twins_pack: Pack, simulator: PrivilegedSimulator, tmp_path: Path
 ) -> None:
     assert verify_closure(twins_pack, simulator) == []
-    wrong = altered(
-        twins_pack, tmp_path / "wrong", lambda row: row | ({"reason": "absent"} if row["reason"] == "locked" else {})
-    )
+    changed: list[str] = []
+
+    def with_another_reason(row: dict[str, Any]) -> dict[str, Any]:
+        if row["reason"] is None or changed:
+            return row
+        changed.append(row["reason"])
+        return row | {"reason": "locked" if row["reason"] == "absent" else "absent"}
+
+    wrong = altered(twins_pack, tmp_path / "wrong", with_another_reason)
     found = verify_closure(wrong, simulator)
     assert {finding.rule for finding in found} == {"closes_rightly"}
     assert len(found) == 1
