@@ -15,7 +15,7 @@ import pytest
 from vigil.pack import Pack
 
 PACKS = ("starter", "vigil_smoke_v2", "vigil_mini_v2", "vigil_balanced_1000_v2")
-TABLES = ("episodes", "solutions", "facts")
+TABLES = ("episodes", "solutions", "facts", "levels")
 
 
 def _configs(pack: Pack) -> dict[str, str]:
