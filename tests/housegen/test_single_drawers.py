@@ -6,7 +6,7 @@ from vigil.assets import make
 from vigil.assets.drawers import drawer_names, named_drawer
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
-from vigil.housegen import check_house, generate, spec_for
+from vigil.housegen import GENERATOR_VERSION, check_house, generate, spec_for
 from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.housegen.checking.statistics import measure
 from vigil.housegen.thor_export import export_thor
@@ -27,6 +27,10 @@ def house(request: pytest.FixtureRequest) -> House:
 def held_by(house: House) -> dict[str, str | None]:
     """Returns in or on what each object of a house is."""
     return {node.id: parent for node, parent in house.objects()}
+
+
+def test_the_version_is_said(house: House) -> None:
+    assert house.document.metadata["generator"]["version"] == GENERATOR_VERSION
 
 
 def test_things_lie_in_drawers_and_drawers_are_parts(house: House) -> None:
