@@ -284,10 +284,10 @@ def make(
     check_free(out, name)
     offered = filed(houses or [], report=tell)
     origins = [] if reviews else _origins(offered)
-    wanted = count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family))
-    sources = drawn_of(offered, seed or 0, count) if houses else drawn(seed or 0, wanted, _specs(rooms, suite))
-    if not houses and (seed or 0) < SECRET_FROM:
-        say([SHORT_SEED])
+    if houses:
+        sources = drawn_of(offered, seed or 0, count)
+    else:
+        sources = _generated(seed or 0, count, per_family, _specs(rooms, suite))
     pack_request = PackRequest(
         name,
         per_family,
@@ -307,19 +307,24 @@ def make(
     else:
         pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
     if origins:
-        written = out.with_name(f"{out.name}.recipe.json")
         recipe = recipe_of(
-            pack_request,
-            origins,
-            pack.sha256,
-            backend=backend,
-            drafted_in=count,
-            is_spread=spread,
-            starts=hardest_of,
-            tasks=tasks,
-        )
-        recipe.save(written)
-        print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
+            pack_request, origins, pack.sha256,
+            backend=backend, drafted_in=count, is_spread=spread, starts=hardest_of, tasks=tasks,
+        )  # fmt: skip
+        _save_recipe(out, recipe)
+
+
+def _generated(seed: int, count: int | None, per_family: int, specs: Sequence[str]) -> list[Source]:
+    """Returns houses to generate, drawn by a seed; says so when the seed can be found by trying."""
+    if seed < SECRET_FROM:
+        say([SHORT_SEED])
+    return drawn(seed, count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family)), specs)
+
+
+def _save_recipe(out: Path, recipe: Recipe) -> None:
+    written = out.with_name(f"{out.name}.recipe.json")
+    recipe.save(written)
+    print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
 
 
 def remake(
