@@ -39,7 +39,7 @@ def drawer_id(chest_id: str, name: str) -> str:
 def drawer_names(asset: Asset) -> tuple[str, ...]:
     """Returns the names of the drawers that an asset is taken apart into, from the lowest row up.
 
-    None when anything else of it moves too, or when it is a single drawer itself.
+    Empty when anything else of it moves too, or when it is a single drawer itself.
     """
     if asset.category == DRAWER:
         return ()
