@@ -79,7 +79,8 @@ def test_nobody_walks_up_to_a_drawer_or_looks_for_one(context: HouseContext, fin
     context.only = None
 
 
-def test_what_is_taken_out_is_not_put_on_the_same_furniture(context: HouseContext) -> None:
+def test_what_is_taken_out_is_not_put_on_the_same_furniture(simulator: PrivilegedSimulator, house: House) -> None:
+    context = HouseContext(simulator, house, np.random.default_rng(3))
     furniture = {name: context.thing(name).parent for name in drawers_of(context)}
     things = context.oracle.scene.things.values()
     loose = {thing.id for thing in things if thing.is_pickupable and not thing.is_openable}
