@@ -10,10 +10,11 @@ from types import TracebackType
 from typing import Any
 
 import pytest
-from forked_workers import fork
+from forked_workers import PoolContext, fork
 from hypothesis import HealthCheck, settings
 from thor_files import write_thor_files
 
+from vigil import processes
 from vigil.runner.workers import process
 
 pytest_plugins = ["skips"]
@@ -22,7 +23,7 @@ settings.register_profile("vigil", deadline=None, derandomize=True, suppress_hea
 settings.load_profile("vigil")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-REAL_LAUNCH = process.launch
+REAL_LAUNCH, REAL_CONTEXT = process.launch, processes.context
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
 """A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests take made-up ones."""
 
@@ -61,16 +62,18 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def forked_workers() -> Iterator[None]:
-    """Forks simulator workers from a process that has imported all they need."""
+    """Forks workers from a process that has imported all they need."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(process, "launch", fork)
+        patch.setattr(processes, "context", PoolContext)
         yield
 
 
 @pytest.fixture
 def real_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Starts simulator workers as users' are."""
+    """Starts workers as users' are."""
     monkeypatch.setattr(process, "launch", REAL_LAUNCH)
+    monkeypatch.setattr(processes, "context", REAL_CONTEXT)
 
 
 @pytest.fixture

@@ -5,7 +5,13 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from multiprocessing.context import BaseContext
 from typing import Any
+
+
+def context() -> BaseContext:
+    """Returns how processes are started: fresh, with nothing of the state of the one that starts them."""
+    return multiprocessing.get_context("spawn")
 
 
 def worker_pool(workers: int, begin: Callable[..., None] | None = None, *arguments: Any) -> ProcessPoolExecutor:
@@ -13,9 +19,7 @@ def worker_pool(workers: int, begin: Callable[..., None] | None = None, *argumen
 
     The standard library's own goes on with all that was submitted when its process is killed.
     """
-    return ProcessPoolExecutor(
-        workers, multiprocessing.get_context("spawn"), initializer=_begin, initargs=(begin, arguments)
-    )
+    return ProcessPoolExecutor(workers, context(), initializer=_begin, initargs=(begin, arguments))
 
 
 def _begin(begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:

@@ -1,4 +1,4 @@
-"""Simulator workers forked from a process that has imported all they need, which each would else do for two seconds.
+"""Workers forked from a process that has imported all they need, which each would else do for two seconds.
 
 What a worker does is the same from its first message on. Tests of how workers start and end ask for `real_workers`.
 """
@@ -9,11 +9,36 @@ import os
 import subprocess
 import sys
 from multiprocessing.connection import Connection
-from multiprocessing.context import ForkServerProcess
+from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
+from typing import Any
 
 _FORKING = multiprocessing.get_context("forkserver")
-_FORKING.set_forkserver_preload(["vigil.runner.workers.worker", "vigil.sim.engines.fake", "vigil.sim.engines.mujoco"])
+_FORKING.set_forkserver_preload(
+    [
+        *("vigil.runner.workers.worker", "vigil.sim.engines.fake", "vigil.sim.engines.mujoco"),
+        *("vigil.authoring.closure.generation", "vigil.authoring.packing.levels", "vigil.analysis.measures.rows"),
+    ]
+)
+
+
+class PoolProcess(ForkServerProcess):
+    """A process of a pool, in the environment of the one that asks for it, as a fresh one would be."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self.environment = dict(os.environ)
+
+    def run(self) -> None:
+        os.environ.clear()
+        os.environ.update(self.environment)
+        super().run()
+
+
+class PoolContext(ForkServerContext):
+    """What starts the processes of a pool, as `vigil.processes.context` returns it."""
+
+    Process = PoolProcess
 
 
 class ForkedWorker:
