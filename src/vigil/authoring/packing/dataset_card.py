@@ -10,6 +10,7 @@ from typing import Any
 
 from vigil.actions import SKILLS
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
+from vigil.authoring.packing.plays import plays_table, read_plays
 from vigil.authoring.packing.rejections import rejection_lines
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.episode import FAMILIES
@@ -80,7 +81,7 @@ def card_of(pack: Pack) -> str:
     parts = [head, _distribution(pack), _skills(pack), _suite(manifest.meta)]
     if "strata" in manifest.meta:
         parts += [_levels(manifest.meta), _strata(manifest.meta), _making(manifest.meta)]
-    return "\n".join(part for part in [*parts, _measured(pack), _fields(pack), _LIMITS] if part)
+    return "\n".join(part for part in [*parts, _measured(pack), _played(pack), _fields(pack), _LIMITS] if part)
 
 
 def _configs(pack: Pack) -> str:
@@ -167,6 +168,17 @@ def _measured(pack: Pack) -> str:
         "scoring makes of agents that never report, or report too early."
     )
     return "\n".join(["## Baselines", intro, "", *baselines_table(found), "", *guess_lines(found), ""])
+
+
+def _played(pack: Pack) -> str:
+    found = read_plays(pack)
+    if found is None:
+        return ""
+    intro = (
+        f"{found.drawn} Each was played once, from the requests that a model gets: frame, prompt and history. Failures "
+        "are counted by what another reader put them down to; `plays.json` has every play with the reason."
+    )
+    return "\n".join(["## Played by readers", intro, "", *plays_table(found), ""])
 
 
 def _strata(meta: Mapping[str, Any]) -> str:

@@ -1,0 +1,83 @@
+"""Writes what readers came to who played a pack: `plays.json` beside it, its card anew, and the records to publish.
+
+python scripts/reader_plays.py --pack PACK --causes causes.jsonl --drawn "SENTENCE" --records FILE.jsonl.gz RUN...
+
+`causes.jsonl` has a line for each failure: {"episode_id": ..., "cause": "agent", "reason": ...}. Runs may have been
+played on an earlier version of the pack, if their episodes are the same to the byte in this one.
+"""
+
+import argparse
+import gzip
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.packing.plays import PLAYS, Play, Plays, plays_table
+from vigil.closure import answers_of, settle_closure
+from vigil.episode import Episode
+from vigil.jsonl import dump_line
+from vigil.levels import levels_of
+from vigil.pack import Pack
+from vigil.record import EpisodeRecord
+from vigil.saved_run import read_run
+from vigil.scoring import settle
+
+
+def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode, EpisodeRecord]]:
+    """Yields (reader, episode, record) of each play. Raises SystemExit when the pack has another episode of that id."""
+    for folder in folders:
+        table = read_run(folder).table
+        for name, before in table.episodes.items():
+            episode = pack.episode(name)
+            if before != episode:
+                raise SystemExit(f"{name!r} of {str(folder)!r} is another episode in pack {pack.name!r}.")
+            yield folder.name, episode, table.record((name, 1))
+
+
+def main() -> None:
+    """Settles the runs, and writes all."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", nargs="+", type=Path, help="Folders of runs, one a reader.")
+    parser.add_argument("--pack", required=True)
+    parser.add_argument("--causes", required=True, type=Path)
+    parser.add_argument("--drawn", required=True, help="How the episodes were drawn, as a sentence.")
+    parser.add_argument("--records", required=True, type=Path, help="File to write all records to.")
+    options = parser.parse_args()
+    pack = Pack.load(options.pack)
+    causes = {row["episode_id"]: row for row in map(json.loads, options.causes.read_text().splitlines())}
+    answers = answers_of(pack.folder) if pack.manifest.suite else {}
+    levels = levels_of(pack.folder)
+    plays: list[Play] = []
+    records: list[EpisodeRecord] = []
+    for reader, episode, record in played(options.runs, pack):
+        outcome, why = settle(episode, record), causes.get(episode.id, {})
+        closing = settle_closure(answers[episode.id], episode, record) if answers else None
+        plays.append(
+            Play(
+                episode_id=episode.id,
+                reader=reader,
+                group=answers[episode.id].kind if answers else levels[episode.id].level,
+                steps=len(record.steps),
+                status=outcome.reported,
+                W=outcome.W,
+                B=outcome.B,
+                C=closing.C if closing else None,
+                label=closing.label if closing else outcome.label,
+                cause=why.get("cause"),
+                reason=why.get("reason", ""),
+            )
+        )
+        records.append(record)
+    plays.sort(key=lambda play: play.episode_id)
+    found = Plays(pack=pack.name, pack_sha256=pack.sha256, drawn=options.drawn, plays=tuple(plays))
+    (pack.folder / PLAYS).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    write_card(pack)
+    lines = b"".join(dump_line(record) for record in sorted(records, key=lambda record: record.episode_id))
+    options.records.parent.mkdir(parents=True, exist_ok=True)
+    options.records.write_bytes(gzip.compress(lines, mtime=0))
+    print(*plays_table(found), sep="\n")
+
+
+if __name__ == "__main__":
+    main()
