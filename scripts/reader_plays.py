@@ -25,12 +25,14 @@ from vigil.scoring import settle
 
 
 def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode, EpisodeRecord]]:
-    """Yields (reader, episode, record) of each play. Raises SystemExit when the pack has another episode of that id."""
+    """Yields (reader, episode, record) of what was played. Raises SystemExit when the pack's episode is another one."""
     for folder in folders:
         table = read_run(folder).table
-        for name, before in table.episodes.items():
+        for (name, _), row in table.rows.items():
+            if row.outcome is None:
+                continue
             episode = pack.episode(name)
-            if before != episode:
+            if table.episodes[name] != episode:
                 raise SystemExit(f"{name!r} of {str(folder)!r} is another episode in pack {pack.name!r}.")
             yield folder.name, episode, table.record((name, 1))
 
