@@ -96,6 +96,7 @@ docs-version: setup-docs
 
 # scripts/pictures.py names what the commands before it have drawn; the runs are played anew, with today's frames.
 pictures: setup-dev
+	rm -rf docs/pictures/catalog
 	$(BIN)/vigil render --catalog --variants 1 --out docs/pictures/catalog
 	$(BIN)/vigil pack sheet vigil_balanced_1000 --n 80 --out docs/packs
 	$(BIN)/python scripts/house_pictures.py
