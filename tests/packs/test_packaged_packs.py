@@ -47,7 +47,7 @@ KINDS = {
     "CR": tuple(GRAMMAR["CR"]),
 }
 UNEVEN = {"SM": 4, "CR": 5}
-"""By how many the kinds of a family differ, where not every kind has robust drafts of each level; by one in all others."""
+"""By how many kinds of a family differ where not each has robust drafts of every level; by one in all others."""
 
 
 def test_families_and_kinds_are_even(pack: Pack) -> None:
