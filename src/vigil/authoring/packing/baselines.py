@@ -6,11 +6,11 @@ Kept beside the pack in `baselines.json`, which is no part of its hash: it is me
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
+from vigil.authoring.packing.beside import FactsOfAPack, read_beside
 from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
 from vigil.episode import FAMILIES
-from vigil.errors import PackMismatch, first_fault
 from vigil.pack import Pack
 from vigil.versions import reads_schema
 
@@ -34,14 +34,10 @@ class AgentScore(BaseModel):
     mean_steps: float
 
 
-class Baselines(BaseModel):
+class Baselines(FactsOfAPack):
     """What was measured on one pack."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     schema_version: Annotated[int, reads_schema(BASELINES_SCHEMA)] = BASELINES_SCHEMA
-    pack: str
-    pack_sha256: str
     vigil: str
     agents: dict[str, dict[str, AgentScore]]
     """Agent -> `all` or a family -> rates."""
@@ -95,14 +91,7 @@ def _limit(agent: str, family: str) -> float | None:
 
 def read_baselines(pack: Pack) -> Baselines | None:
     """Returns what was measured on this very pack; None when nothing was. Raises PackMismatch for a broken file."""
-    path = pack.folder / BASELINES
-    if not path.is_file():
-        return None
-    try:
-        found = Baselines.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        raise PackMismatch(f"{str(path)!r}: {first_fault(error)}. Measure anew.") from None
-    return found if found.pack_sha256 == pack.sha256 else None
+    return read_beside(pack, BASELINES, Baselines, "Measure anew.")
 
 
 def baselines_table(found: Baselines) -> list[str]:

@@ -7,10 +7,10 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.actions import Status
-from vigil.errors import PackMismatch, first_fault
+from vigil.authoring.packing.beside import FactsOfAPack, read_beside
 from vigil.levels import LEVELS
 from vigil.pack import Pack
 from vigil.rates import wilson
@@ -23,12 +23,10 @@ Cause = Literal["agent", "picture", "wording", "world"]
 CAUSES: tuple[Cause, ...] = get_args(Cause)
 
 
-class _Fact(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Play(_Fact):
+class Play(BaseModel):
     """One episode, as a reader played it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     episode_id: str
     reader: str
@@ -60,12 +58,10 @@ class Play(_Fact):
         return self
 
 
-class Plays(_Fact):
+class Plays(FactsOfAPack):
     """What readers came to on one pack."""
 
     schema_version: Annotated[int, reads_schema(PLAYS_SCHEMA)] = PLAYS_SCHEMA
-    pack: str
-    pack_sha256: str
     drawn: str
     """How the episodes were drawn, as a sentence."""
     plays: tuple[Play, ...] = Field(min_length=1)
@@ -73,14 +69,7 @@ class Plays(_Fact):
 
 def read_plays(pack: Pack) -> Plays | None:
     """Returns what readers came to on this very pack; None when nobody played. Raises PackMismatch on a broken file."""
-    path = pack.folder / PLAYS
-    if not path.is_file():
-        return None
-    try:
-        found = Plays.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        raise PackMismatch(f"{str(path)!r}: {first_fault(error)}. Write it anew, or remove it.") from None
-    return found if found.pack_sha256 == pack.sha256 else None
+    return read_beside(pack, PLAYS, Plays, "Write it anew, or remove it.")
 
 
 def plays_table(found: Plays) -> list[str]:
