@@ -8,16 +8,23 @@ do not start are named and left out. Needs `uv`. What is played is shown with it
 """
 
 import argparse
+import json
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 RESOLUTIONS = ("lowest-direct", "highest")
+MODEL = "openai/stand-in"
+EVALUATED = "from inspect_ai.log import *; assert read_eval_log(list_eval_logs('logs')[0]).status == 'success'"
+"""Inspect ends with 0 whatever came of the evaluation."""
+REPLY = {"action": {"skill_name": "report", "skill_params": {"status": "success"}}}
 COMMANDS = (
     ["vigil", "--version"],
     ["vigil", "run", "--pack", "vigil_smoke", "--agent", "solver", "--log-dir", "run"],
@@ -28,19 +35,8 @@ COMMANDS = (
     ["vigil", "houses", "generate", "--seed", "1", "--rooms", "2", "--out", "house.json"],
     ["vigil", "houses", "show", "house.json", "--out", "house.png"],
     ["vigil", "run", "--pack", "vigil_smoke", "--model", "openai/gpt-4o", "--dry-run"],
-    [
-        "inspect",
-        "eval",
-        "vigil/vigil",
-        "--model",
-        "mockllm/model",
-        "-T",
-        "preflight=false",
-        "--limit",
-        "1",
-        "--display",
-        "none",
-    ],
+    ["inspect", "eval", "vigil/vigil", "--model", MODEL, "-T", "preflight=false", "--limit", "1", "--display", "none"],
+    ["python", "-c", EVALUATED],
 )
 
 
@@ -52,6 +48,7 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="Where the environments are made and stay, for looking into them.")
     given = parser.parse_args()
     wheel = build()
+    os.environ["OPENAI_BASE_URL"], os.environ["OPENAI_API_KEY"] = serve_stand_in(), "none"
     there = {python: found for python in given.pythons if (found := interpreter(python))}
     for python in sorted(set(given.pythons) - there.keys()):
         print(f"{python} does not start and is left out.")
@@ -66,6 +63,33 @@ def main() -> None:
                     resolution,
                     given.keep / f"{Path(python).name}-{resolution}" if given.keep else Path(folder),
                 )
+
+
+class StandIn(BaseHTTPRequestHandler):
+    """Answers each request for a chat completion with the same report."""
+
+    def do_POST(self) -> None:
+        """Answers."""
+        self.rfile.read(int(self.headers["Content-Length"]))
+        message = {"role": "assistant", "content": json.dumps(REPLY)}
+        choice = {"index": 0, "finish_reason": "stop", "message": message}
+        answer = {"id": "1", "object": "chat.completion", "created": 0, "model": "stand-in", "choices": [choice]}
+        body = json.dumps(answer).encode()
+        self.send_response(200)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, *_: object) -> None:
+        """Says nothing of requests."""
+
+
+def serve_stand_in() -> str:
+    """Serves a stand-in for a model until this process ends. Returns its address."""
+    server = HTTPServer(("127.0.0.1", 0), StandIn)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return f"http://127.0.0.1:{server.server_port}/v1"
 
 
 def interpreter(name: str) -> str | None:
