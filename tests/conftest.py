@@ -29,8 +29,8 @@ REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """One more than there are cores: many tests wait for a process or a server of theirs."""
-    return (os.cpu_count() or 1) + 1
+    """Two more than there are cores: many tests wait for a process or a server of theirs."""
+    return (os.cpu_count() or 1) + 2
 
 
 def collect() -> None:
