@@ -20,7 +20,9 @@ ARM_M = 0.3
 MAX_GLOWS = 2
 """The nearest of the lamps that are on; the shader takes no more."""
 GLOW = 0.5
-UNLIT = 0.25
+PALER = 0.2
+"""How far the colour of a room's light is moved to white."""
+UNLIT = 0.4
 """What is left of a lamp whose switches are off."""
 USUAL_HEIGHT_M = 2.6
 GAIN_PER_M2 = 0.02
@@ -106,9 +108,9 @@ def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:
 
 
 def _color(room: RoomShape) -> np.ndarray:
-    """Returns the lamp's colour, half way to white, and stronger the higher it hangs."""
+    """Returns the lamp's colour, a little paler than the room's, and stronger the higher it hangs."""
     further = GAIN_PER_M2 * (room.height**2 - USUAL_HEIGHT_M**2)
-    return (0.5 + 0.5 * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
+    return (PALER + (1.0 - PALER) * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
 
 
 def _place(room: RoomShape) -> tuple[float, float]:

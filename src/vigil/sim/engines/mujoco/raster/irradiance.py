@@ -23,11 +23,12 @@ FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
 """What ceilings, walls and floors send back."""
 SKY, LAWN = (1.7, 1.85, 2.05), (0.6, 0.65, 0.6)
 """What comes through a window from above and from below the horizon."""
-AMBIENT, LAMP = 0.42, 0.9
-ASIDE = np.array([0.2, 0.12, 0.0], np.float32)
-"""By how much more comes from one side than from all: walls that meet differ."""
-LAMP_RADIUS_M = 0.3
-FALLOFF = 0.045
+AMBIENT, LAMP = 0.27, 1.12
+"""Most light comes from the lamp: rooms lit evenly from all sides look flat."""
+ASIDE = np.array([0.38, 0.22, -0.25], np.float32)
+"""By how much more comes from one side than from all: walls that meet differ, and floors light ceilings."""
+LAMP_RADIUS_M = 0.2
+FALLOFF = 0.06
 WRAP = 0.15
 """Lamps light surfaces that turn a little away from them: rooms send light back."""
 REACH_M = 9.0

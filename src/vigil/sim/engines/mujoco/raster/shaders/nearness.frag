@@ -1,14 +1,14 @@
 #version 330
 // How open the surroundings of each point are: 1, or less where something is near and in front of it, above all where
-// that keeps off light from above; and, on what lies level, less where something small stands between it and the lamp. On
-// walls that would be a smudge beside whatever hangs there: its shade is in their light, and what moves lies on something.
+// that keeps off light from above; and less where something small stands between it and the lamp: on what lies level as far
+// as such things are high, on walls and fronts no farther than handles and frames stand out. Farther it would be a smudge.
 const int TAPS = 9;
 const float REACH = 0.2;  // metres
 const float STRENGTH = 1.7;
 const int STEPS = 10;
-const float SHADE_REACH = 0.6;  // metres towards the lamp
-const float SHADE = 0.55;
-const float FLAT = 0.5, LEVEL = 0.9;  // cosine of what leans too far to be shaded so, and of what is shaded in full
+const float SHADE_REACH = 0.8, SHORT_REACH = 0.22;  // metres towards the lamp, of what lies level and of what stands
+const float SHADE = 0.7;
+const float FLAT = 0.5, LEVEL = 0.9;  // cosine of what stands, and of what lies level
 const float THICKNESS = 0.25;  // metres: what is farther in front of a point is no neighbour
 uniform sampler2D distances;
 uniform vec2 slopes;  // half of what is seen across and up, at one metre
@@ -40,16 +40,17 @@ float nearness(vec3 here, vec3 normal, float turn) {
 // Follows the way to the lamp, as far as it can be seen.
 float shade(vec3 here, vec3 normal, float turn) {
     vec3 way = normalize(lamp - here);
-    float facing = smoothstep(0.0, 0.35, dot(way, normal)) * smoothstep(FLAT, LEVEL, dot(normal, upward));
+    float facing = smoothstep(0.0, 0.35, dot(way, normal));
     if (facing <= 0.0)
         return 0.0;
+    float reach = mix(SHORT_REACH, SHADE_REACH, smoothstep(FLAT, LEVEL, dot(normal, upward)));
     float least = 0.008 + 0.006 * here.z, stopped = 0.0;
     for (int i = 0; i < STEPS; i++) {
-        float far = SHADE_REACH * (float(i) + 0.3 + turn) / float(STEPS);
+        float far = reach * (float(i) + 0.3 + turn) / float(STEPS);
         vec3 point = here + normal * least + way * far;
         float before = point.z - textureLod(distances, point.xy / (point.z * slopes) * 0.5 + 0.5, 0.0).g;
         float is_between = step(least, before) * step(before, THICKNESS);
-        stopped = max(stopped, is_between * (1.0 - far / SHADE_REACH));
+        stopped = max(stopped, is_between * (1.0 - far / reach));
     }
     return facing * SHADE * smoothstep(0.0, 0.6, stopped);
 }
