@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from forked_workers import PoolContext, fork
 from hypothesis import HealthCheck, settings
+from order import long_first
 from thor_files import write_thor_files
 
 from vigil import processes
@@ -45,11 +46,15 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leaves out what is true of the real houses alone, unless they are there."""
+    """Leaves out what is true of the real houses alone, unless they are there; several processes begin with what takes
+    long."""
     if REAL_HOUSES is None:
         real = [item for item in items if item.get_closest_marker("real_houses")]
         config.hook.pytest_deselected(items=real)
         items[:] = [item for item in items if item not in real]
+    processes = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    if processes > 1:
+        items[:] = long_first(items, processes)
 
 
 @pytest.fixture(scope="session")

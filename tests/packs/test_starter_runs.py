@@ -12,7 +12,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.episode import FAMILIES
-from vigil.pack import Pack
+from vigil.pack import Pack, evenly
 from vigil.profile import Profile
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
@@ -80,12 +80,12 @@ def test_another_run_verifies_and_is_the_same_but_for_times(solved: RunResult, t
 
 @pytest.fixture(scope="module")
 def settled() -> dict[str, list[Outcome]]:
-    """Every episode played by every agent that bounds a metric, house by house: a scene is loaded once for all."""
+    """Half of the episodes played by every agent that bounds a metric, house by house: scenes are loaded once."""
     pack, database = Pack.load("starter"), AssetDatabase.default()
     found: dict[str, list[Outcome]] = {name: [] for name in AGENTS}
     with closing(make_simulator("mujoco", assets=database)) as simulator:
         env = Env(simulator, pack.house_of, Profile())
-        for episode in sorted(pack.episodes, key=lambda episode: episode.house.name):
+        for episode in sorted(evenly(pack.episodes)[:40], key=lambda episode: episode.house.name):
             for name, of_agent in found.items():
                 is_privileged = name in PRIVILEGED
                 agent = privileged_agent(name, episode, simulator) if is_privileged else scripted_agent(name)
