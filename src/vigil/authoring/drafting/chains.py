@@ -10,7 +10,7 @@ from itertools import islice
 
 from vigil.authoring.drafting.constraints import acts_for
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, goal_for, is_seen, is_target, may_be_sought, setup_for
 from vigil.authoring.drafting.sequences import (
     PUT_INTO,
     SEATS,
@@ -91,7 +91,7 @@ def put_and_close(context: HouseContext) -> Drafts:
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         closed = Setup(objects={container.id: ObjectSetup(openness=0.0)})
         for target in context.things(lambda thing, container=container: may_go_in(container, thing)):
-            if _is_near(context, container, target):
+            if may_be_sought(context, target) and _is_near(context, container, target):
                 inside = _at(target, container, inside=True)
                 yield from _draft(context, ChainPlan(
                     "put_and_close", closed, {"target": target, "receptacle": container},
@@ -218,7 +218,9 @@ def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
 
 def _movable(context: HouseContext) -> list[Thing]:
     """Returns what can be picked up from where it rests, in a random order."""
-    return context.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None)
+    return context.things(
+        lambda thing: thing.is_pickupable and thing.parent is not None and may_be_sought(context, thing)
+    )
 
 
 def _rests_on(context: HouseContext, thing: Thing) -> Thing | None:

@@ -12,7 +12,15 @@ import shapely
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, allows, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.drafting.proposals import (
+    Drafts,
+    allows,
+    goal_for,
+    is_in_view,
+    is_seen,
+    is_target,
+    setup_for,
+)
 from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import referents
 from vigil.authoring.language.wording import Act, opened, order, spoken_of
@@ -117,14 +125,14 @@ def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[
     """Yields start poses that see a target far off, with places (n, 2) on the way to it."""
     if not context.can_begin(setup):
         return
-    see = is_seen(CLEAR_PX)
+    see = is_in_view(context)
     starts = [
         place for place in context.starts(context.away_from(target, 2.2, 6.0), 40) if context.sights(place, target) >= 6
     ]
     for place in starts[:TRIED_STARTS]:
         context.begin(setup)
         start = context.facing(place, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
-        if not see(context.seen_from(start, target.id)):
+        if not context.has_room(start) or not see(context.seen_from(start, target.id)):
             continue
         walks = context.oracle.plan().walks_from((place.x, place.z))
         cells = walks.plan.cells
@@ -153,7 +161,7 @@ def _barrier(
                 blocked = _with(setup, obstacle, spot)
                 can_stand = context.can_begin(blocked)
                 is_met = can_stand and context.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
-                if is_met and context.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
+                if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
                     return obstacle, blocked
     return None
 
@@ -220,8 +228,8 @@ def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = No
         target,
         START_AWAY_M,
         LOOKING_DOWN_DEG,
-        is_seen(CLEAR_PX),
-        lambda pose: context.sees_clearly(pose, also, is_seen(CLEAR_PX)),
+        is_in_view(context),
+        lambda pose: context.sees_clearly(pose, also, is_in_view(context)),
     )
     phrase, other = context.phrase(target.id), context.phrase(constraint.object_id)
     context.begin(Setup())

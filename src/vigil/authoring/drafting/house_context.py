@@ -15,6 +15,7 @@ from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_fo
 from vigil.authoring.language.sentences import Forms, Sentences
 from vigil.authoring.language.wording import say, spoken_of
 from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.solving.free_space import has_room
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
@@ -75,6 +76,11 @@ class HouseContext:
         self._homes = _homes(simulator, house)
         self.begin(Setup())
         self.oracle = Oracle(simulator)
+
+    @property
+    def wants_hard(self) -> bool:
+        """Whether of several starts the hardest is kept."""
+        return self.compared_starts > 1
 
     def begin(self, setup: Setup) -> None:
         """Starts the house anew with a setup; closed doors between rooms are opened."""
@@ -139,7 +145,7 @@ class HouseContext:
         items = self.items
         named = [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
         named = _one_drawer_each(named)
-        if self.compared_starts == 1:
+        if not self.wants_hard:
             return named
         return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
 
@@ -164,6 +170,10 @@ class HouseContext:
         yaw = yaw_towards(place, thing.position) + aside_deg + float(self.rng.uniform(-spread_deg, spread_deg))
         return Pose(position=place, rotation=float(round(wrap_deg(yaw)) % 360), horizon=horizon)
 
+    def has_room(self, pose: Pose) -> bool:
+        """Whether there is room to move at a pose, as there must be at a start."""
+        return has_room(self.oracle.plan().tight, pose)
+
     def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
         """Returns a thing's state as seen from a pose."""
         with self.oracle.standing_at(pose):
@@ -186,18 +196,17 @@ class HouseContext:
 
         None when none is found.
         """
-        is_hard = self.compared_starts > 1
-        farther = FARTHER if is_hard and away[1] > REACH_M else 1.0
+        farther = FARTHER if self.wants_hard and away[1] > REACH_M else 1.0
         places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
         sights = [self.sights(place, thing) for place in places]
-        share = SEEN_SHARE_HARD if is_hard else SEEN_SHARE
+        share = SEEN_SHARE_HARD if self.wants_hard else SEEN_SHARE
         enough = max(SEEN_POINTS, share * max(sights, default=0))
 
         def poses() -> Iterator[Pose]:
             for place in [place for place, seen in zip(places, sights, strict=True) if seen >= enough]:
                 for spread_deg in SPREADS_DEG:
                     pose = self.facing(place, thing, horizon, spread_deg)
-                    if also(pose) and self.sees_clearly(pose, [thing.id], is_clear):
+                    if self.has_room(pose) and also(pose) and self.sees_clearly(pose, [thing.id], is_clear):
                         yield pose
                         break
 

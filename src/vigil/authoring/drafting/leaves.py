@@ -19,7 +19,7 @@ from vigil.authoring.drafting.constraints import (
     standing,
 )
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target, setup_for
+from vigil.authoring.drafting.proposals import Drafts, is_in_view, is_seen, is_target, setup_for
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.episode import LOOKING_DOWN_DEG
 from vigil.goals import Constraint
@@ -144,7 +144,7 @@ def _behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> 
         for spot in context.places_in(part, context.away_from(target, *AWAY_M), TRIED_STARTS):
             if context.sights(spot, target) >= LEAST_SIGHTS:
                 start = context.facing(spot, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
-                is_met = context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
-                if is_met and context.sees_clearly(start, [target.id], is_seen(CLEAR_PX)):
+                is_met = context.has_room(start) and context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
+                if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
                     return start
     return None

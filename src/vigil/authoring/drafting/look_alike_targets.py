@@ -9,13 +9,12 @@ from vigil.authoring.drafting.constraints import acts_for
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import (
     AWAY_M,
-    CLEAR_PX,
-    CLEAR_PX_BY_SIZE,
     LEVEL_DEG,
     Drafts,
     goal_for,
     is_approachable,
-    is_seen,
+    is_in_view,
+    is_in_view_to_point,
     is_target,
     is_worth_seeing,
     may_be_sought,
@@ -49,7 +48,7 @@ def pointing_apart(context: HouseContext) -> Drafts:
     """Yields PG drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
-        is_clear = is_seen(CLEAR_PX_BY_SIZE[size_of_thing(thing)])
+        is_clear = is_in_view_to_point(context, size_of_thing(thing))
         return context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_clear, also)
 
     yield from _drafts(context, ("PG", POINT), start, lambda thing: TargetGrounded(object_id=thing.id))
@@ -61,7 +60,7 @@ def approaching_apart(context: HouseContext) -> Drafts:
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         if not is_approachable(thing) or place_blind_to(context.oracle, thing, NEAR_M) is not None:
             return None
-        return context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+        return context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_in_view(context), also)
 
     yield from _drafts(
         context, ("DA", APPROACH), start, lambda thing: AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M)
@@ -85,7 +84,7 @@ def acting_apart(context: HouseContext) -> Drafts:
     """Yields AI drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
-        return context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX), also)
+        return context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_in_view(context), also)
 
     yield from _drafts(context, ("AI", ORDERS), start, None)
 

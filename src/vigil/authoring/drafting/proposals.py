@@ -10,7 +10,7 @@ from typing import Literal
 from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec
 from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
 from vigil.authoring.language.wording import Act, order, question, spoken_of
-from vigil.authoring.review.rules import WIDE_OPEN, place_blind_to
+from vigil.authoring.review.rules import SMALL_START_PX, START_PX, STATE_START_PX, WIDE_OPEN, place_blind_to
 from vigil.episode import LOOKING_DOWN_DEG, Episode, Family, Size
 from vigil.goals import (
     NEAR_M,
@@ -30,10 +30,11 @@ from vigil.scene.things import Thing
 from vigil.strata import size_of
 from vigil.world import ObjectSetup, ObjectState, Setup
 
-CLEAR_PX = 400
-"""Pixels of the object to act on in a start that a person finds clear; the rules ask for less."""
+CLEAR_PX, HARD_PX = 400, START_PX
+"""Pixels of the object to act on in a start that a person finds clear, and in a hard one: what the rules ask for."""
 CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 180}
-STATE_PX = 350
+HARD_PX_BY_SIZE: dict[Size, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
+STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
 LEVEL_DEG = 0.0
 UNNAMED = frozenset(
     {
@@ -87,6 +88,16 @@ def is_seen(least_px: int) -> Callable[[ObjectState], bool]:
     return lambda state: state.visible and state.visible_px >= least_px + MARGIN_PX and is_observable(state)
 
 
+def is_in_view(context: HouseContext) -> Callable[[ObjectState], bool]:
+    """Returns the test that a start shows the object to act on: clearly, or in hard ones as the rules ask."""
+    return is_seen(HARD_PX if context.wants_hard else CLEAR_PX)
+
+
+def is_in_view_to_point(context: HouseContext, size: Size) -> Callable[[ObjectState], bool]:
+    """Returns the same test for a target of a size that is pointed at."""
+    return is_seen((HARD_PX_BY_SIZE if context.wants_hard else CLEAR_PX_BY_SIZE)[size])
+
+
 def size_of_thing(thing: Thing) -> Size:
     """Returns how large a thing is as a target."""
     return size_of(thing.category, max(thing.asset.size))
@@ -95,7 +106,7 @@ def size_of_thing(thing: Thing) -> Size:
 def pointing(context: HouseContext, size: Size) -> Drafts:
     """Yields PG drafts with targets of a size."""
     for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
-        start = context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX_BY_SIZE[size]))
+        start = context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_in_view_to_point(context, size))
         if start is not None:
             yield context.draft(
                 "PG",
@@ -114,7 +125,7 @@ def approaching(context: HouseContext) -> Drafts:
     for thing in context.things(lambda thing: is_approachable(thing)):
         if place_blind_to(context.oracle, thing, NEAR_M) is not None:
             continue
-        start = context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX))
+        start = context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_in_view(context))
         if start is not None:
             yield context.draft(
                 "DA",
@@ -179,7 +190,7 @@ def _starts_without(context: HouseContext, thing: Thing, by_turning: bool | None
             continue
         for _ in range(AWAY_TRIES):
             pose = context.facing(place, thing, horizon, SPREAD_DEG[can_turn], aside_deg=180.0)
-            if context.seen_from(pose, thing.id).visible_px == 0:
+            if context.has_room(pose) and context.seen_from(pose, thing.id).visible_px == 0:
                 yield pose
                 break
 
@@ -187,6 +198,7 @@ def _starts_without(context: HouseContext, thing: Thing, by_turning: bool | None
 def verifying(context: HouseContext, label: StateLabel) -> Drafts:
     """Yields SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
+    least_px = HARD_STATE_PX if context.wants_hard else STATE_PX
     for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
         setup = Setup(objects={thing.id: _folded_out(thing, change) if state == "is_toggled" else change})
         if not context.can_begin(setup):
@@ -196,7 +208,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
             AWAY_M["SV"],
             LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else LOOKING_DOWN_DEG / 2,
             lambda seen: (
-                seen.state_px(state) >= STATE_PX + 2 * MARGIN_PX and seen.visible and is_state_observable(seen, state)
+                seen.state_px(state) >= least_px + 2 * MARGIN_PX and seen.visible and is_state_observable(seen, state)
             ),
         )
         phrase = context.phrase(thing.id)
@@ -227,7 +239,7 @@ def acting(context: HouseContext, act: Act) -> Drafts:
         context,
         ("AI", ORDERS, act),
         context.things(lambda thing: is_target(thing) and allows(thing, act)),
-        lambda thing: context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_seen(CLEAR_PX)),
+        lambda thing: context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_in_view(context)),
     )
 
 

@@ -5,7 +5,7 @@ from functools import partial
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target
+from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target, may_be_sought
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.wording import opened, say, sequence, spoken_of
 from vigil.authoring.review.containers import BELONGS_IN, belongs_in
@@ -69,6 +69,8 @@ def putting_in(context: HouseContext) -> Drafts:
     for container in context.things(_may_hold):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
         for target in context.things(partial(may_go_in, container)):
+            if not may_be_sought(context, target):
+                continue
             first = container if container.is_openable else target
             yield from _draft(context, "put_into", setup, first, {"target": target, "receptacle": container})
 

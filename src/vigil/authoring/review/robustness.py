@@ -14,6 +14,7 @@ import shapely
 from vigil.actions import Report
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.solving import moves
+from vigil.authoring.solving.free_space import FREE_M, has_room
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.solvers import solve_noisily
@@ -26,9 +27,6 @@ from vigil.scene.outlines import wall_shapes
 from vigil.scoring import settle
 
 TRIES, NEEDED = 10, 9
-FREE_M = 0.4
-"""How far one can go at the start, ahead or to a side."""
-SIDES_DEG = (0.0, -90.0, 90.0)
 LATTICE = (32, 24)
 LEAST_SHARE = 0.01
 """The share of the first frame that things fill, where it does not show two walls."""
@@ -45,7 +43,7 @@ ROBUST_RULES = {
 def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
     """Yields (rule, message) for every one of ROBUST_RULES that an episode breaks. The simulator is left anywhere."""
     oracle, start = case.oracle, case.episode.start
-    if not _has_room(case):
+    if not has_room(oracle.plan().tight, start):
         yield "room_at_start", f"no {FREE_M} m are free ahead, left or right of the start, which looks {start.rotation}"
     if shows_one_wall(case):
         yield "more_than_a_wall", "the first frame shows one wall, and next to nothing else"
@@ -85,16 +83,6 @@ def _fault_of_tries(episode: Episode, oracle: Oracle, env: Env) -> str | None:
         if len(failed) > TRIES - NEEDED:
             return f"{len(failed)} of the first {number + 1} tries fail, 1 of {TRIES} may ({'; '.join(failed)})"
     return None
-
-
-def _has_room(case: EpisodeStart) -> bool:
-    place, free = case.episode.start.position, case.oracle.plan().tight
-    for side in SIDES_DEG:
-        x, z = heading(case.episode.start.rotation + side)
-        end = place.x + FREE_M * x, place.z + FREE_M * z
-        if free.covers(shapely.LineString([(place.x, place.z), end])):
-            return True
-    return False
 
 
 def _shows_things(oracle: Oracle) -> bool:

@@ -16,7 +16,7 @@ from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import places_within
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.goal_kinds import is_doable
+from vigil.authoring.ways.goal_kinds import closed_around, is_doable
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.goals import (
     STATE_LABELS,
@@ -262,6 +262,15 @@ def _said_inside(case: EpisodeStart) -> Faults:
             yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
 
 
+def _found(case: EpisodeStart) -> Faults:
+    goals = [*_parts(case.episode.goal), *case.episode.goal.chain]
+    taken = {goal.object_id for goal in goals if isinstance(goal, ObjectAtReceptacle | ObjectHeld)}
+    for object_id in sorted(taken):
+        for container in closed_around(case.oracle, object_id):
+            if container not in case.episode.bindings.values():
+                yield f"{object_id!r} lies in {container!r}, which is closed and not named"
+
+
 def _graded(case: EpisodeStart) -> Faults:
     if case.episode.difficulty is None:
         yield "the episode has no difficulty"
@@ -329,6 +338,7 @@ RULES: dict[str, Rule] = {
     "look_alike_there": Rule(_done, "an episode about one of several look-alikes has one", _alike),
     "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _secret),
     "chain_of_objects": Rule(only("SM"), "a sequence has a template and several objects", _chained),
+    "not_shut_away": Rule(only("SM"), "what is to be taken is in view, or in what the instruction names", _found),
     "inside_in_words": Rule(only("SM"), "into is said where inside is meant, and only there", _said_inside),
     "constraint_untold": Rule(only("CR"), "a constraint that is to be found is not given away", _kept_to_itself),
     "constraint_visible": Rule(only("CR"), "what is in the way is seen at the start", _seen_constraint),

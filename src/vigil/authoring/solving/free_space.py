@@ -8,7 +8,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import REACH_M
 from vigil.authoring.solving.paths import Point2, WalkableMap
-from vigil.pose import Box
+from vigil.pose import Box, Pose, heading
 from vigil.scene.outlines import BODY_RADIUS_M, footprint, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene, Thing
 
@@ -16,6 +16,9 @@ MARGIN_M = 0.03
 """What a planned walk keeps from everything besides the body's radius."""
 TIGHT_M = 0.001
 ARC_SEGMENTS = 16
+FREE_M = 0.4
+"""How far one can go at a start that has room, ahead or to a side."""
+SIDES_DEG = (0.0, -90.0, 90.0)
 PLACES_M = 0.05
 """Distance between the places of `places_within`."""
 
@@ -58,6 +61,17 @@ class Obstacles:
 
 def _counts(thing: Thing) -> bool:
     return thing.is_present and not thing.is_held
+
+
+def has_room(free: BaseGeometry, pose: Pose) -> bool:
+    """Whether a body in a free region can go FREE_M ahead or to a side from a pose."""
+    place = pose.position
+    for side in SIDES_DEG:
+        x, z = heading(pose.rotation + side)
+        end = place.x + FREE_M * x, place.z + FREE_M * z
+        if free.covers(shapely.LineString([(place.x, place.z), end])):
+            return True
+    return False
 
 
 def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
