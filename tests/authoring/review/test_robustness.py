@@ -9,6 +9,7 @@ from vigil.actions import Navigate, Report
 from vigil.authoring.review import robustness
 from vigil.authoring.review.robustness import NEEDED, ROBUST_RULES, TRIES, noisy_try
 from vigil.authoring.review.validate import Validator, reason_of
+from vigil.authoring.solving import free_space
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.env import Env
@@ -132,7 +133,7 @@ def test_who_is_hemmed_in_on_three_sides_has_no_room(
 ) -> None:
     episode = first_of(starter, "SV")
     assert "room_at_start" not in rules_broken(episode, starter, simulator)
-    monkeypatch.setattr(robustness, "FREE_M", 30.0)
+    monkeypatch.setattr(free_space, "FREE_M", 30.0)
     assert "room_at_start" in rules_broken(episode, starter, simulator)
 
 

@@ -27,7 +27,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "b741a33494baae461913c4ddc6274192cfc3d4adc6b27bacf6d27c65b15aa5a1"
+PINNED = "ed96f72814968668c7668257ad16ca6164cfc9497769f304da37332ce15f9df8"
 WAIT_S = 60.0
 
 

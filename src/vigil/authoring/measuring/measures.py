@@ -18,7 +18,7 @@ from vigil.authoring.review.rules import INSIDE_TEMPLATE
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import closed_around
-from vigil.episode import Episode
+from vigil.episode import FAMILIES, Episode
 from vigil.goals import OBSERVABLE_PX
 from vigil.house import House
 from vigil.levels import Measures
@@ -38,7 +38,7 @@ def measured(simulator: PrivilegedSimulator, episode: Episode, house: House, act
     target = oracle.scene.things[episode.goal.object_id]
     others = _look_alikes(start)
     still = {
-        "rooms": len(oracle.scene.rooms),
+        "rooms": 1 if FAMILIES[episode.family].visible_at_start else len(oracle.scene.rooms),
         "containers": _containers(start, target),
         "reference_words": _reference_words(start),
         "slack": round(max(0.0, 1.0 - len(actions) / episode.max_steps), 3),

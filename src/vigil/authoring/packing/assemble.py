@@ -34,6 +34,9 @@ PER_FAMILY = 125
 FOUND_BY_TURNING = 0.4
 """Share of searches (VS, SI) that turning and looking may show the target of, at most."""
 FACTS = "facts.jsonl"
+UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
+CLEAR_PX = 400
+"""A target that shows more pixels when it is first seen is clear to see, whatever else makes its episode hard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +50,8 @@ class Candidate:
     """It comes from an earlier version of the pack."""
     level: Level | None = None
     """None where the pack does not ask for levels."""
+    target_px: int = 0
+    """When the target is first seen, where the pack asks for levels."""
 
     @property
     def stratum(self) -> str:
@@ -57,6 +62,12 @@ class Candidate:
     def is_approved(self) -> bool:
         """Whether a reviewer approved it, and none rejected it."""
         return self.episode.provenance.reviewed == "approved"
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether it is of an upper level, with a target that is in view at the start and clear to see."""
+        is_upper = self.level in UPPER_LEVELS and FAMILIES[self.episode.family].visible_at_start
+        return is_upper and self.target_px > CLEAR_PX
 
     @property
     def solution(self) -> Solution:
@@ -120,12 +131,17 @@ def candidates(
                 raise EpisodeError(f"Two drafts have the id {draft.episode.id!r} and differ; leave one file out.")
     old = {draft.episode.id for draft in kept.read().drafts} if kept else set()
     wanted = [_candidate(draft, by_id[name], is_kept=name in old) for name, draft in sorted(found.items())]
-    found_levels = {name: found.level for name, found in (levels or {}).items()}
     return [
-        replace(candidate, level=found_levels.get(candidate.episode.id))
+        _levelled(candidate, (levels or {}).get(candidate.episode.id))
         for candidate in wanted
         if candidate.episode.provenance.reviewed != "rejected"
     ]
+
+
+def _levelled(candidate: Candidate, found: EpisodeLevel | None) -> Candidate:
+    if found is None:
+        return candidate
+    return replace(candidate, level=found.level, target_px=found.measures.target_px)
 
 
 def _candidate(draft: Draft, reviews: Sequence[Review], *, is_kept: bool) -> Candidate:
@@ -143,6 +159,8 @@ class _SelectionCounts:
     houses: Counter[str] = field(default_factory=Counter)
     rooms: Counter[int] = field(default_factory=Counter)
     of_family: Counter[tuple[str, ...]] = field(default_factory=Counter)
+    even_share: int = 0
+    """Of each kind of the family that is being chosen."""
 
     def add(self, candidate: Candidate) -> None:
         episode, facts = candidate.episode, candidate.draft.facts
@@ -177,6 +195,8 @@ class _SelectionCounts:
         return (
             is_ahead and facts.is_seen_by_turning,
             0 if candidate.level is None else self.of_family[family, "level", candidate.level],
+            self.of_family[family, "stratum", candidate.stratum] >= self.even_share,
+            candidate.is_clear,
             self.of_family[family, "stratum", candidate.stratum],
             candidate.stratum,
             lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
@@ -200,6 +220,8 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
     for family in pack_request.families:
         left = [candidate for candidate in pool if candidate.episode.family == family]
         offered = len(left)
+        kinds = len({candidate.stratum for candidate in left})
+        tally.even_share = -(-pack_request.per_family // max(kinds, 1))
         for number in range(pack_request.per_family):
             left = [candidate for candidate in left if tally.takes(candidate, pack_request)]
             if not left:
