@@ -134,7 +134,7 @@ def take_going(browser: Browser) -> None:
 def take_packs(browser: Browser) -> None:
     """Takes the strata of a pack, and its first frames."""
     with serving("view", "--pack", "starter") as base, page_of(browser) as page:
-        page.goto(f"{base}/packs/vigil_mini_v2")
+        page.goto(f"{base}/packs/vigil_mini_v2_1")
         keep(page, OUT / "pack.jpg")
         page.goto(f"{base}/packs/starter#samples")
         keep(page, OUT / "pack_frames.jpg")

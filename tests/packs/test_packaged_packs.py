@@ -17,7 +17,7 @@ from vigil.levels import LEVELS, levels_of
 from vigil.pack import MANIFEST, Pack
 from vigil.sim import make_simulator
 
-BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2": 10, "vigil_balanced_1000_v2_1": 125}
+BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2_1": 10, "vigil_balanced_1000_v2_2": 125}
 """Name -> episodes of each family."""
 MOST_MB = 12.0
 FOLDER = Path(vigil.__file__).parent / "packs"
@@ -30,12 +30,12 @@ def pack(request: pytest.FixtureRequest) -> Pack:
 
 
 def test_the_first_packs_are_there() -> None:
-    assert {"vigil_mini_v2", "vigil_smoke_v2"} <= set(HERE)
+    assert {"vigil_mini_v2_1", "vigil_smoke_v2"} <= set(HERE)
     size = sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file())
     assert size < MOST_MB * 2**20
 
 
-LEVELLED = ("vigil_mini_v2", "vigil_balanced_1000_v2_1")
+LEVELLED = ("vigil_mini_v2_1", "vigil_balanced_1000_v2_2")
 
 
 KINDS = {
@@ -73,7 +73,7 @@ def test_levels_are_even_within_each_family(name: str) -> None:
     assert all(abs(counts[family, level] - each) < 1 for family in FAMILIES for level in LEVELS)
 
 
-@pytest.mark.parametrize("name", ["vigil_smoke_v2", "vigil_mini_v2", "vigil_balanced_1000_v2_1"])
+@pytest.mark.parametrize("name", ["vigil_smoke_v2", "vigil_mini_v2_1", "vigil_balanced_1000_v2_2"])
 def test_all_are_robust_and_say_so(name: str) -> None:
     pack = Pack.load(name)
     assert pack.manifest.meta["is_robust"]

@@ -60,7 +60,7 @@ def test_a_page_of_a_pack_draws_nothing_itself(pack: Pack) -> None:
 
     with served(make_view(Library([], [pack.folder]), NoDrawing(), None, RenderSettings("fake"))) as site:
         assert site.get("/packs/tiny").status == 200
-        assert site.get("/packs/vigil_balanced_1000_v2_1").status == 200
+        assert site.get("/packs/vigil_balanced_1000_v2_2").status == 200
 
 
 def test_strata_are_those_of_the_manifest_where_it_has_them() -> None:

@@ -336,7 +336,7 @@ def remake(
     workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:
-    """Example: vigil pack remake procthor_one_room_v2 --houses one_room_train.jsonl.gz --out packs/one_room"""
+    """Example: vigil pack remake procthor_one_room_v3 --houses one_room_train.jsonl.gz --out packs/one_room"""
     wanted = Recipe.load(recipe)
     check_free(out, wanted.name)
     check_drafts(wanted)

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict
 
 from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import Finding, Validator
 from vigil.episode import Episode, Solution
 from vigil.house import House, canonical_json
@@ -154,6 +155,7 @@ def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: Verif
     """Returns the hash by which a log names what was verified."""
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
     besides = ["robust"] if settings.is_robust else []
+    besides += [name for name, rule in RULES.items() if rule.is_for(episode.family)]
     facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.here().model_dump(), *besides]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
