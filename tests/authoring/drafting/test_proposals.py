@@ -124,6 +124,20 @@ def test_of_several_starts_the_hardest_is_kept(simulator: PrivilegedSimulator, h
     assert np.mean(costs[6]) > np.mean(costs[1])
 
 
+def test_a_hard_start_may_show_as_little_of_its_target_as_the_rules_ask_for(
+    simulator: PrivilegedSimulator, house: House
+) -> None:
+    shown: dict[int, list[int]] = {}
+    for compared in (1, 12):
+        context = HouseContext(simulator, house, np.random.default_rng(5))
+        context.compared_starts = compared
+        episodes = list(islice(proposals.acting(context, "pick"), 6))
+        shown[compared] = [context.seen_from(each.start, each.goal.object_id).visible_px for each in episodes]
+        assert all(context.has_room(each.start) for each in episodes)
+    assert min(shown[1]) >= proposals.CLEAR_PX
+    assert proposals.HARD_PX <= min(shown[12]) < proposals.CLEAR_PX
+
+
 def test_things_that_are_hard_to_name_come_first(simulator: PrivilegedSimulator, house: House) -> None:
     context = HouseContext(simulator, house, np.random.default_rng(5))
     plain = context.things(proposals.is_target)

@@ -1,6 +1,7 @@
 """Levels of packs: measured in as many processes as one likes, and shared out evenly when a pack is assembled."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,21 @@ def test_levels_are_shared_out_evenly(starter: Pack) -> None:
     assert Counter(each.level for each in chosen) == {"easy": 3, "medium": 3, "hard": 2, "extreme": 2}
     hard = select(pool, PackRequest("p", 5, families=("AI",), levels=("hard",)))
     assert {each.level for each in hard} == {"hard"}
+
+
+def test_small_targets_come_first_in_the_upper_levels_until_their_kind_has_its_share(starter: Pack) -> None:
+    episodes = {size: next(e for e in starter.episodes if e.difficulty == size) for size in ("small", "large")}
+    kinds = [("small", 100), ("small", 5000), ("large", 5000)]
+    pool = [
+        replace(candidate(episodes[size], 100 * kind + number, LEVELS[number % 4]), target_px=target_px)
+        for kind, (size, target_px) in enumerate(kinds)
+        for number in range(40)
+    ]
+    chosen = select(pool, PackRequest("p", 16, families=("PG",), levels=LEVELS))
+    assert Counter(each.episode.difficulty for each in chosen) == {"small": 8, "large": 8}
+    upper = [each for each in chosen if each.level in ("hard", "extreme")]
+    assert all(each.target_px == 100 for each in upper if each.episode.difficulty == "small")
+    assert sum(each.target_px == 100 for each in upper) > len(upper) / 2
 
 
 def test_a_level_that_cannot_be_filled_is_named_not_replaced(starter: Pack) -> None:

@@ -8,6 +8,7 @@ from vigil.actions import Report
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, key_of, verify_pack
 from vigil.authoring.review import robustness
+from vigil.authoring.review.rules import RULES, Rule, only
 from vigil.episode import Solution
 from vigil.errors import RecordError
 from vigil.freezing import freeze
@@ -46,12 +47,22 @@ def test_robustness_is_checked_only_when_asked_for(small: Pack, monkeypatch: pyt
     assert {each.rule for each in found} == {"robust", "solution_holds"}
 
 
-def test_a_log_of_the_quick_verification_says_nothing_of_robustness(small: Pack) -> None:
+def test_a_log_of_the_quick_verification_says_nothing_of_robustness(
+    small: Pack, monkeypatch: pytest.MonkeyPatch
+) -> None:
     episode = small.episodes[0]
     actions = small.solutions[episode.id].actions
     quick, robust = VerificationSettings(), VerificationSettings(is_robust=True)
     assert key_of(episode, actions, quick) != key_of(episode, actions, robust)
     assert key_of(episode, actions, quick) == key_of(episode, actions, VerificationSettings(workers=2))
+
+
+def test_a_log_says_nothing_of_rules_that_were_not_there(small: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
+    episode = small.episodes[0]
+    before = key_of(episode, None, VerificationSettings())
+    for families in (["CR"], [episode.family]):
+        monkeypatch.setitem(RULES, "another", Rule(only(*families), "of another version", lambda case: iter(())))
+        assert (key_of(episode, None, VerificationSettings()) == before) == (episode.family not in families)
 
 
 def test_a_log_is_continued(small: Pack, tmp_path: Path) -> None:

@@ -71,6 +71,11 @@ def of_no_template(episode: Episode) -> Episode:
     return relabelled(episode, "juggle")
 
 
+def silent_about_its_container(episode: Episode) -> Episode:
+    bindings = {role: bound for role, bound in episode.bindings.items() if role != "container"}
+    return episode.model_copy(update={"bindings": bindings})
+
+
 def inside(episode: Episode) -> Episode:
     return episode.model_copy(update={"goal": episode.goal.model_copy(update={"inside": True})})
 
@@ -102,6 +107,7 @@ BAD: dict[str, tuple[str, str | None, Spoil]] = {
     "state_not_given_away": ("SV", "open", lambda e: said(e, e.instruction.replace("closed", "shut"))),
     "graded": ("PG", None, lambda e: e.model_copy(update={"difficulty": None})),
     "chain_of_objects": ("SM", None, of_no_template),
+    "not_shut_away": ("SM", "reveal_pick", silent_about_its_container),
     "inside_in_words": ("SM", "rearrange", inside),
     "constraint_stands": ("CR", "obstacle", unobstructed),
     "constraint_visible": ("CR", "obstacle", lambda e: turned(e, 180.0)),
