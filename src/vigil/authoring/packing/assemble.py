@@ -196,10 +196,10 @@ class _SelectionCounts:
             is_ahead and facts.is_seen_by_turning,
             0 if candidate.level is None else self.of_family[family, "level", candidate.level],
             self.of_family[family, "stratum", candidate.stratum] >= self.even_share,
+            lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
             candidate.is_clear,
             self.of_family[family, "stratum", candidate.stratum],
             candidate.stratum,
-            lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
             not candidate.is_kept,
             not candidate.is_approved,
             self.of_family[family, "thing", episode.house.name, episode.goal.object_id],
@@ -221,7 +221,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
         left = [candidate for candidate in pool if candidate.episode.family == family]
         offered = len(left)
         kinds = len({candidate.stratum for candidate in left})
-        tally.even_share = -(-pack_request.per_family // max(kinds, 1))
+        tally.even_share = pack_request.per_family // max(kinds, 1)
         for number in range(pack_request.per_family):
             left = [candidate for candidate in left if tally.takes(candidate, pack_request)]
             if not left:
