@@ -19,7 +19,7 @@ from vigil.sim import make_simulator
 
 BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2_1": 10, "vigil_balanced_1000_v2_2": 125}
 """Name -> episodes of each family."""
-MOST_MB = 12.0
+MOST_MB = 14.0
 FOLDER = Path(vigil.__file__).parent / "packs"
 HERE = sorted(path.parent.name for path in FOLDER.glob(f"*/{MANIFEST}") if path.parent.name in BUILT)
 
@@ -46,7 +46,7 @@ KINDS = {
     "SM": tuple(GRAMMAR["SM"]),
     "CR": tuple(GRAMMAR["CR"]),
 }
-UNEVEN = {"SM": 4, "CR": 5}
+UNEVEN = {"SM": 4}
 """By how many kinds of a family differ where not each has robust drafts of every level; by one in all others."""
 
 
