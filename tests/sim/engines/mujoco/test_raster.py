@@ -18,6 +18,7 @@ from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
 from vigil.sim.engines.mujoco.raster.culling import unseen
+from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import FULL, Cast, Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
@@ -158,6 +159,16 @@ def test_a_thing_that_stands_on_another_is_not_black_at_its_foot(scene: Scene) -
     for side in np.unique(normals[normals[:, 2] == 0.0], axis=0):
         on_side = light[(normals == side).all(axis=1)]
         assert on_side.min() > 0.5 * on_side.max()
+
+
+def test_skirting_boards_have_light_between_their_ends(scene: Scene) -> None:
+    model = model_cache.model_of(scene)
+    geometry = geometry_of(model)
+    boards = [geom for geom, kind in model.structure_kinds.items() if kind == "skirting"]
+    assert boards
+    for geom in boards:
+        corners = geometry.vertices[geometry.faces[geometry.face_slices[geom]]]
+        assert np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max() <= BOARD_EDGE_M + 1e-6
 
 
 def test_a_leaf_stops_light_unless_it_opens(scene: Scene) -> None:

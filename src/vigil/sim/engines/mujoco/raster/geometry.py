@@ -9,13 +9,14 @@ import numpy as np
 from vigil.assets.kernel.materials import material
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.compiled.outdoors import LAWN_HALF_M
-from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
+from vigil.sim.engines.mujoco.raster.meshes import LONGEST_EDGE_M, DrawnMesh, refined
 
 CHARTED = ("wall", "floor", "ceiling")
 """Structure whose light is kept in a picture of its planes; all else has it at the vertices."""
 
-
 HAND_BOXES = 4
+BOARD_EDGE_M = 0.12
+"""The longest edge of a skirting board: a short one with ends alone, in a corner and beside a frame, is dark."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,8 +57,10 @@ def geometry_of(model: CompiledModel) -> Geometry:
     numbers = native.geom_dataid.tolist()
     made = {number: _lawn() if number < 0 else _mesh(native, number) for number in numbers}
     is_fine = {number: number < 0 or bool(charted[geom]) for geom, number in reversed(list(enumerate(numbers)))}
-    coarse = [number for number in made if not is_fine[number]]
-    made |= dict(zip(coarse, refined([made[number] for number in coarse]), strict=True))
+    boards = {numbers[geom] for geom, kind in model.structure_kinds.items() if kind == "skirting"}
+    for longest, is_wanted in ((LONGEST_EDGE_M, False), (BOARD_EDGE_M, True)):
+        coarse = [number for number in made if not is_fine[number] and (number in boards) == is_wanted]
+        made |= dict(zip(coarse, refined([made[number] for number in coarse], longest), strict=True))
     meshes = [*(made[number] for number in numbers), *([_box()] * len(hand))]
     counts = [len(mesh.vertices) for mesh in meshes]
     starts = np.concatenate([[0], np.cumsum(counts)])

@@ -21,7 +21,7 @@ HALF_M = 0.3
 """A wall this near brings half of its light."""
 FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
 """What ceilings, walls and floors send back."""
-SKY, LAWN = (1.7, 1.85, 2.05), (0.6, 0.65, 0.6)
+SKY, LAWN = (2.65, 2.9, 3.2), (0.95, 1.0, 0.95)
 """What comes through a window from above and from below the horizon."""
 AMBIENT, LAMP = 0.27, 1.12
 """Most light comes from the lamp: rooms lit evenly from all sides look flat."""
