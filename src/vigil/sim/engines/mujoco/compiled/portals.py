@@ -77,7 +77,7 @@ class Portals:
     def distances_from(self, room: int, places: np.ndarray) -> np.ndarray:
         """Returns how far places (n, 2) are from a room (n,), in metres."""
         if not self._is_box[room]:
-            return shapely.distance(self._rooms[room], shapely.points(places))
+            return np.asarray(shapely.distance(self._rooms[room], shapely.points(places)))
         low, high = self._bounds[room]
         outside = np.maximum(np.maximum(low - places, places - high), 0.0)
         return np.asarray(np.hypot(outside[:, 0], outside[:, 1]))
