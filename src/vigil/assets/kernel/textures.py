@@ -270,7 +270,7 @@ def _dots(rng: np.random.Generator) -> np.ndarray:
 
 def _grass(rng: np.random.Generator) -> np.ndarray:
     blades = noise(rng, 128, 64)
-    return np.stack([0.31 + 0.22 * blades, 0.42 + 0.24 * blades, 0.24 + 0.16 * blades], -1) * (
+    return np.stack([0.38 + 0.22 * blades, 0.52 + 0.24 * blades, 0.29 + 0.16 * blades], -1) * (
         0.85 + 0.3 * noise(rng, 6, 6)[..., None]
     )
 

@@ -24,6 +24,8 @@ AFAR_SHARE = 0.75
 """Share of the light of the leaf beside it that a gap keeps where it is narrower than a pixel: a dark one would be a
 row of dots.
 """
+LARGE = 0.5
+"""Share of the reach of the largest part of a thing's leaves from which on a part is a front, not a handle."""
 WIDTH_M = 0.001
 """Of a gap as it is mostly seen, from aside."""
 FRONT, BESIDE = 1, (0, 2)
@@ -102,9 +104,10 @@ def shares_from_afar(model: CompiledModel, geoms: np.ndarray, shares: np.ndarray
         leaves = parts[(bodies != bodies[0]) & (groups[parts] != HIDDEN)]
         if (groups[parts] == GLASS).any() or not len(leaves):
             continue
-        front = leaves[np.argmax(model.native.geom_rbound[leaves])]
-        own, beside = (_albedo(model, each) for each in (geoms[chosen], np.array([front])))
-        afar[chosen] = np.clip(AFAR_SHARE * beside / own, shares[chosen], 1.0)
+        reach = model.native.geom_rbound[leaves]
+        # Boxes of drawers are as large as their fronts, and often paler.
+        beside = _albedo(model, leaves[reach >= LARGE * reach.max()]).min()
+        afar[chosen] = np.clip(AFAR_SHARE * beside / _albedo(model, geoms[chosen]), shares[chosen], 1.0)
     return afar
 
 

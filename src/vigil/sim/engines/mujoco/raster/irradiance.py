@@ -23,8 +23,8 @@ FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
 """What ceilings, walls and floors send back."""
 SKY, LAWN = (2.65, 2.9, 3.2), (0.95, 1.0, 0.95)
 """What comes through a window from above and from below the horizon."""
-AMBIENT, LAMP = 0.27, 1.12
-"""Most light comes from the lamp: rooms lit evenly from all sides look flat."""
+AMBIENT, LAMP = 0.33, 1.07
+"""Most light comes from the lamp: rooms lit evenly from all sides look flat. What turns away from it is still seen."""
 ASIDE = np.array([0.38, 0.22, -0.25], np.float32)
 """By how much more comes from one side than from all: walls that meet differ, and floors light ceilings."""
 LAMP_RADIUS_M = 0.2

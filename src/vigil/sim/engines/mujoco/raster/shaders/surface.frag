@@ -27,10 +27,11 @@ vec3 surroundings(vec3 way) {
                        : mix(middle, vec3(0.26, 0.24, 0.22), smoothstep(0.0, 0.6, -way.z));
 }
 
-// From the square root of light to what is shown: bright places keep their form.
+// From the square root of light to what is shown: bright places keep their form, dark ones are lifted.
 vec3 toned(vec3 root) {
     root = min(root * (1.13 - 0.16 * root * root), 1.0);
-    return mix(root, root * root * (3.0 - 2.0 * root), 0.2);
+    vec3 dark = 1.0 - root;
+    return root * (1.0 + 0.15 * dark * dark);
 }
 
 void main() {
