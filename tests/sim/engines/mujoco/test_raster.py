@@ -441,3 +441,18 @@ def test_a_gap_between_leaves_is_dim_at_its_lips_and_dark_behind(scene: Scene) -
         fronts.append(set(shares[normals @ axes[:, gaps.FRONT] > 0.9].tolist()))
     assert [gaps.LIP_SHARE in lip for lip in lips] == [True, False, True]
     assert [gaps.INSIDE_SHARE in front for front in fronts] == [False, True, False]
+
+
+def test_a_narrow_gap_is_no_brighter_than_a_front_before_a_paler_box(scene: Scene) -> None:
+    back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
+    front = Part("front", block((-0.2, -0.1, 0.18), (0.2, 0.1, 0.2)), "wood/walnut", joint="drawer", bears_open=True)
+    box = Part("box", block((-0.2, -0.1, -0.15), (0.2, 0.1, 0.18)), "paint/#f4f2ec", joint="drawer", bears_open=True)
+    slide = Joint("drawer", "slide", Vec3(0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0), 0.3)
+    asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), (back, front, box), (), (slide,), (INSIDE,))
+    scene.things["cabinet"].asset = asset
+    model = model_cache.model_of(scene)
+    wood, paint = (model.things["cabinet"].geoms[[1, 2]]).tolist()
+    assert model.native.geom_rbound[paint] > model.native.geom_rbound[wood]
+    on_wood, on_paint = gaps.shares_from_afar(model, np.array([wood, paint]), np.array([0.01, 0.01])).tolist()
+    assert 0.01 < on_paint < 0.2
+    assert on_wood == pytest.approx(gaps.AFAR_SHARE)
