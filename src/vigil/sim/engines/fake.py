@@ -28,6 +28,8 @@ from vigil.sim.staging import NOTHING, Layer, Picture, View
 from vigil.world import OPEN_ABOVE
 
 CHUNK_RAYS = 400
+CONE_STEPS = 3.0
+"""Steps of each coordinate of a direction between 0 and 1: rays that go nearly the same way meet few boxes."""
 DRAW_STRIDE, LOOK_STRIDE = 16, 8
 WELD_M = 1e-4
 MAX_PIECES = 40
@@ -264,8 +266,7 @@ class FakeEngine:
         to_box = middle - np.array(origin)
         gap = np.maximum(np.linalg.norm(to_box, axis=1), 1e-9)
         spread = np.where(gap <= radius, np.pi, np.arcsin(np.minimum(1.0, radius / gap)))
-        for first in range(0, len(rays), CHUNK_RAYS):
-            part = slice(first, first + CHUNK_RAYS)
+        for part in _cones(rays):
             axis = rays[part].mean(axis=0)
             axis /= max(float(np.linalg.norm(axis)), 1e-9)
             cone = float(np.arccos(np.clip((rays[part] @ axis).min(), -1.0, 1.0)))
@@ -274,6 +275,17 @@ class FakeEngine:
             if len(near):
                 rows[part], distances[part] = _first_met(boxes, near, np.array(origin), rays[part])
         return rows, distances
+
+
+def _cones(rays: np.ndarray) -> list[np.ndarray]:
+    """Returns the numbers of the rays (n, 3) in parts that go nearly the same way, each of at most `CHUNK_RAYS`."""
+    if len(rays) < CHUNK_RAYS:
+        return [np.arange(len(rays))]
+    steps = np.floor((rays + 1.0) * CONE_STEPS).astype(np.int64)
+    key = (steps[:, 0] << 16) + (steps[:, 1] << 8) + steps[:, 2]
+    order = np.argsort(key, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(key[order])) + 1)
+    return [part[first : first + CHUNK_RAYS] for part in parts for first in range(0, len(part), CHUNK_RAYS)]
 
 
 def _first_met(boxes: _Boxes, near: np.ndarray, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
