@@ -280,7 +280,7 @@ class FakeEngine:
 def _cones(rays: np.ndarray) -> list[np.ndarray]:
     """Returns the numbers of the rays (n, 3) in parts that go nearly the same way, each of at most `CHUNK_RAYS`."""
     if len(rays) < CHUNK_RAYS:
-        return [np.arange(len(rays))]
+        return [np.arange(len(rays))] if len(rays) else []
     steps = np.floor((rays + 1.0) * CONE_STEPS).astype(np.int64)
     key = (steps[:, 0] << 16) + (steps[:, 1] << 8) + steps[:, 2]
     order = np.argsort(key, kind="stable")
