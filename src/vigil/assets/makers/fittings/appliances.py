@@ -20,8 +20,6 @@ SHELLS = (
 )
 _RETRO = (Finish("plastic/#a8322d", "red"), Finish("plastic/#e9dfc3", "cream"), Finish("plastic/#9cc4bd", "mint green"))
 _LINER = "plastic/#eef1f2"
-_GRILLE = "plastic/#1d1e20"
-"""Under a fridge. Slats of another colour than what is behind them would be seen as a row of dots."""
 _FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
 _GLASS_SHELF = PartStyle("glass/#6f9aa6", is_glass=True)
 
@@ -62,10 +60,10 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     (x0, x1), z0 = builder.across, builder.through[0]
     base = _FRIDGE_BASE
     add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
-    builder.block(_GRILLE, (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body - 0.006))
+    builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body - 0.006))
     slats = np.linspace(x0 + 0.05, x1 - 0.05, 16)
     builder.add(
-        _GRILLE,
+        shell.material,
         *(shapes.span((x - 0.004, 0.01, body - 0.006), (x + 0.004, base - 0.01, body)) for x in slats),
     )
     low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
