@@ -6,7 +6,7 @@ from itertools import islice
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.closure.all_of import ALL_ACTS
 from vigil.authoring.closure.impossible import placed
-from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn
+from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, hides, in_turn
 from vigil.authoring.closure.telling import by_bearing, by_size, by_state, is_clearly_larger, is_inside_of
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, seeking, setup_for
@@ -121,7 +121,7 @@ def _state(label: str) -> ObjectSetup:
 def _of_size(context: HouseContext) -> Tasks:
     for target, others in _candidates(context):
         acts: list[Act] = [act for act in ACTS if allows(target, act)]
-        if len(others) != 1 or not acts:
+        if len(others) != 1 or not acts or target.is_part:  # nobody compares drawers of two pieces of furniture
             continue
         is_larger = is_clearly_larger(target, others[0])
         if not is_larger and not is_clearly_larger(others[0], target):
@@ -182,10 +182,12 @@ def _tops(target: Thing, borne: Thing) -> Iterator[Placement]:
 def _alike_task(
     context: HouseContext, act: Act, target: Thing, alike: Thing, words: str, setup: Setup, form: str
 ) -> Tasks:
-    """Yields the task about a thing that is told so from another, or none where no start is found."""
+    """Yields the task about a thing that is told so from another; none where no start shows that one alone."""
     if not context.can_begin(setup):
         return
-    start = context.start_seeing(alike, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX))
+    start = context.start_seeing(
+        alike, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX), lambda pose: hides(context, pose, target.id)
+    )
     context.begin(Setup())
     if start is None:
         return

@@ -1,7 +1,7 @@
-"""Tasks about several things of a room: all of a name, or all that are on or stand open."""
+"""Tasks about several things: all of a name in a room, or all that are on or stand open in a room or the home."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from vigil.authoring.drafting.proposals import allows, goal_for, is_target, setu
 from vigil.authoring.language.ordinals import bare
 from vigil.authoring.language.referring import ROOM_NAMES, Phrase, referents
 from vigil.authoring.language.wording import VERBS, Act, say
+from vigil.authoring.ways.goal_kinds import closed_around
 from vigil.goals import AllOf, ObjectInState
 from vigil.pose import Pose
 from vigil.scene.things import Thing
@@ -19,8 +20,12 @@ from vigil.world import ObjectSetup, Setup
 
 FEWEST, MOST = 2, 5
 """Targets of an `all_of` task."""
+FEWEST_STANDING = 3
+"""The same, where they are told by their state: one must look around for each."""
 TRIED_STARTS = 40
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
+AT_REST: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
+"""How a thing is that is not to be acted on, by what is asked for of the others."""
 EVERY = (
     "{Verb} every {name} in the {room}.",
     "Please {verb} every {name} in the {room}.",
@@ -29,25 +34,31 @@ EVERY = (
 )
 EVERYTHING: dict[Act, tuple[str, ...]] = {
     "turn_off": (
-        "Turn off everything that is on in the {room}.",
-        "Please switch off everything that is on in the {room}.",
-        "We are leaving: turn off everything that is on in the {room}.",
+        "Turn off everything that is on in {place}.",
+        "Please switch off everything that is on in {place}.",
+        "We are leaving: turn off everything that is on in {place}.",
     ),
     "close": (
-        "Close everything that stands open in the {room}, except for the doors between rooms.",
-        "Please shut everything that stands open in the {room}, but leave the doors between rooms as they are.",
-        "Tidy up: close everything that stands open in the {room}, except for the doors between rooms.",
+        "Close everything that stands open in {place}, except for the doors between rooms.",
+        "Please shut everything that stands open in {place}, but leave the doors between rooms as they are.",
+        "Tidy up: close everything that stands open in {place}, except for the doors between rooms.",
     ),
 }
+HOME = "this home"
+"""What all rooms together are called."""
 _ROOM = f"(?P<room>{'|'.join(ROOM_NAMES.values())})"
 NAMED = re.compile(rf"\bevery (?P<name>[\w -]+?) in the {_ROOM}\b")
-STANDING = re.compile(rf"\beverything that (?P<state>is on|stands open) in the {_ROOM}\b")
+STANDING = re.compile(rf"\beverything that (?P<state>is on|stands open) in (?:the {_ROOM}|{HOME})\b")
 DOORS = frozenset({"Doorway", "Doorframe"})
 
 
 def all_of(context: HouseContext) -> Tasks:
-    """Yields tasks about several things of a room: all of a name, or all that are on or stand open."""
-    yield from in_turn(context, _by_name(context), _by_state(context, "turn_off"), _by_state(context, "close"))
+    """Yields tasks about several things: all of a name, or all that are on or stand open."""
+    yield from in_turn(
+        context,
+        _by_name(context),
+        *(_by_state(context, act, over) for act in EVERYTHING for over in (rooms_named_once, _home)),
+    )
 
 
 def _by_name(context: HouseContext) -> Tasks:
@@ -55,7 +66,7 @@ def _by_name(context: HouseContext) -> Tasks:
         groups: dict[tuple[str, str, str], list[Thing]] = {}
         for thing in context.shuffled([each for each in context.oracle.scene.things.values() if each.is_present]):
             item = context.items[thing.id]
-            if is_target(thing) and allows(thing, act) and item.room and item.room_id and thing.category not in FLAMES:
+            if may_be_asked(thing, act) and item.room and item.room_id:
                 groups.setdefault((bare(item.name), item.room, item.room_id), []).append(thing)
         for (name, room, room_id), things in groups.items():
             if len(things) < FEWEST:
@@ -71,22 +82,55 @@ def _by_name(context: HouseContext) -> Tasks:
                 yield _about_all(context, act, sentence, things, Setup(objects=objects))
 
 
-def _by_state(context: HouseContext, act: Act) -> Tasks:
-    for room in context.oracle.scene.rooms:
-        name = ROOM_NAMES.get(room.room_type)
-        things = [context.thing(item.id) for item in context.items.values() if item.room_id == room.id]
-        fit = [each for each in things if is_target(each) and allows(each, act) and each.category not in FLAMES]
-        if name is None or sum(each.room_type == room.room_type for each in context.oracle.scene.rooms) > 1:
+Over = Callable[[HouseContext], Iterator[tuple[str, list[Thing]]]]
+"""Yields places that "everything" may be said of, each with the things that are there."""
+
+
+def _by_state(context: HouseContext, act: Act, over: Over) -> Tasks:
+    for place, things in over(context):
+        fit = [each for each in things if may_be_asked(each, act) and not is_shut_away(context, each)]
+        rooms = {context.items[each.id].room_id for each in fit}
+        if len(fit) < FEWEST_STANDING or (place == HOME and len(rooms) < 2):
+            yield refused(context, "all_of", "few_enough", f"{len(fit)} things can be asked for in {place}")
             continue
-        if len(fit) < FEWEST:
-            yield refused(context, "all_of", "few_enough", f"{len(fit)} things can be asked for in the {name}")
-            continue
-        chosen = context.shuffled(fit)[: int(context.rng.integers(FEWEST, MOST))]
+        most = min(MOST, len(fit))
+        chosen = _of_several_rooms(context, fit, int(context.rng.integers(FEWEST_STANDING, most + 1)))
         asked = {key: change for thing in chosen for key, change in setup_for(thing, act).objects.items()}
-        at_rest = ObjectSetup(is_toggled=False) if act == "turn_off" else ObjectSetup(openness=0.0)
-        others = {each.id: at_rest for each in standing(things, act) if each.id not in asked}
-        sentence = say(EVERYTHING[act], context.rng, room=name)
+        others = {each.id: AT_REST[act] for each in standing(things, act) if each.id not in asked}
+        sentence = say(EVERYTHING[act], context.rng, place=place)
         yield _about_all(context, act, sentence, chosen, Setup(objects={**others, **asked}))
+
+
+def _home(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
+    if len(context.oracle.scene.rooms) > 1:
+        yield HOME, [context.thing(item.id) for item in context.items.values() if item.room_id is not None]
+
+
+def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
+    """Yields the rooms that alone bear their name, each as it is said and with the things that are there."""
+    rooms = context.oracle.scene.rooms
+    for room in rooms:
+        name = ROOM_NAMES.get(room.room_type)
+        if name is not None and sum(each.room_type == room.room_type for each in rooms) == 1:
+            yield f"the {name}", [context.thing(item.id) for item in context.items.values() if item.room_id == room.id]
+
+
+def may_be_asked(thing: Thing, act: Act) -> bool:
+    """Whether a thing may be among those that are on, or stand open, and are to be seen to."""
+    return is_target(thing) and allows(thing, act) and thing.category not in FLAMES
+
+
+def is_shut_away(context: HouseContext, thing: Thing) -> bool:
+    """Whether a thing lies in something closed, so that nobody sees how it is."""
+    return bool(closed_around(context.oracle, thing.id))
+
+
+def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) -> list[Thing]:
+    """Returns so many of some things in a random order, of more rooms than one where they are in several."""
+    chosen = context.shuffled(things)
+    first = context.items[chosen[0].id].room_id
+    elsewhere = next((each for each in chosen if context.items[each.id].room_id != first), chosen[1])
+    return [chosen[0], elsewhere, *(each for each in chosen[1:] if each is not elsewhere)][:count]
 
 
 def standing(things: Iterable[Thing], act: Act) -> list[Thing]:
@@ -123,7 +167,7 @@ def _about_all(
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
-    """Returns a start pose in the things' room that does not see all of them; None without one."""
+    """Returns a start pose in the first thing's room that sees some of them, half at most; None without one."""
     home = context.oracle.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.oracle.room_at(place) != home:
@@ -131,6 +175,11 @@ def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | No
         pose = context.facing(place, things[0], LEVEL_DEG, 40.0)
         with context.oracle.standing_at(pose):
             seen = [context.oracle.state_of(thing.id).visible_px for thing in things]
-        if min(seen) == 0 < max(seen):
+        if max(seen) > 0 and hides_half(seen) and context.has_room(pose):
             return pose
     return None
+
+
+def hides_half(seen_px: Sequence[int]) -> bool:
+    """Whether half of several things at least are out of view, by the pixels that show each."""
+    return 2 * sum(px == 0 for px in seen_px) >= len(seen_px)

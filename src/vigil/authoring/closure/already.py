@@ -1,11 +1,31 @@
-"""Twins that ask for a state which may hold already, and twins that ask for one of two things by a condition."""
+"""Twins that ask for a state which may hold already, of one thing or of a whole room, and twins that ask for one of
+two things by a condition."""
 
+import re
 from collections.abc import Iterator
 
-from vigil.authoring.closure.all_of import ALL_ACTS
-from vigil.authoring.closure.tasks import FLAMES, ClosureTask, Tasks, in_turn, plain
-from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import SV_TOGGLES, allows, is_target, seeking, setup_for
+from vigil.authoring.closure.all_of import (
+    ALL_ACTS,
+    AT_REST,
+    FEWEST,
+    MOST,
+    is_shut_away,
+    may_be_asked,
+    rooms_named_once,
+    standing,
+)
+from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, hides, in_turn, plain, refused
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import (
+    SV_TOGGLES,
+    allows,
+    goal_for,
+    is_seen,
+    is_target,
+    seeking,
+    setup_for,
+)
+from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.language.wording import VERBS, Act, opened, order, say
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.closure import OTHERWISE
@@ -20,6 +40,21 @@ MAKE_SURE = (
     "Please make sure that {whole} is {label}.",
     "Before we leave, make sure that {whole} is {label}.",
 )
+NOTHING: dict[Act, tuple[str, ...]] = {
+    "turn_off": (
+        "Make sure that nothing is on in {place}.",
+        "Please see to it that nothing is left on in {place}.",
+        "Before we leave, make sure that everything in {place} is off.",
+    ),
+    "close": (
+        "Make sure that nothing stands open in {place}, except for the doors between rooms.",
+        "Please see to it that nothing is left open in {place}; the doors between rooms do not matter.",
+        "Before we leave, make sure that all is closed in {place}, except for the doors between rooms.",
+    ),
+}
+NOTHING_IN = re.compile(rf"\b(?:nothing|everything|all)\b.*? in the (?P<room>{'|'.join(ROOM_NAMES.values())})\b")
+EVERYTHING_FORM = "everything"
+"""The form that asks about all of a room."""
 IF_SO = (
     "If {whole} is {label}, {order_it}; otherwise {other}.",
     "Check {whole}: if it is {label}, {order_it}; if not, {other}.",
@@ -35,7 +70,8 @@ TRIED_OTHERS = 3
 
 def already(context: HouseContext) -> Tasks:
     """Yields twins that ask to make sure of a state, which on one side holds from the start."""
-    yield from in_turn(context, *(_sure(context, act) for act in ALL_ACTS))
+    one = in_turn(context, *(_sure(context, act) for act in ALL_ACTS))
+    yield from in_turn(context, one, *(_all_at_rest(context, act) for act in NOTHING))
 
 
 def _sure(context: HouseContext, act: Act) -> Tasks:
@@ -44,7 +80,56 @@ def _sure(context: HouseContext, act: Act) -> Tasks:
         sentence = say(MAKE_SURE, context.rng, whole=whole, label=LABELS[act])
         first = episode.model_copy(update={"instruction": sentence})
         second = first.model_copy(update={"setup": with_done(first, goal)})
-        yield ClosureTask("already", (first, second), target.id, (plain(target.id),))
+        yield ClosureTask("already", (first, second), target.id, (plain(target.id),), "one_thing")
+
+
+def _all_at_rest(context: HouseContext, act: Act) -> Tasks:
+    """Yields twins that ask to make sure of a whole room, in which all is as it should be but for one thing."""
+    for place, things in rooms_named_once(context):
+        found = may_be_meant(things, act)
+        if not FEWEST <= len(found) <= MOST:
+            yield refused(context, "already", "few_enough", f"{len(found)} things can be asked about in {place}")
+        elif any(is_shut_away(context, thing) or not may_be_asked(thing, act) for thing in found):
+            yield refused(
+                context, "already", "place_can_be_seen", f"something in {place} cannot be asked about or seen"
+            )
+        else:
+            for target in context.shuffled(found):
+                task = _all_but(context, act, place, target, [thing for thing in found if thing is not target])
+                if task is not None:
+                    yield task
+
+
+def may_be_meant(things: list[Thing], act: Act) -> list[Thing]:
+    """Returns the things that nothing must be on, or open, of: those that may be, and those that are."""
+    ids = {thing.id for thing in standing(things, act)}
+    return [thing for thing in things if may_be_asked(thing, act) or thing.id in ids]
+
+
+def _all_but(context: HouseContext, act: Act, place: str, target: Thing, others: list[Thing]) -> ClosureTask | None:
+    """Returns twins: on the first side one thing, out of view at the start, is not at rest; on the second all are."""
+    at_rest = {thing.id: AT_REST[act] for thing in others}
+    setup = Setup(objects={**at_rest, **setup_for(target, act).objects})
+    if not context.can_begin(setup):
+        return None
+    start = context.start_seeing(others[0], NEAR_M, LEVEL_DEG, is_seen(1), lambda pose: hides(context, pose, target.id))
+    context.begin(Setup())
+    if start is None:
+        return None
+    parts = [part for each in (target, *others) if isinstance(part := goal_for(each, act), ObjectInState)]
+    first = context.draft(
+        "SI",
+        TaskSpec(
+            start=start,
+            setup=setup,
+            instruction=say(NOTHING[act], context.rng, place=place),
+            goal=AllOf(object_id=target.id, parts=tuple(parts)),
+            bindings={"target": target.id, **{f"target_{n}": each.id for n, each in enumerate(others, start=2)}},
+            template=act,
+        ),
+    )
+    second = first.model_copy(update={"setup": with_done(first, parts[0])})
+    return ClosureTask("already", (first, second), target.id, (plain(target.id),), EVERYTHING_FORM)
 
 
 def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:

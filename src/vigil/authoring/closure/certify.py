@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.actions import Action, Report, Status
-from vigil.authoring.closure.all_of import NAMED, STANDING, standing
+from vigil.authoring.closure.all_of import NAMED, STANDING, hides_half, standing
+from vigil.authoring.closure.already import EVERYTHING_FORM, NOTHING_IN, may_be_meant
 from vigil.authoring.closure.refusals import FULL, is_full
 from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import ClosureTask
@@ -40,20 +41,22 @@ from vigil.closure import (
 )
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.goals import AllOf, ObjectAtReceptacle, is_observable
+from vigil.goals import AllOf, ObjectAtReceptacle, ObjectInState, is_observable
 from vigil.house import House
 from vigil.pack import protocol_faults
 from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
 _WORDS = frozenset({"target_named", "unambiguous"})
 EXEMPT: dict[str, frozenset[str]] = {
     "all_of": frozenset({"protocol", "hidden_at_start", *_WORDS}),
+    f"already {EVERYTHING_FORM}": frozenset({"protocol", *_WORDS}),
     "if_so": frozenset({"protocol", "hidden_at_start"}),
     "impossible put": frozenset({"protocol", "hidden_at_start"}),
     "silent_refusal full_shelf": frozenset({"protocol", "hidden_at_start"}),
     "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
-    **{f"look_alike {form}": frozenset({"hidden_at_start", *_WORDS}) for form in ("state", "bearing", "size")},
+    **{f"look_alike {form}": _WORDS for form in ("state", "bearing", "size")},
 }
 """Rules of the families that a kind, or one of its forms, breaks by intent; `protocol` is then checked as a suite's."""
 TOLD_OTHERWISE = ("state", "bearing", "size")
@@ -150,6 +153,8 @@ class Certifier:
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if task.kind == "all_of" and isinstance(episode.goal, AllOf):
             yield from self._faults_of_all(episode, episode.goal)
+        if task.form == EVERYTHING_FORM and isinstance(episode.goal, AllOf):
+            yield from self._faults_of_everything(episode, episode.goal)
         if task.kind == "look_alike":
             yield from self._faults_of_alike(task, episode)
         if task.form == FULL and isinstance(episode.goal, ObjectAtReceptacle):
@@ -171,12 +176,10 @@ class Certifier:
 
     def _faults_of_all(self, episode: Episode, goal: AllOf) -> Broken:
         ids = {part.object_id for part in goal.parts}
-        meant = self._meant_by(episode.instruction)
-        if meant != ids:
-            yield "told_apart", f"{len(meant)} things are meant, {len(ids)} the goal is about"
+        yield from _told_apart(self._meant_by(episode.instruction), ids)
         states = self._oracle.world(ids).objects.values()
-        if all(state.visible_px for state in states):
-            yield "some_out_of_view", f"all {len(ids)} targets are in view at the start"
+        if not hides_half([state.visible_px for state in states]):
+            yield "some_out_of_view", f"more than half of the {len(ids)} targets are in view at the start"
 
     def _meant_by(self, instruction: str) -> set[str]:
         """Returns the ids of all things that the words "every ..." or "everything that ..." mean now."""
@@ -184,9 +187,21 @@ class Certifier:
         if named := NAMED.search(instruction):
             return {item.id for item in referents(Phrase(named["name"], room=named["room"]), items.values())}
         if found := STANDING.search(instruction):
-            here = [self._oracle.scene.things[item.id] for item in items.values() if item.room == found["room"]]
+            here = self._in_room(found["room"])
             return {thing.id for thing in standing(here, "turn_off" if found["state"] == "is on" else "close")}
         return set()
+
+    def _faults_of_everything(self, episode: Episode, goal: AllOf) -> Broken:
+        found = NOTHING_IN.search(episode.instruction)
+        is_open = isinstance(goal.parts[0], ObjectInState) and goal.parts[0].state == "is_open"
+        here = self._in_room(found["room"]) if found else []
+        meant = may_be_meant(here, "close" if is_open else "turn_off")
+        yield from _told_apart({thing.id for thing in meant}, {part.object_id for part in goal.parts})
+
+    def _in_room(self, room: str | None) -> list[Thing]:
+        """Returns the things of the rooms of a name, or of all rooms where it is None."""
+        items = items_of(self._oracle.scene).values()
+        return [self._oracle.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
         """Returns the answers of twins. Raises _Broken where they are none, or the second side can be done."""
@@ -318,6 +333,11 @@ class _Broken(EpisodeError):
     def __init__(self, rule: str, message: str) -> None:
         super().__init__(message)
         self.rule = rule
+
+
+def _told_apart(meant: set[str], ids: set[str]) -> Broken:
+    if meant != ids:
+        yield "told_apart", f"{len(meant)} things are meant, {len(ids)} the goal is about"
 
 
 def _check_twins(task: ClosureTask, second: Episode) -> None:

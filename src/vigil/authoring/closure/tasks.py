@@ -12,6 +12,7 @@ from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.closure import Evidence, Kind
 from vigil.episode import Episode
+from vigil.pose import Pose
 
 LEVEL_DEG = 15.0
 """Camera pitch of a start that sees what is to be acted on."""
@@ -60,6 +61,11 @@ def in_turn(context: HouseContext, *proposals: Tasks) -> Tasks:
 def plain(thing_id: str) -> Evidence:
     """Returns the evidence that a thing gives by itself to who sees it plainly."""
     return Evidence(object_id=thing_id, least_px=PLAIN_PX)
+
+
+def hides(context: HouseContext, pose: Pose, thing_id: str) -> bool:
+    """Whether nothing of a thing is in view from a pose."""
+    return context.seen_from(pose, thing_id).visible_px == 0
 
 
 def refused(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
