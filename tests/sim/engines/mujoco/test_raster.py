@@ -23,7 +23,7 @@ from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import FULL, Cast, Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
 from vigil.sim.engines.mujoco.raster.mirrors import box_of
-from vigil.sim.engines.mujoco.raster.smoothing import smoothed
+from vigil.sim.engines.mujoco.raster.smoothing import INSET_M, inset, of_one_surface, smoothed
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
@@ -113,8 +113,12 @@ def test_little_light_reaches_what_is_under_something() -> None:
     assert light[0].mean() < 0.5 * light[1].mean()
     assert is_buried.tolist() == [False, False, True]
     lamp = np.array([0.0, 0.0, 2.4])
-    assert irradiance.from_lamp(scene, lamp, samples)[0] == 0.0
-    assert irradiance.from_lamp(scene, lamp, samples)[1] > 0.2
+    here = irradiance.from_lamp(scene, lamp, samples, np.ones(3, np.float32))
+    assert here[0] == 0.0
+    assert here[1] > 0.2
+    spilled = irradiance.from_lamp(scene, lamp, samples, np.array([1.0, 0.5, 0.01], np.float32))
+    assert spilled[1] == pytest.approx(0.5 * here[1])
+    assert spilled[2] == 0.0
 
 
 def test_light_keeps_the_form_of_what_it_falls_on() -> None:
@@ -125,6 +129,37 @@ def test_light_keeps_the_form_of_what_it_falls_on() -> None:
     cast = even.shaded(samples, [np.array([0.0, 0.0, 2.0])])
     assert cast.reach[0, 0] > cast.reach[0, 1] > cast.reach[0, 2] == 0.0
     assert cast.ambient[1, 0] > cast.ambient[0, 0]
+
+
+def test_walls_that_meet_are_told_apart() -> None:
+    sides = np.array([(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)], np.float32)
+    samples = Samples(np.zeros((4, 3), np.float32), sides)
+    even = Cast(np.full((4, 3), irradiance.AMBIENT, np.float32), np.full((1, 4), irradiance.LAMP, np.float32))
+    above = np.array([0.0, 0.0, 0.5])  # which all face alike
+    light = even.shaded(samples, [above]).under(np.ones((1, 3)), slice(None))[:, 0]
+    apart = np.abs(light - np.roll(light, 1)) / np.minimum(light, np.roll(light, 1))
+    assert apart.min() > 0.1
+
+
+def test_a_lamp_makes_no_spot_on_the_ceiling() -> None:
+    places = np.array([(x, 0.0, 2.5) for x in (0.0, 0.1, 0.5, 2.0)], np.float32)
+    samples = Samples(places, np.array([(0, 0, -1.0)] * 4, np.float32))
+    shares = irradiance.faced(np.array([0.0, 0.0, 2.44]), samples)
+    assert shares.max() < 1.6 * shares.min()
+
+
+def test_light_on_a_face_does_not_come_from_the_corners_of_its_rim() -> None:
+    """The front of a machine that lies within a rim was dark all over, as if it were hollow."""
+    front = np.array([(x, 0.0, z) for x in (0.0, 0.3, 0.6) for z in (0.0, 0.4, 0.8)], np.float32)
+    samples = Samples(front, np.array([(0, -1.0, 0)] * 9, np.float32))
+    across = [(i, j) for i in range(9) for j in range(i) if np.abs(front[i] - front[j]).sum() < 0.5]
+    moved = inset(samples, np.array(across)).points
+    assert moved[4] == pytest.approx(front[4])
+    for corner, inward in ((0, (1, 1)), (2, (1, -1)), (6, (-1, 1)), (8, (-1, -1))):
+        step = moved[corner] - front[corner]
+        assert (step[[0, 2]] * inward > 0.01).all()
+        assert step[1] == 0.0
+        assert np.linalg.norm(step) <= INSET_M + 1e-6
 
 
 def edge_list(faces: np.ndarray) -> np.ndarray:
@@ -138,12 +173,13 @@ def test_smoothed_light_keeps_to_one_surface_and_fills_what_is_not_known() -> No
     dark, hidden = np.flatnonzero(is_top)[[0, 3]]
     light[dark], light[hidden] = 0.0, 77.0
     is_known = np.arange(len(light)) != hidden
-    after = smoothed(light, is_known, mesh.vertices, mesh.normals, edge_list(mesh.faces))
+    edges = of_one_surface(mesh.normals, edge_list(mesh.faces))
+    after = smoothed(light, is_known, mesh.vertices, edges)
     assert after[~is_top] == pytest.approx(0.2)  # across an edge no light is taken
     assert (after[is_top] > 0.5).all()
     assert after.max() == pytest.approx(1.0)
     alone = np.array([[0, 1]])
-    ends = smoothed(light[:3], np.array([False, False, True]), mesh.vertices[:3], mesh.normals[:3], alone)
+    ends = smoothed(light[:3], np.array([False, False, True]), mesh.vertices[:3], alone)
     assert np.isnan(ends[:2]).all()
     assert ends[2] == pytest.approx(light[2])
 

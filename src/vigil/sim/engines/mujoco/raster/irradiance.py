@@ -10,7 +10,7 @@ import numpy as np
 
 from vigil.sim.engines.mujoco.raster.occluders import FAR_M, Occluders
 
-DIRECTIONS = 40
+DIRECTIONS = 32
 """Over the whole sphere; a point uses the half that it faces."""
 LAMP_RAYS = 4
 LIFT_M = 0.012
@@ -25,15 +25,21 @@ SKY, LAWN = (2.65, 2.9, 3.2), (0.95, 1.0, 0.95)
 """What comes through a window from above and from below the horizon."""
 AMBIENT, LAMP = 0.33, 1.07
 """Most light comes from the lamp: rooms lit evenly from all sides look flat. What turns away from it is still seen."""
-ASIDE = np.array([0.38, 0.22, -0.25], np.float32)
+ASIDE = np.array([0.6, 0.12, -0.25], np.float32)
 """By how much more comes from one side than from all: walls that meet differ, and floors light ceilings."""
+LAMP_ASIDE = np.array([0.1, 0.02, 0.0], np.float32)
+"""The same of the light that comes from lamps, which are no points."""
 LAMP_RADIUS_M = 0.2
 FALLOFF = 0.06
 WRAP = 0.15
 """Lamps light surfaces that turn a little away from them: rooms send light back."""
+CEILING, ON_CEILING = 0.9, 0.1
+"""What turns down more than this is a ceiling, which takes no more of a lamp's light than what turns this far to it."""
 REACH_M = 9.0
 SPILL_M = 0.5
 """This far from the room of a lamp half of its light is left."""
+LEAST_SHARE = 0.02
+"""Of a lamp's light; less is not seen."""
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
@@ -93,17 +99,20 @@ def _brought(far: np.ndarray, up: float) -> np.ndarray:
     return np.where((far >= FAR_M)[:, None], outside, met[:, None])
 
 
-def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples) -> np.ndarray:
-    """Returns the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points, faced or not."""
+def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.ndarray) -> np.ndarray:
+    """Returns the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points, faced or not.
+
+    It is counted by shares (n,), and not at all where next to nothing of it counts.
+    """
     far, cosines = _seen_from(lamp, samples)
     total = np.zeros(len(far), np.float32)
-    reached = np.flatnonzero((cosines > -WRAP) & (far < REACH_M))
+    reached = np.flatnonzero((cosines > -WRAP) & (far < REACH_M) & (shares > LEAST_SHARE))
     origins, seen = samples.origins[reached], np.zeros(len(reached), np.float32)
     for number in range(LAMP_RAYS):
         radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
         disc = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
         seen += ~scene.is_blocked(origins, (lamp + disc).astype(np.float32))
-    total[reached] = LAMP * seen / LAMP_RAYS / (1.0 + FALLOFF * far[reached] ** 2)
+    total[reached] = LAMP * shares[reached] * seen / LAMP_RAYS / (1.0 + FALLOFF * far[reached] ** 2)
     return total
 
 
@@ -116,8 +125,13 @@ def spilled(outside: np.ndarray) -> np.ndarray:
 
 
 def faced(lamp: np.ndarray, samples: Samples) -> np.ndarray:
-    """Returns the share (n,) float32 of a lamp's light that the points take by how far they turn from it."""
-    return np.maximum(_seen_from(lamp, samples)[1] + WRAP, 0.0) / (1.0 + WRAP)
+    """Returns the share (n,) float32 of a lamp's light that the points take by how far they turn from it.
+
+    Ceilings are lit from all over the room: under a lamp alone there would be a spot.
+    """
+    cosines = _seen_from(lamp, samples)[1]
+    cosines = np.where(samples.normals[:, 2] < -CEILING, np.minimum(cosines, ON_CEILING), cosines)
+    return np.maximum(cosines + WRAP, 0.0) / (1.0 + WRAP) * (1.0 + samples.normals @ LAMP_ASIDE)
 
 
 def _seen_from(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.occluders import occluders_of
-from vigil.sim.engines.mujoco.raster.smoothing import smoothed
+from vigil.sim.engines.mujoco.raster.smoothing import inset, of_one_surface, smoothed
 
 BRIGHTEST = 2.0
 """Light of this strength is white; the shaders know it too."""
@@ -40,12 +40,12 @@ class Cast:
         return Cast(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
 
     def smoothed(self, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray) -> "Cast":
-        """Returns the light averaged along the edges (m, 2) between the points that it fell on.
+        """Returns the light averaged along the edges (m, 2), of one surface each, between the points that it fell on.
 
         Where it is not known (n,), it is that of what is near, or else of all that belongs to the same owner (n,).
         """
         light = np.column_stack([self.ambient, self.reach.T]) * is_known[:, None]
-        near = smoothed(light, is_known, samples.points, samples.normals, edges)
+        near = smoothed(light, is_known, samples.points, edges)
         counts = np.maximum(np.bincount(owners, is_known), 1.0)
         means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)
         light = np.where(np.isnan(near), means[owners], near)
@@ -104,10 +104,11 @@ class Baked:
         counts = [len(each) for each, _ in places]
         owners = np.repeat(np.arange(len(geoms)), counts)
         first, which = _alike(points, normals, owners)
-        samples = Samples(points[first], normals[first])
-        cast, is_buried = self._cast(samples)
         edges = which[self._edges(geoms, counts)]
-        cast = cast.smoothed(samples, ~is_buried, edges, owners[first]).shaded(samples, self._lamps)
+        samples = Samples(points[first], normals[first])
+        along = of_one_surface(samples.normals, edges)
+        cast, is_buried = self._cast(inset(samples, along))
+        cast = cast.smoothed(samples, ~is_buried, along, owners[first]).shaded(samples, self._lamps)
         shares = gaps.shares_of_light(model, self.geometry, geoms[owners[first]], samples)
         shares = np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0)
         afar = gaps.shares_from_afar(model, geoms[owners[first]], shares)
@@ -152,11 +153,13 @@ class Baked:
     def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
         """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
         ambient, is_buried = irradiance.ambient(self._occluders, samples)
-        reach = [irradiance.from_lamp(self._occluders, lamp, samples) for lamp in self._lamps]
         places = samples.origins[:, :2]
-        for room, light in enumerate(reach):
-            lit = np.flatnonzero(light)
-            light[lit] *= irradiance.spilled(self._portals.distances_from(room, places[lit]))
+        reach = [
+            irradiance.from_lamp(
+                self._occluders, lamp, samples, irradiance.spilled(self._portals.distances_from(room, places))
+            )
+            for room, lamp in enumerate(self._lamps)
+        ]
         return Cast(ambient, np.array(reach, np.float32).reshape(len(reach), -1)), is_buried
 
 

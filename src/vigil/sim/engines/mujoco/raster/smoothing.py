@@ -6,24 +6,50 @@ less of a lamp darkens half a door.
 
 import numpy as np
 
+from vigil.sim.engines.mujoco.raster.irradiance import Samples
+
 ROUNDS = 3
 NEAR_M = 0.15
 """A neighbour this far away along an edge counts half."""
 ALIKE = 0.7
 """Cosine between the normals of two corners that are still of one smooth surface."""
+INSET_SHARE, INSET_M = 0.3, 0.05
+"""How far inward light is cast of a corner: this share of the way to its neighbours, at most so far."""
 
 
-def smoothed(
-    light: np.ndarray, is_known: np.ndarray, points: np.ndarray, normals: np.ndarray, edges: np.ndarray
-) -> np.ndarray:
-    """Returns the light (n, k) on corners at points (n, 3) with normals (n, 3), averaged along edges (m, 2).
+def of_one_surface(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Returns those edges (k, 2) of some (m, 2), each once, whose corners with normals (n, 3) are of one surface."""
+    count = len(normals)
+    once = np.unique(edges.min(axis=1).astype(np.int64) * count + edges.max(axis=1))
+    first, last = np.divmod(once, count)
+    is_one = (first != last) & (np.einsum("ij,ij->i", normals[first], normals[last]) > ALIKE)
+    return np.stack([first[is_one], last[is_one]], axis=1)
+
+
+def inset(samples: Samples, edges: np.ndarray) -> Samples:
+    """Returns samples moved from the rims of their surfaces inward, along edges (k, 2) of one surface each.
+
+    In the corner of a rim little light comes; a large face would show it all over.
+    """
+    first, last = edges.T
+    count = len(samples.points)
+    ways = samples.points[last] - samples.points[first]
+    known = np.maximum(np.bincount(first, minlength=count) + np.bincount(last, minlength=count), 1)
+    sums = np.stack([np.bincount(first, way, count) - np.bincount(last, way, count) for way in ways.T], axis=1)
+    inward = sums / known[:, None]
+    inward -= np.einsum("ij,ij->i", inward, samples.normals)[:, None] * samples.normals
+    length = np.maximum(np.linalg.norm(inward, axis=1), 1e-6)
+    steps = np.minimum(INSET_SHARE * length, INSET_M) / length
+    return Samples((samples.points + steps[:, None] * inward).astype(np.float32), samples.normals)
+
+
+def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Returns the light (n, k) on corners at points (n, 3), averaged along edges (m, 2) of one surface each.
 
     Where it is not known (n,), it comes from corners where it is; it is not a number where none of those is near.
     """
     count = len(light)
-    first, last = np.divmod(np.unique(edges.min(axis=1).astype(np.int64) * count + edges.max(axis=1)), count)
-    is_one_surface = (first != last) & (np.einsum("ij,ij->i", normals[first], normals[last]) > ALIKE)
-    first, last = first[is_one_surface], last[is_one_surface]
+    first, last = edges.T
     near = 1.0 / (1.0 + (np.linalg.norm(points[first] - points[last], axis=1) / NEAR_M) ** 2)
     own = np.arange(count)
     order = np.argsort(np.concatenate([own, first, last]), kind="stable")

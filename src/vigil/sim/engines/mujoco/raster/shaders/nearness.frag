@@ -8,7 +8,8 @@ const float STRENGTH = 1.7;
 const int STEPS = 10;
 const float SHADE_REACH = 0.8, SHORT_REACH = 0.22;  // metres towards the lamp, of what lies level and of what stands
 const float SHADE = 0.7;
-const float FLAT = 0.5, LEVEL = 0.9;  // cosine of what stands, and of what lies level
+const float FLAT = 0.5, LEVEL = 0.9;  // cosine of what stands, and of what lies level; below -FLAT are ceilings
+const float THIN = 0.03, THICK = 0.12;  // metres that something stands out from a wall
 const float THICKNESS = 0.25;  // metres: what is farther in front of a point is no neighbour
 uniform sampler2D distances;
 uniform vec2 slopes;  // half of what is seen across and up, at one metre
@@ -22,6 +23,12 @@ vec3 at(vec2 p) {
     return vec3((p * 2.0 - 1.0) * slopes * z, z);
 }
 
+// How much what stands out so far from a point counts: nearly nothing of frames and boards on walls.
+float counted(vec3 normal, float out_m) {
+    float lies = smoothstep(FLAT, LEVEL, abs(dot(normal, upward)));
+    return mix(smoothstep(THIN, THICK, out_m), 1.0, lies);
+}
+
 float nearness(vec3 here, vec3 normal, float turn) {
     vec2 radius = min(REACH / (here.z * slopes) * 0.5, vec2(0.12));
     float hidden = 0.0;
@@ -31,8 +38,9 @@ float nearness(vec3 here, vec3 normal, float turn) {
         float square = dot(way, way) + 1e-6;
         float inverse = inversesqrt(square);
         float rising = smoothstep(-0.6, 0.5, dot(way, upward) * inverse);
-        hidden += max(dot(way, normal) * inverse - 0.12, 0.0) * max(1.0 - square * inverse / REACH, 0.0)
-                * mix(0.3, 1.0, rising);
+        float out_m = dot(way, normal);
+        hidden += max(out_m * inverse - 0.12, 0.0) * max(1.0 - square * inverse / REACH, 0.0)
+                * mix(0.3, 1.0, rising) * counted(normal, out_m);
     }
     return hidden * STRENGTH / float(TAPS);
 }
@@ -41,7 +49,7 @@ float nearness(vec3 here, vec3 normal, float turn) {
 float shade(vec3 here, vec3 normal, float turn) {
     vec3 way = normalize(lamp - here);
     float facing = smoothstep(0.0, 0.35, dot(way, normal));
-    if (facing <= 0.0)
+    if (facing <= 0.0 || dot(normal, upward) < -FLAT)  // a lamp's mount darkens no ceiling
         return 0.0;
     float reach = mix(SHORT_REACH, SHADE_REACH, smoothstep(FLAT, LEVEL, dot(normal, upward)));
     float least = 0.008 + 0.006 * here.z, stopped = 0.0;
@@ -50,7 +58,7 @@ float shade(vec3 here, vec3 normal, float turn) {
         vec3 point = here + normal * least + way * far;
         float before = point.z - textureLod(distances, point.xy / (point.z * slopes) * 0.5 + 0.5, 0.0).g;
         float is_between = step(least, before) * step(before, THICKNESS);
-        stopped = max(stopped, is_between * (1.0 - far / reach));
+        stopped = max(stopped, is_between * (1.0 - far / reach) * counted(normal, dot(point - here, normal)));
     }
     return facing * SHADE * smoothstep(0.0, 0.6, stopped);
 }

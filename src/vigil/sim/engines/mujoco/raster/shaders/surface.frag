@@ -22,7 +22,7 @@ flat in vec4 finish;  // layer of the texture, emission, gloss, metalness
 out vec4 seen;
 
 vec3 surroundings(vec3 way) {
-    vec3 middle = vec3(0.56, 0.54, 0.51);
+    vec3 middle = vec3(0.68, 0.66, 0.62);
     return way.z > 0.0 ? mix(middle, vec3(1.0), smoothstep(0.0, 0.9, way.z))
                        : mix(middle, vec3(0.26, 0.24, 0.22), smoothstep(0.0, 0.6, -way.z));
 }
