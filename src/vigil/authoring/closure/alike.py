@@ -5,13 +5,13 @@ from itertools import islice
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.closure.all_of import ALL_ACTS
-from vigil.authoring.closure.impossible import placed
+from vigil.authoring.closure.impossible import PLACED_ORDERS, placed
 from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, hides, in_turn
 from vigil.authoring.closure.telling import by_bearing, by_size, by_state, is_clearly_larger, is_inside_of
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, seeking, setup_for
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.sentences import ORDERS, SEARCH_ORDERS
+from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.wording import Act, order, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
@@ -71,7 +71,7 @@ def _of_place(context: HouseContext) -> Tasks:
             continue
         words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
         facts = {
-            "instruction": context.say(SEARCH_ORDERS, target=str(phrase), **words),
+            "instruction": context.say(PLACED_ORDERS, target=str(phrase), **words),
             "bindings": {"target": target.id, ALIKE: alike.id},
         }
         yield ClosureTask("look_alike", (episode.model_copy(update=facts),), form="place")
@@ -122,6 +122,8 @@ def _of_size(context: HouseContext) -> Tasks:
     for target, others in _candidates(context):
         acts: list[Act] = [act for act in ACTS if allows(target, act)]
         if len(others) != 1 or not acts or target.is_part:  # nobody compares drawers of two pieces of furniture
+            continue
+        if context.items[target.id].room_id != context.items[others[0].id].room_id:
             continue
         is_larger = is_clearly_larger(target, others[0])
         if not is_larger and not is_clearly_larger(others[0], target):

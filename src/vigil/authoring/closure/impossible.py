@@ -10,10 +10,9 @@ from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn, plain, refused
 from vigil.authoring.drafting.constraints import fits_on_floor, is_furniture, spots_before
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.leaves import HEAVY, LIGHT
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target, seeking
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.sentences import SEARCH_ORDERS
+from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
 from vigil.authoring.language.wording import order, say, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
@@ -34,9 +33,21 @@ SPOT_SHARES = (-0.3, 0.3)
 """Where on a surface, from its middle and as shares of its size, evidence is looked for."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
 """What something is to be put on that may have no room for it."""
-HOGS = ("HousePlant", "Television", "Desktop", "DeskLamp", "CoffeeMachine", "Toaster", "Safe", "Microwave")
-"""What may take up the room, and is not for carrying."""
+HOGS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
+"""What may take up the room, and plainly is not for carrying."""
+HOGS_SHARE = 0.5
+"""Of the surface that it stands on, at least so much is taken up: a reader must see that it is full."""
+BARS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
+"""What may stand before a door or drawer, and plainly is not for carrying: a reader takes a chair or a lamp away."""
 TRIED_TARGETS, TRIED_HOGS = 6, 3
+_CLAIMS = ("I do not know where {target} is", "Where is {target}?")
+PLACED_ORDERS = Sentences(
+    *(
+        tuple(each for each in half if not each.startswith(_CLAIMS))
+        for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
+    )
+)
+"""Orders that do not ask where something is, since they say it."""
 PUT_ON = (
     "Put {target} on {receptacle}.",
     "Please put {target} on {receptacle}.",
@@ -66,7 +77,7 @@ def _gone(context: HouseContext) -> Tasks:
         words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
         first = episode.model_copy(
             update={
-                "instruction": context.say(SEARCH_ORDERS, target=str(phrase), **words),
+                "instruction": context.say(PLACED_ORDERS, target=str(phrase), **words),
                 "bindings": {"target": target.id, "place": support.id},
             }
         )
@@ -130,7 +141,7 @@ def _locked(context: HouseContext) -> Tasks:
 
 
 def _may_bar(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
-    is_kind = thing.category in (*LIGHT, *HEAVY) and not thing.is_pickupable and thing.parent is None
+    is_kind = thing.category in BARS and not thing.is_pickupable and thing.parent is None
     is_bare = not children(context.oracle.scene, thing.id)
     return is_kind and is_bare and thing.id != target.id and context.oracle.room_at(thing.position) == room
 
@@ -154,7 +165,7 @@ def _no_fit(context: HouseContext) -> Tasks:
     ):
         for hog in islice(context.things(lambda thing, stand=stand: _may_hog(context, thing, stand)), TRIED_HOGS):
             taken = next(islice(upon(stand, hog, inside=False), 1), None)
-            if taken is None:
+            if taken is None or not _takes_up(stand, hog):
                 continue
             targets = context.things(lambda thing, stand=stand: _may_go_on(context, thing, stand))
             for target in targets[:TRIED_TARGETS]:
@@ -162,6 +173,13 @@ def _no_fit(context: HouseContext) -> Tasks:
                 if task is not None:
                     yield task
                     break
+
+
+def _takes_up(stand: Thing, hog: Thing) -> bool:
+    """Whether a thing takes up most of the surface on top of a stand."""
+    tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
+    area = max((top.size_x * top.size_z for top in tops), default=0.0)
+    return hog.asset.size.x * hog.asset.size.z >= HOGS_SHARE * area
 
 
 def _may_hog(context: HouseContext, thing: Thing, stand: Thing) -> bool:

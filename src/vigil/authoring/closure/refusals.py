@@ -16,6 +16,7 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
 from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.wording import Act, order, say, spoken_of
+from vigil.authoring.review.containers import BELONGS_IN
 from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
 from vigil.goals import ObjectAtReceptacle, ObjectInState
@@ -104,8 +105,13 @@ def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
 
 def _may_go_on(context: HouseContext, thing: Thing, shelves: Thing) -> bool:
     is_free = thing.is_pickupable and is_target(thing) and thing.parent != shelves.id
-    takes = CATALOG[shelves.category].takes(CATALOG[thing.category])
+    takes = CATALOG[shelves.category].takes(CATALOG[thing.category]) and _belongs(thing, shelves)
     return is_free and takes and _side(thing) >= LEAST_SIDE_M and not children(context.oracle.scene, thing.id)
+
+
+def _belongs(thing: Thing, shelves: Thing) -> bool:
+    """Whether people keep a thing there; open shelves take anything."""
+    return thing.category in BELONGS_IN.get(shelves.category, (thing.category,))
 
 
 def _side(thing: Thing) -> float:
@@ -150,10 +156,10 @@ def is_full(oracle: Oracle, target_id: str, shelves_id: str) -> bool:
 def _may_fill(context: HouseContext, thing: Thing, shelves: Thing, target: Thing, surface: Surface) -> bool:
     is_movable = thing.is_present and thing.is_pickupable and not children(context.oracle.scene, thing.id)
     is_other = thing.id != target.id and thing.category != target.category and thing.parent != shelves.id
-    takes = CATALOG[shelves.category].takes(CATALOG[thing.category]) and not thing.is_receptacle
+    takes = CATALOG[shelves.category].takes(CATALOG[thing.category]) and _belongs(thing, shelves)
     fits = thing.asset.size.z <= surface.size_z and thing.asset.size.y <= surface.clearance
     leaves_none = (surface.size_z - thing.asset.size.z) / 2 + EDGE_M < _side(target)
-    return is_movable and is_other and takes and fits and leaves_none
+    return is_movable and is_other and not thing.is_receptacle and takes and fits and leaves_none
 
 
 def _row(
