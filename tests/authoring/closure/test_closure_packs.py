@@ -16,6 +16,7 @@ from typer.testing import CliRunner, Result
 
 from vigil.actions import InteractPixel, Report, Status
 from vigil.authoring.closure.alike import look_alike
+from vigil.authoring.closure.already import EVERYTHING_FORM
 from vigil.authoring.closure.certify import EXEMPT, Certifier
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
 from vigil.authoring.closure.impossible import READ_M
@@ -34,6 +35,7 @@ from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Re
 from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import Seeded
+from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.review.reviews import Review, Verdict, episode_sha256
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import SUITE_RULES, Validator
@@ -44,6 +46,7 @@ from vigil.cli import app
 from vigil.closure import ALIKE, ANSWERS, KINDS, PAIRED, ClosureAnswer, Kind, Reason, answers_of, settle_closure
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, InputError
+from vigil.goals import AllOf
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import rendered_sha256
@@ -59,7 +62,7 @@ Reported = Callable[[Episode, Status | None], EpisodeRecord]
 def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
     generator = ClosureGenerator(GenerationSettings(("SI",), seed=9, per_house=PER_HOUSE, tried=14, author=AUTHOR))
-    house, lines = generator.work(Seeded(502, "kitchen"), ("SI",))
+    house, lines = generator.work(Seeded(511, "2"), ("SI",))
     header = Header(author=AUTHOR, seed=9, simulator="mujoco", per_house=PER_HOUSE, tried=14)
     with file.writing(header) as writer:
         writer.add(house, lines)
@@ -181,7 +184,7 @@ def task_of_reason(drafts: DraftsFile, reason: Reason) -> ClosureTask:
 def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
     drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    certifier, task = Certifier(simulator), task_of_reason(drafts, "locked")
+    certifier, task = Certifier(simulator), task_of_reason(drafts, "no_fit")
     first, second = task.episodes
     house = drafts.house(first.house.name)
     same = replace(task, episodes=(first, first))
@@ -195,6 +198,26 @@ def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
     sides, found = certifier.certify(aside, house)
     assert not sides
     assert found[0].rule in {"twin_impossible", "can_be_set_up", "evidence_seen"}
+
+
+def test_twins_about_everything_in_a_room_mean_just_what_may_be_on_or_open_there(
+    drafts: DraftsFile, simulator: PrivilegedSimulator
+) -> None:
+    found = next(task for task in drafts.read().closures if task.answers[0].form == EVERYTHING_FORM)
+    task = task_of([draft.episode for draft in found.drafts], found.answers)
+    first, second = task.episodes
+    house, certifier = drafts.house(first.house.name), Certifier(simulator)
+    assert isinstance(first.goal, AllOf)
+    assert first.goal == second.goal
+    assert first.goal.object_id == task.removed
+    simulator.reset(first.start, first.setup)
+    assert Oracle(simulator).state_of(task.removed).visible_px == 0
+    room = next(name for name in ROOM_NAMES.values() if f"the {name}" in first.instruction)
+    other = next(name for name in ROOM_NAMES.values() if name != room)
+    elsewhere = tuple(
+        each.model_copy(update={"instruction": each.instruction.replace(room, other)}) for each in task.episodes
+    )
+    assert certifier.certify(replace(task, episodes=elsewhere), house)[1][0].rule == "told_apart"
 
 
 def test_a_broken_machine_is_read_from_near_by_and_does_not_start(
@@ -256,7 +279,7 @@ def test_no_agent_without_sight_closes_both_twins_of_a_kind(kind: Kind, answers:
 
 def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None:
     pool = drafts.read().closures
-    with pytest.raises(EpisodeError, match=r"all_of 2 of 9 \(of 2 drafts\).*impossible 3 of 9.*look_alike 3 of 9"):
+    with pytest.raises(EpisodeError, match=r"all_of 3 of 9 \(of 3 drafts\).*impossible 3 of 9.*look_alike 3 of 9"):
         select_tasks(pool, ClosureRequest("p", 9))
     two = ClosureRequest("p", PER_KIND)
     assert select_tasks(pool, two) == select_tasks(pool[::-1], two)
@@ -270,8 +293,10 @@ def test_kinds_have_quotas_and_forms_are_shared_out(drafts: DraftsFile) -> None:
     chosen = select_tasks(pool, request)
     assert Counter(task.kind for task in chosen) == {"impossible": 3, "already": 2, "if_so": 1}
     assert len({task.answers[-1].reason for task in chosen if task.kind == "impossible"}) == 3
-    refusals = select_tasks(pool, ClosureRequest("p", 3, kinds=("silent_refusal",)))
-    assert {task.answers[0].form for task in refusals} == {"swing", "machine", "full_shelf"}
+    refusals = select_tasks(pool, ClosureRequest("p", 2, kinds=("silent_refusal",)))
+    assert {task.answers[0].form for task in refusals} == {"swing", "machine"}
+    made_sure = select_tasks(pool, ClosureRequest("p", 2, kinds=("already",)))
+    assert {task.answers[0].form for task in made_sure} == {"one_thing", EVERYTHING_FORM}
 
 
 def review_of(episode: Episode, verdict: Verdict, instruction: str | None = None) -> Review:
@@ -301,7 +326,7 @@ def test_twins_are_rejected_together_and_approved_tasks_enter_first(drafts: Draf
 def test_words_given_to_one_twin_are_those_of_both_and_are_certified(
     drafts: DraftsFile, simulator: PrivilegedSimulator, tmp_path: Path
 ) -> None:
-    task = next(task for task in drafts.read().closures if task.kind == "already")
+    task = next(task for task in drafts.read().closures if task.answers[0].form == "one_thing")
     check = certified_anew(simulator, lambda episode: drafts.house(episode.house.name))
     assert check(task) == []
     first = task.drafts[0].episode
