@@ -16,7 +16,7 @@ from vigil.sim.engines.mujoco.compiled import frames, model_cache
 from vigil.sim.engines.mujoco.compiled.model import build
 from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
+from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders, strips
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
@@ -113,11 +113,11 @@ def test_little_light_reaches_what_is_under_something() -> None:
     assert light[0].mean() < 0.5 * light[1].mean()
     assert is_buried.tolist() == [False, False, True]
     lamp = np.array([0.0, 0.0, 2.4])
-    here = irradiance.from_lamp(scene, lamp, samples, np.ones(3, np.float32))
+    here = irradiance.from_lamp(scene, lamp, samples, np.full(3, 0.98, np.float32))
     assert here[0] == 0.0
     assert here[1] > 0.2
     spilled = irradiance.from_lamp(scene, lamp, samples, np.array([1.0, 0.5, 0.01], np.float32))
-    assert spilled[1] == pytest.approx(0.5 * here[1])
+    assert spilled[1] == pytest.approx(0.5 / 0.98 * here[1])
     assert spilled[2] == 0.0
 
 
@@ -160,6 +160,33 @@ def test_light_on_a_face_does_not_come_from_the_corners_of_its_rim() -> None:
         assert (step[[0, 2]] * inward > 0.01).all()
         assert step[1] == 0.0
         assert np.linalg.norm(step) <= INSET_M + 1e-6
+
+
+def test_the_sides_of_a_panel_are_strips_and_a_leg_is_none() -> None:
+    slim = block((-0.4, -0.01, -0.9), (0.4, 0.01, 0.9))
+    strip = strips.on_strips(slim.vertices, slim.normals, slim.faces)
+    assert strip.tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
+    cubic = block((-0.02, -0.02, -0.02), (0.02, 0.02, 0.02))
+    assert not strips.on_strips(cubic.vertices, cubic.normals, cubic.faces).any()
+
+
+def test_strips_have_the_light_of_the_whole_from_afar_and_their_own_near_by() -> None:
+    light = np.array([[1.0, 0.2], [1.0, 0.2], [0.1, 0.2], [0.1, 0.2]])
+    owners = np.array([0, 0, 0, 1])
+    afar, near_by = strips.lightened(light, np.array([False, True, True, True]), owners)
+    assert afar[:, 0] == pytest.approx([1.0, 1.0, 0.7, 0.1])
+    assert near_by * afar.sum(axis=1) == pytest.approx(light.sum(axis=1))
+    assert near_by.max() == 1.0
+
+
+def test_behind_what_stands_in_its_way_a_lamp_leaves_some_light_in_its_own_room() -> None:
+    scene = occluders.Occluders(drawn_block().vertices + np.array([0.0, 0.0, 0.5]), drawn_block().faces)
+    places = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, 0.0)], np.float32)
+    samples = Samples(places, np.array([[0.0, 0.0, 1.0]] * 3, np.float32))
+    own, other = np.ones(3, np.float32), np.full(3, 0.9, np.float32)
+    lamp = np.array([0.0, 0.0, 2.4])
+    assert 0.2 < irradiance.from_lamp(scene, lamp, samples, own)[0] / irradiance.LAMP < 0.4
+    assert irradiance.from_lamp(scene, lamp, samples, other)[0] == 0.0
 
 
 def edge_list(faces: np.ndarray) -> np.ndarray:

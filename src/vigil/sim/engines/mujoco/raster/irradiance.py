@@ -40,6 +40,10 @@ SPILL_M = 0.5
 """This far from the room of a lamp half of its light is left."""
 LEAST_SHARE = 0.02
 """Of a lamp's light; less is not seen."""
+SENT_ON, OWN_SHARE = 0.35, 0.99
+"""Share of a lamp's light that the walls of its own room send behind whatever stands in its way: the shade of something
+that is out of the picture would be a dark patch without a cause.
+"""
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
@@ -112,7 +116,9 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.n
         radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
         disc = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
         seen += ~scene.is_blocked(origins, (lamp + disc).astype(np.float32))
-    total[reached] = LAMP * shares[reached] * seen / LAMP_RAYS / (1.0 + FALLOFF * far[reached] ** 2)
+    least = SENT_ON * (shares[reached] > OWN_SHARE)
+    came = least + (1.0 - least) * seen / LAMP_RAYS
+    total[reached] = LAMP * shares[reached] * came / (1.0 + FALLOFF * far[reached] ** 2)
     return total
 
 

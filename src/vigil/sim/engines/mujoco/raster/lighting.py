@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
-from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance
+from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, strips
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.occluders import occluders_of
@@ -59,6 +59,11 @@ class Cast:
             self.reach * np.array(shares, np.float32).reshape(self.reach.shape),
         )
 
+    def lightened(self, is_strip: np.ndarray, owners: np.ndarray) -> tuple["Cast", np.ndarray]:
+        """Returns the light as strips (n,) of owners (n,) have it from afar, and the share (n,) left near by."""
+        afar, near_by = strips.lightened(np.column_stack([self.ambient, self.reach.T]), is_strip, owners)
+        return Cast(afar[:, :3], afar[:, 3:].T), near_by
+
     def dimmed(self, shares: np.ndarray) -> "Cast":
         """Returns the light with these shares (n,) of it left."""
         return Cast(self.ambient * shares[:, None], self.reach * shares)
@@ -104,7 +109,8 @@ class Baked:
         counts = [len(each) for each, _ in places]
         owners = np.repeat(np.arange(len(geoms)), counts)
         first, which = _alike(points, normals, owners)
-        edges = which[self._edges(geoms, counts)]
+        faces = self._faces(geoms, counts)
+        edges = which[np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])]
         samples = Samples(points[first], normals[first])
         along = of_one_surface(samples.normals, edges)
         cast, is_buried = self._cast(inset(samples, along))
@@ -112,7 +118,9 @@ class Baked:
         shares = gaps.shares_of_light(model, self.geometry, geoms[owners[first]], samples)
         shares = np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0)
         afar = gaps.shares_from_afar(model, geoms[owners[first]], shares)
-        cast, kept = cast.dimmed(afar), (np.sqrt(shares / afar) * FULL + 0.5).astype(np.uint8)
+        is_strip = strips.on_strips(points, normals, faces)[first] & strips.of_doors(model, geoms)[owners[first]]
+        cast, near_by = cast.dimmed(afar).lightened(is_strip, owners[first])
+        kept = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
@@ -121,14 +129,13 @@ class Baked:
             near[part] = kept[which[start:stop]]
             start = stop
 
-    def _edges(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
-        """Returns the edges (m, 2) of geoms with so many vertices each, these numbered one geom after the other."""
+    def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
+        """Returns the triangles (m, 3) of geoms with so many vertices each, these numbered one geom after the other."""
         slices, owned = self.geometry.vertex_slices, self.geometry.face_slices
         shifts = np.cumsum([0, *counts[:-1]]) - [slices[geom].start for geom in geoms]
-        faces = np.concatenate(
+        return np.concatenate(
             [self.geometry.faces[owned[geom]] + shift for geom, shift in zip(geoms, shifts, strict=True)]
         )
-        return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
 
     def boxes_of(self, geoms: np.ndarray) -> list[tuple[int, int, int, int]]:
         """Returns where the planes of geoms lie in the picture of all planes."""
