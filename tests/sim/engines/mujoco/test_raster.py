@@ -30,7 +30,11 @@ LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
 
 
 def drawn_block() -> DrawnMesh:
-    mesh = block((-1.0, -0.2, -0.1), (1.0, 0.2, 0.1))
+    return drawn_mesh((-1.0, -0.2, -0.1), (1.0, 0.2, 0.1))
+
+
+def drawn_mesh(low: tuple[float, float, float], high: tuple[float, float, float]) -> DrawnMesh:
+    mesh = block(low, high)
     return DrawnMesh(mesh.vertices, mesh.normals, mesh.uvs, mesh.faces)
 
 
@@ -162,12 +166,12 @@ def test_light_on_a_face_does_not_come_from_the_corners_of_its_rim() -> None:
         assert np.linalg.norm(step) <= INSET_M + 1e-6
 
 
-def test_the_sides_of_a_panel_are_strips_and_a_leg_is_none() -> None:
-    slim = block((-0.4, -0.01, -0.9), (0.4, 0.01, 0.9))
-    strip = strips.on_strips(slim.vertices, slim.normals, slim.faces)
-    assert strip.tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
-    cubic = block((-0.02, -0.02, -0.02), (0.02, 0.02, 0.02))
-    assert not strips.on_strips(cubic.vertices, cubic.normals, cubic.faces).any()
+def test_the_sides_of_a_panel_are_strips_and_its_front_is_none() -> None:
+    (slim,) = refined([panel := drawn_mesh((-0.4, -0.01, -0.9), (0.4, 0.01, 0.9))], 0.12)
+    both = np.zeros(len(slim.vertices), int)
+    assert strips.on_strips(slim.vertices, slim.normals, both).tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
+    small = 0.04 * panel.vertices
+    assert not strips.on_strips(small, panel.normals, np.zeros(len(small), int)).any()
 
 
 def test_strips_have_the_light_of_the_whole_from_afar_and_their_own_near_by() -> None:

@@ -118,7 +118,7 @@ class Baked:
         shares = gaps.shares_of_light(model, self.geometry, geoms[owners[first]], samples)
         shares = np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0)
         afar = gaps.shares_from_afar(model, geoms[owners[first]], shares)
-        is_strip = strips.on_strips(points, normals, faces)[first] & strips.of_doors(model, geoms)[owners[first]]
+        is_strip = self._on_strips(model, geoms, owners)[first]
         cast, near_by = cast.dimmed(afar).lightened(is_strip, owners[first])
         kept = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
         start = 0
@@ -128,6 +128,17 @@ class Baked:
             into.reach[:, part] = cast.reach[:, which[start:stop]]
             near[part] = kept[which[start:stop]]
             start = stop
+
+    def _on_strips(self, model: CompiledModel, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
+        """Returns which vertices (n,) of geoms are of the narrow sides of doors; `owners` (n,) are numbers of geoms."""
+        parts = [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
+        found = strips.of_doors(model, geoms)[owners]
+        points, normals = (
+            np.concatenate([each[part] for part in parts])[found]
+            for each in (self.geometry.vertices, self.geometry.normals)
+        )
+        found[found] = strips.on_strips(points, normals, owners[found])
+        return found
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
         """Returns the triangles (m, 3) of geoms with so many vertices each, these numbered one geom after the other."""

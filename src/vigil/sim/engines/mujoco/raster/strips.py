@@ -8,12 +8,12 @@ import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
-WIDTH_M = 0.05
-"""What is narrower is a strip: doors are thinner, and most of their panels' sides lies hidden."""
-SLIM = 6.0
-"""How many times as long as wide its triangles are at least: those of small round things are not."""
+WIDTH_M, LENGTH_M = 0.05, 0.25
+"""A flat side that is narrower and longer is a strip: doors are thinner, and their panels hide most of it."""
 FLAT = 0.99
-"""Cosine between the normals of a flat triangle and of its corners."""
+"""Cosine between the normal of such a side and an axis of its part."""
+PLANE_M = 0.001
+"""Corners no farther apart across are on one side."""
 
 
 def of_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
@@ -24,19 +24,22 @@ def of_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
     return is_door[model.geom_things[geoms]]
 
 
-def on_strips(points: np.ndarray, normals: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Returns which corners (n,) at points (n, 3) with normals (n, 3) belong to narrow flat triangles (m, 3) alone."""
-    corners = points[faces]
-    sides = np.roll(corners, -1, axis=1) - corners
-    longest = np.linalg.norm(sides, axis=2).max(axis=1)
-    across = np.cross(sides[:, 0], sides[:, 1])
-    double = np.linalg.norm(across, axis=1)
-    width = double / np.maximum(longest, 1e-6)
-    facing = np.einsum("ij,ikj->ik", across, normals[faces]) >= FLAT * double[:, None]
-    is_narrow = (width < WIDTH_M) & (longest > SLIM * width) & facing.all(axis=1)
-    wide = np.bincount(faces[~is_narrow].ravel(), minlength=len(points))
-    narrow = np.bincount(faces[is_narrow].ravel(), minlength=len(points))
-    return (narrow > 0) & (wide == 0)
+def on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> np.ndarray:
+    """Returns which corners (n,) at points (n, 3) with normals (n, 3), both in the frame of their owner (n,), belong to
+    a long and narrow flat side of it."""
+    axis = np.abs(normals).argmax(axis=1)
+    rows = np.arange(len(points))
+    facing, depth = normals[rows, axis], np.round(points[rows, axis] / PLANE_M).astype(np.int64)
+    keys = np.stack([owners, 2 * axis + (facing > 0), depth], axis=1)
+    _, side = np.unique(keys, axis=0, return_inverse=True)
+    side = side.reshape(-1)
+    count = int(side.max(initial=-1)) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, side, points)
+    np.maximum.at(high, side, points)
+    extents = np.sort(high - low, axis=1)  # the least of them is across
+    is_strip = (extents[:, 1] < WIDTH_M) & (extents[:, 2] > LENGTH_M)
+    return is_strip[side] & (np.abs(facing) >= FLAT)
 
 
 def lightened(light: np.ndarray, chosen: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
