@@ -6,13 +6,14 @@ Drawn with numpy and PIL from a fixed random stream; not meant to tile. Row 0 is
 from collections.abc import Callable
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 Colour = tuple[int, int, int]
 
 Drawing = Callable[[np.random.Generator], np.ndarray]
 
 _WIDE, _TALL = 256, 192
+SOFT_PX = 0.8
 
 
 def draw(kind: str, variant: str, rng: np.random.Generator) -> np.ndarray:
@@ -48,8 +49,9 @@ def _vary(rng: np.random.Generator, colour: Colour, by: int = 18) -> Colour:
     return red, green, blue
 
 
-def _canvas(image: Image.Image, rng: np.random.Generator, grain: float = 5.0) -> np.ndarray:
-    pixels = np.asarray(image, np.float64)
+def _canvas(image: Image.Image, rng: np.random.Generator, grain: float = 3.0) -> np.ndarray:
+    """Returns what was painted with soft edges, which have no steps from near by, and with the grain of a canvas."""
+    pixels = np.asarray(image.filter(ImageFilter.GaussianBlur(SOFT_PX)), np.float64)
     return np.clip(pixels + rng.normal(0, grain, pixels.shape[:2])[..., None], 0, 255).astype(np.uint8)
 
 

@@ -14,6 +14,8 @@ import numpy as np
 from vigil.assets.kernel import pictures
 
 SIZE = 256
+FLOOR_GRAIN = 0.6
+"""Strength of the grain of wooden floors: a stronger one reads as smears of shade."""
 
 
 @lru_cache(maxsize=512)
@@ -77,7 +79,7 @@ def _painted_wood(rng: np.random.Generator) -> np.ndarray:
 def _planks(rng: np.random.Generator) -> np.ndarray:
     size, rows = 512, 8
     band = size // rows
-    image = _tinted(_grain(rng, size), 0.9)
+    image = _tinted(_grain(rng, size), FLOOR_GRAIN)
     image = np.roll(image, rng.integers(size), axis=1)
     for row in range(rows):
         lines = slice(row * band, (row + 1) * band)
@@ -95,7 +97,7 @@ def _planks(rng: np.random.Generator) -> np.ndarray:
 def _parquet(rng: np.random.Generator) -> np.ndarray:
     size, blocks, slats = 512, 4, 4
     block = size // blocks
-    grain = _tinted(_grain(rng, size), 0.9)
+    grain = _tinted(_grain(rng, size), FLOOR_GRAIN)
     image = np.empty((size, size, 3))
     for i in range(blocks):
         for j in range(blocks):

@@ -7,7 +7,7 @@ const float REACH = 0.2;  // metres
 const float STRENGTH = 1.7;
 const int STEPS = 10;
 const float SHADE_REACH = 0.8, SHORT_REACH = 0.22;  // metres towards the lamp, of what lies level and of what stands
-const float SHADE = 0.7;
+const float SHADE = 0.5;
 const float FLAT = 0.5, LEVEL = 0.9;  // cosine of what stands, and of what lies level; below -FLAT are ceilings
 const float THIN = 0.03, THICK = 0.12;  // metres that something stands out from a wall
 const float THICKNESS = 0.25;  // metres: what is farther in front of a point is no neighbour
