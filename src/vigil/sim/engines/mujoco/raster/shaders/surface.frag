@@ -64,7 +64,7 @@ void main() {
     fresnel *= fresnel;
     float metal = finish.w, gloss = finish.z;
     vec3 reflectance = mix(vec3(0.025), albedo, metal) + (1.0 - mix(0.025, 1.0, metal)) * fresnel * gloss * 0.6;
-    float spark = pow(max(dot(mirrored, normalize(lamp - world)), 0.0), mix(8.0, 90.0, gloss)) * gloss * 2.5;
+    float spark = pow(max(dot(mirrored, normalize(lamp - world)), 0.0), mix(8.0, 90.0, gloss)) * gloss * 1.6;
     vec3 shine = reflectance * (surroundings(mirrored) * mix(0.6, 1.3, gloss) + spark) * dot(light, vec3(0.33))
                * mix(gloss, 1.0, metal);
     vec3 sent = albedo * (light * (1.0 - 0.85 * metal) + finish.y) + shine;

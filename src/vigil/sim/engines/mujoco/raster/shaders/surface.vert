@@ -10,7 +10,7 @@ in int geom;
 in vec2 place;
 out vec2 chart_place;
 #else
-// Of what is seen edge on, and narrower than a pixel: a dark line there would be a row of dots.
+// Of what is dim and seen edge on, and narrower than a pixel: a dark line there would be a row of dots.
 const float EDGE_ON = 1.25;
 uniform vec3 eye;
 uniform float gaps_dark_m;  // nearer than this gaps are wider than a pixel
@@ -42,7 +42,8 @@ void main() {
     gl_Position = view_projection * vec4(world, 1.0);
 #ifndef CHARTED
     float aside = abs(dot(facing, normalize(eye - world)));
-    vertex_light *= mix(EDGE_ON, 1.0, smoothstep(0.04, 0.16, aside));
+    float bright = smoothstep(0.35, 0.6, max(max(light.r, light.g), light.b));
+    vertex_light *= mix(EDGE_ON, 1.0, max(bright, smoothstep(0.04, 0.16, aside)));
     vertex_light *= mix(1.0, light.a, min(gaps_dark_m / max(gl_Position.w, 0.01), 1.0));
 #endif
 }
