@@ -11,7 +11,7 @@ from vigil.authoring.closure.telling import by_bearing, by_size, by_state, is_cl
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, seeking, setup_for
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.sentences import ORDERS
+from vigil.authoring.language.sentences import SEARCH_ORDERS
 from vigil.authoring.language.wording import Act, order, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
@@ -197,7 +197,7 @@ def _alike_task(
     task = TaskSpec(
         start=start,
         setup=setup,
-        instruction=context.say(ORDERS, target=words, **slots),
+        instruction=context.say(SEARCH_ORDERS, target=words, **slots),
         goal=goal_for(target, act),
         bindings={"target": target.id, ALIKE: alike.id},
         template=act,

@@ -175,6 +175,12 @@ def _no_fit(context: HouseContext) -> Tasks:
                     break
 
 
+def _put_on(target: Phrase | None) -> tuple[str, ...]:
+    """Returns the orders in which no two places stand one behind the other ("the pen on the bed on the chair")."""
+    is_told_by_place = target is not None and target.support is not None
+    return tuple(each for each in PUT_ON if not is_told_by_place or " it " in each)
+
+
 def _takes_up(stand: Thing, hog: Thing) -> bool:
     """Whether a thing takes up most of the surface on top of a stand."""
     tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
@@ -212,7 +218,7 @@ def _crowded(context: HouseContext, stand: Thing, hog: Thing, taken: Placement, 
         TaskSpec(
             start=start,
             setup=setup,
-            instruction=say(PUT_ON, context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
+            instruction=say(_put_on(phrases[0]), context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
             goal=ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id),
             bindings={"target": target.id, "receptacle": stand.id, "hog": hog.id},
             template="put",
