@@ -121,7 +121,7 @@ class Program:
             except BlockingIOError:
                 continue
             except BrokenPipeError:
-                raise self.ended() from None
+                raise self.ended("has closed its input") from None
             self._sent += count
             left = left[count:]
 
@@ -154,11 +154,11 @@ class Program:
             shown = bytes(self._pending[:200]).decode(errors="backslashreplace")
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
-    def ended(self) -> ProgramFault:
-        """Returns the fault of a program that has closed a pipe; its exit code follows in a moment."""
+    def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
+        """Returns the fault of a program that has closed a pipe; its exit code follows in a moment, if it ends."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=CLOSING_SECONDS)
-        return self.fault("ended without an answer")
+        return self.fault(if_running if self.is_running else "ended without an answer")
 
     def fault(self, what: str) -> ProgramFault:
         """Ends the program and returns the fault."""

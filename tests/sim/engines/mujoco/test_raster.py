@@ -16,14 +16,14 @@ from vigil.sim.engines.mujoco.compiled import frames, model_cache
 from vigil.sim.engines.mujoco.compiled.model import build
 from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders, strips
+from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import FULL, Cast, Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
 from vigil.sim.engines.mujoco.raster.mirrors import box_of
-from vigil.sim.engines.mujoco.raster.smoothing import INSET_M, inset, of_one_surface, smoothed
+from vigil.sim.engines.mujoco.raster.smoothing import INSET_M, inset, lightened, of_one_surface, on_strips, smoothed
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
@@ -169,15 +169,15 @@ def test_light_on_a_face_does_not_come_from_the_corners_of_its_rim() -> None:
 def test_the_sides_of_a_panel_are_strips_and_its_front_is_none() -> None:
     (slim,) = refined([panel := drawn_mesh((-0.4, -0.01, -0.9), (0.4, 0.01, 0.9))], 0.12)
     both = np.zeros(len(slim.vertices), int)
-    assert strips.on_strips(slim.vertices, slim.normals, both).tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
+    assert on_strips(slim.vertices, slim.normals, both).tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
     small = 0.04 * panel.vertices
-    assert not strips.on_strips(small, panel.normals, np.zeros(len(small), int)).any()
+    assert not on_strips(small, panel.normals, np.zeros(len(small), int)).any()
 
 
 def test_strips_have_the_light_of_the_whole_from_afar_and_their_own_near_by() -> None:
     light = np.array([[1.0, 0.2], [1.0, 0.2], [0.1, 0.2], [0.1, 0.2]])
     owners = np.array([0, 0, 0, 1])
-    afar, near_by = strips.lightened(light, np.array([False, True, True, True]), owners)
+    afar, near_by = lightened(light, np.array([False, True, True, True]), owners)
     assert afar[:, 0] == pytest.approx([1.0, 1.0, 0.7, 0.1])
     assert near_by * afar.sum(axis=1) == pytest.approx(light.sum(axis=1))
     assert near_by.max() == 1.0

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
-from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, strips
+from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, smoothing
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.occluders import occluders_of
@@ -61,7 +61,7 @@ class Cast:
 
     def lightened(self, is_strip: np.ndarray, owners: np.ndarray) -> tuple["Cast", np.ndarray]:
         """Returns the light as strips (n,) of owners (n,) have it from afar, and the share (n,) left near by."""
-        afar, near_by = strips.lightened(np.column_stack([self.ambient, self.reach.T]), is_strip, owners)
+        afar, near_by = smoothing.lightened(np.column_stack([self.ambient, self.reach.T]), is_strip, owners)
         return Cast(afar[:, :3], afar[:, 3:].T), near_by
 
     def dimmed(self, shares: np.ndarray) -> "Cast":
@@ -132,12 +132,12 @@ class Baked:
     def _on_strips(self, model: CompiledModel, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
         """Returns which vertices (n,) of geoms are of the narrow sides of doors; `owners` (n,) are numbers of geoms."""
         parts = [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
-        found = strips.of_doors(model, geoms)[owners]
+        found = smoothing.of_doors(model, geoms)[owners]
         points, normals = (
             np.concatenate([each[part] for part in parts])[found]
             for each in (self.geometry.vertices, self.geometry.normals)
         )
-        found[found] = strips.on_strips(points, normals, owners[found])
+        found[found] = smoothing.on_strips(points, normals, owners[found])
         return found
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
