@@ -144,7 +144,8 @@ def test_a_program_that_fails_before_it_saw_a_frame_is_an_infrastructure_failure
     agent = make(program, reply_seconds=1.5)
     with pytest.raises(ModelAPIError, match=how):
         agent.act(look())
-    agent.start("Another.")
+    with contextlib.suppress(ModelAPIError):  # started again, it may have ended before it is told
+        agent.start("Another.")
 
 
 @pytest.mark.parametrize(
