@@ -23,13 +23,12 @@ vec3 at(vec2 p) {
     return vec3((p * 2.0 - 1.0) * slopes * z, z);
 }
 
-// How much what stands out so far from a point counts: nearly nothing of frames and boards on walls.
-float counted(vec3 normal, float out_m) {
-    float lies = smoothstep(FLAT, LEVEL, abs(dot(normal, upward)));
+// How much what stands out so far from a point counts: nearly nothing of frames and boards where it does not lie level.
+float counted(float lies, float out_m) {
     return mix(smoothstep(THIN, THICK, out_m), 1.0, lies);
 }
 
-float nearness(vec3 here, vec3 normal, float turn) {
+float nearness(vec3 here, vec3 normal, float turn, float lies) {
     vec2 radius = min(REACH / (here.z * slopes) * 0.5, vec2(0.12));
     float hidden = 0.0;
     for (int i = 0; i < TAPS; i++) {
@@ -40,25 +39,25 @@ float nearness(vec3 here, vec3 normal, float turn) {
         float rising = smoothstep(-0.6, 0.5, dot(way, upward) * inverse);
         float out_m = dot(way, normal);
         hidden += max(out_m * inverse - 0.12, 0.0) * max(1.0 - square * inverse / REACH, 0.0)
-                * mix(0.3, 1.0, rising) * counted(normal, out_m);
+                * mix(0.3, 1.0, rising) * counted(lies, out_m);
     }
     return hidden * STRENGTH / float(TAPS);
 }
 
 // Follows the way to the lamp, as far as it can be seen.
-float shade(vec3 here, vec3 normal, float turn) {
+float shade(vec3 here, vec3 normal, float turn, float lies) {
     vec3 way = normalize(lamp - here);
     float facing = smoothstep(0.0, 0.35, dot(way, normal));
     if (facing <= 0.0 || dot(normal, upward) < -FLAT)  // a lamp's mount darkens no ceiling
         return 0.0;
-    float reach = mix(SHORT_REACH, SHADE_REACH, smoothstep(FLAT, LEVEL, dot(normal, upward)));
+    float reach = mix(SHORT_REACH, SHADE_REACH, lies);  // ceilings are left out above
     float least = 0.008 + 0.006 * here.z, stopped = 0.0;
     for (int i = 0; i < STEPS; i++) {
         float far = reach * (float(i) + 0.3 + turn) / float(STEPS);
         vec3 point = here + normal * least + way * far;
         float before = point.z - textureLod(distances, point.xy / (point.z * slopes) * 0.5 + 0.5, 0.0).g;
         float is_between = step(least, before) * step(before, THICKNESS);
-        stopped = max(stopped, is_between * (1.0 - far / reach) * counted(normal, dot(point - here, normal)));
+        stopped = max(stopped, is_between * (1.0 - far / reach) * counted(lies, dot(point - here, normal)));
     }
     return facing * SHADE * smoothstep(0.0, 0.6, stopped);
 }
@@ -73,6 +72,7 @@ void main() {
     vec3 normal = normalize(cross(up, across));
     ivec2 pixel = ivec2(gl_FragCoord.xy) & 3;
     float turn = float((pixel.x * 4 + pixel.y * 7) & 15) / 16.0;
-    float open = clamp(1.0 - nearness(here, normal, turn), 0.0, 1.0);
-    seen = vec2(open * (1.0 - shade(here, normal, turn)), here.z);
+    float lies = smoothstep(FLAT, LEVEL, abs(dot(normal, upward)));
+    float open = clamp(1.0 - nearness(here, normal, turn, lies), 0.0, 1.0);
+    seen = vec2(open * (1.0 - shade(here, normal, turn, lies)), here.z);
 }
