@@ -1,4 +1,3 @@
-import contextlib
 import json
 import os
 import re
@@ -130,7 +129,7 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
     [
         ("sys.stdin.readline(); sys.exit(3)", r"ended without an answer \(exit code 3\)"),
         ("sys.exit(3)", r"ended without an answer \(exit code 3\)"),
-        ("os.close(0); time.sleep(60)", r"(has closed|does not read) its input"),
+        ("os.close(0); time.sleep(60)", "does not read its input"),
         ("time.sleep(60)", r"does not read its input for 1\.5 s"),
         ("sys.stdin.readline(); time.sleep(60)", r"does not answer for 1\.5 s"),
         (
@@ -145,8 +144,11 @@ def test_a_program_that_fails_before_it_saw_a_frame_is_an_infrastructure_failure
     agent = make(program, reply_seconds=1.5)
     with pytest.raises(ModelAPIError, match=how):
         agent.act(look())
-    with contextlib.suppress(ModelAPIError):  # started again, it may have ended before it is told
+    try:
         agent.start("Another.")
+    except ModelAPIError as error:  # started again, it may have failed again before it was told
+        if not re.search(how, str(error)):
+            raise
 
 
 @pytest.mark.parametrize(

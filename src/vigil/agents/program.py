@@ -121,7 +121,7 @@ class Program:
             except BlockingIOError:
                 continue
             except BrokenPipeError:
-                raise self.ended("has closed its input") from None
+                raise self.ended("does not read its input") from None
             self._sent += count
             left = left[count:]
 

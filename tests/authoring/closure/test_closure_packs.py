@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 from hashlib import sha256
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from vigil.authoring.closure.alike import look_alike
 from vigil.authoring.closure.already import EVERYTHING_FORM
 from vigil.authoring.closure.certify import EXEMPT, Certifier
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
-from vigil.authoring.closure.impossible import READ_M
+from vigil.authoring.closure.impossible import BARS, READ_M, impossible
 from vigil.authoring.closure.packing import (
     BLIND,
     ClosureRequest,
@@ -28,7 +29,7 @@ from vigil.authoring.closure.packing import (
     reviewed_tasks,
     select_tasks,
 )
-from vigil.authoring.closure.refusals import FULL
+from vigil.authoring.closure.refusals import FULL, silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.verify import certified_anew, task_of, verify_closure
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
@@ -198,6 +199,29 @@ def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
     sides, found = certifier.certify(aside, house)
     assert not sides
     assert found[0].rule in {"twin_impossible", "can_be_set_up", "evidence_seen"}
+
+
+def test_a_door_that_heavy_furniture_bars_is_locked(simulator: PrivilegedSimulator) -> None:
+    house = Seeded(516, "2").house()
+    context = HouseContext(simulator, house, np.random.default_rng(1))
+    certifier = Certifier(simulator)
+    for task in islice(impossible(context), 40):
+        if isinstance(task, ClosureTask) and "blocker" in task.episodes[0].bindings:
+            sides, found = certifier.certify(task, house)
+            if not found:
+                break
+    else:
+        pytest.fail("no twins with a barred door")
+    assert sides[1].answer.reason == "locked"
+    assert sides[1].answer.accepted == ("fail", "invalid")
+    simulator.reset(task.episodes[1].start, task.episodes[1].setup)
+    assert simulator.scene().things[task.removed].category in BARS
+
+
+def test_the_obvious_act_is_refused_by_a_swing_a_machine_and_a_full_shelf(simulator: PrivilegedSimulator) -> None:
+    context = HouseContext(simulator, Seeded(515, "2").house(), np.random.default_rng(2))
+    tasks = [task for task in islice(silent_refusal(context), 30) if isinstance(task, ClosureTask)]
+    assert {task.form for task in tasks} == {"swing", "machine", FULL}
 
 
 def test_twins_about_everything_in_a_room_mean_just_what_may_be_on_or_open_there(
