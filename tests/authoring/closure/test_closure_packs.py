@@ -234,6 +234,7 @@ def test_twins_about_everything_in_a_room_mean_just_what_may_be_on_or_open_there
     assert isinstance(first.goal, AllOf)
     assert first.goal == second.goal
     assert first.goal.object_id == task.removed
+    simulator.load(house)
     simulator.reset(first.start, first.setup)
     assert Oracle(simulator).state_of(task.removed).visible_px == 0
     room = next(name for name in ROOM_NAMES.values() if f"the {name}" in first.instruction)
