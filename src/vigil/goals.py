@@ -22,6 +22,8 @@ STRICTLY_CLOSED = 0.01
 TOLERANCE = 1e-6
 NEAR_M = 1.5
 """Distance threshold of `agent_near_target`, and the reach that progress is measured to."""
+MOST_PARTS = 24
+"""Parts of an `all_of` goal, at most: as many things as a home may have that stand open."""
 _STATES = {("is_open", True): "is open", ("is_open", False): "is closed"}
 _STATES |= {("is_toggled", True): "is on", ("is_toggled", False): "is off"}
 _CONSTRAINTS = {
@@ -131,7 +133,7 @@ class AllOf(_Goal):
     """Several things are each in the state, or in the place, that is asked for; `object_id` is the first of them."""
 
     kind: Literal["all_of"] = "all_of"
-    parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=5)
+    parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=MOST_PARTS)
 
     @model_validator(mode="after")
     def _are_different_things(self) -> "AllOf":

@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 
 from vigil.actions import InteractPixel, Report, Status
 from vigil.authoring.closure.alike import look_alike
-from vigil.authoring.closure.already import EVERYTHING_FORM
+from vigil.authoring.closure.already import EVERYTHING_FORMS
 from vigil.authoring.closure.certify import EXEMPT, Certifier
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
 from vigil.authoring.closure.impossible import BARS, READ_M, impossible
@@ -56,6 +56,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 from vigil.web.review import ReviewSet
 
 PER_KIND, PER_HOUSE = 2, 3
+ABOUT_A_ROOM = [form for form in EVERYTHING_FORMS if form.endswith("_room")]
 Reported = Callable[[Episode, Status | None], EpisodeRecord]
 
 
@@ -63,7 +64,7 @@ Reported = Callable[[Episode, Status | None], EpisodeRecord]
 def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
     generator = ClosureGenerator(GenerationSettings(("SI",), seed=9, per_house=PER_HOUSE, tried=14, author=AUTHOR))
-    house, lines = generator.work(Seeded(511, "2"), ("SI",))
+    house, lines = generator.work(Seeded(541, "2"), ("SI",))
     header = Header(author=AUTHOR, seed=9, simulator="mujoco", per_house=PER_HOUSE, tried=14)
     with file.writing(header) as writer:
         writer.add(house, lines)
@@ -227,7 +228,7 @@ def test_the_obvious_act_is_refused_by_a_swing_a_machine_and_a_full_shelf(simula
 def test_twins_about_everything_in_a_room_mean_just_what_may_be_on_or_open_there(
     drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    found = next(task for task in drafts.read().closures if task.answers[0].form == EVERYTHING_FORM)
+    found = next(task for task in drafts.read().closures if task.answers[0].form in ABOUT_A_ROOM)
     task = task_of([draft.episode for draft in found.drafts], found.answers)
     first, second = task.episodes
     house, certifier = drafts.house(first.house.name), Certifier(simulator)
@@ -318,10 +319,10 @@ def test_kinds_have_quotas_and_forms_are_shared_out(drafts: DraftsFile) -> None:
     chosen = select_tasks(pool, request)
     assert Counter(task.kind for task in chosen) == {"impossible": 3, "already": 2, "if_so": 1}
     assert len({task.answers[-1].reason for task in chosen if task.kind == "impossible"}) == 3
-    refusals = select_tasks(pool, ClosureRequest("p", 2, kinds=("silent_refusal",)))
-    assert {task.answers[0].form for task in refusals} == {"swing", "machine"}
-    made_sure = select_tasks(pool, ClosureRequest("p", 2, kinds=("already",)))
-    assert {task.answers[0].form for task in made_sure} == {"one_thing", EVERYTHING_FORM}
+    several = select_tasks(pool, ClosureRequest("p", 2, kinds=("all_of",)))
+    assert {task.answers[0].form for task in several} == {"named", "open_home"}
+    made_sure = select_tasks(pool, ClosureRequest("p", 3, kinds=("already",)))
+    assert len({task.answers[0].form for task in made_sure}) == 3
 
 
 def review_of(episode: Episode, verdict: Verdict, instruction: str | None = None) -> Review:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
+from vigil.authoring.closure.ajar import DRAWERS_AND_DOORS, left_ajar, may_stand_ajar
 from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, ClosureTask, Tasks, in_turn, refused
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
@@ -22,7 +23,13 @@ FEWEST, MOST = 2, 5
 """Targets of an `all_of` task."""
 FEWEST_STANDING = 3
 """The same, where they are told by their state: one must look around for each."""
+FEWEST_IN: dict[Act, tuple[int, int]] = {"turn_off": (4, 7), "close": (6, 10)}
+"""How many things must be looked at, at least, where all are asked about: in a room, and in the whole home."""
 TRIED_STARTS = 40
+TRIED_CHOICES = 3
+"""Choices of what is on or open, tried in a place."""
+AJAR_SHARE = 0.6
+"""Of what stands open, so much is ajar; the rest is wide open."""
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
 AT_REST: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
 """How a thing is that is not to be acted on, by what is asked for of the others."""
@@ -34,22 +41,26 @@ EVERY = (
 )
 EVERYTHING: dict[Act, tuple[str, ...]] = {
     "turn_off": (
-        "Turn off everything that is on in {place}.",
-        "Please switch off everything that is on in {place}.",
-        "We are leaving: turn off everything that is on in {place}.",
+        "Turn off everything in {place} that is on, except for the ceiling lights.",
+        "Please switch off everything in {place} that is on, but leave the ceiling lights.",
+        "We are leaving: turn off everything in {place} that is on, except for the ceiling lights.",
     ),
     "close": (
-        "Close everything that stands open in {place}, except for the doors between rooms.",
-        "Please shut everything that stands open in {place}, but leave the doors between rooms as they are.",
-        "Tidy up: close everything that stands open in {place}, except for the doors between rooms.",
+        "Close every drawer and every door of furniture and appliances in {place} that is not fully closed.",
+        "Please shut every drawer and every door of furniture and appliances in {place} that stands open, if only a "
+        "little.",
+        "Tidy up: close every drawer and every door of furniture and appliances in {place} that is not fully closed.",
     ),
 }
+LIGHTS = frozenset({"CeilingLamp", "LightSwitch"})
+"""What is left on where everything else is to be off."""
 HOME = "this home"
 """What all rooms together are called."""
 _ROOM = f"(?P<room>{'|'.join(ROOM_NAMES.values())})"
 NAMED = re.compile(rf"\bevery (?P<name>[\w -]+?) in the {_ROOM}\b")
-STANDING = re.compile(rf"\beverything that (?P<state>is on|stands open) in (?:the {_ROOM}|{HOME})\b")
-DOORS = frozenset({"Doorway", "Doorframe"})
+STANDING = re.compile(
+    rf"\bevery(?:thing|.* door).* in (?:the {_ROOM}|{HOME}) that (?P<state>is on|is not fully closed|stands open)\b"
+)
 
 
 def all_of(context: HouseContext) -> Tasks:
@@ -57,7 +68,7 @@ def all_of(context: HouseContext) -> Tasks:
     yield from in_turn(
         context,
         _by_name(context),
-        *(_by_state(context, act, over) for act in EVERYTHING for over in (rooms_named_once, _home)),
+        *(_by_state(context, act, over) for act in EVERYTHING for over in (rooms_named_once, home)),
     )
 
 
@@ -78,8 +89,8 @@ def _by_name(context: HouseContext) -> Tasks:
             else:
                 verb = VERBS[act][int(context.rng.integers(len(VERBS[act])))].replace(" {}", "")
                 sentence = say(EVERY, context.rng, verb=verb, name=name, room=room)
-                objects = {key: change for thing in things for key, change in setup_for(thing, act).objects.items()}
-                yield _about_all(context, act, sentence, things, Setup(objects=objects))
+                objects = {key: change for each in things for key, change in standing_setup(context, each, act).items()}
+                yield _about_all(context, act, sentence, things, Setup(objects=objects), "named")
 
 
 Over = Callable[[HouseContext], Iterator[tuple[str, list[Thing]]]]
@@ -88,20 +99,33 @@ Over = Callable[[HouseContext], Iterator[tuple[str, list[Thing]]]]
 
 def _by_state(context: HouseContext, act: Act, over: Over) -> Tasks:
     for place, things in over(context):
-        fit = [each for each in things if may_be_asked(each, act) and not is_shut_away(context, each)]
+        fit = [each for each in things if is_counted(each, act) and not is_shut_away(context, each)]
         rooms = {context.items[each.id].room_id for each in fit}
-        if len(fit) < FEWEST_STANDING or (place == HOME and len(rooms) < 2):
+        if len(fit) < fewest_in(place, act) or (place == HOME and len(rooms) < 2):
             yield refused(context, "all_of", "few_enough", f"{len(fit)} things can be asked for in {place}")
             continue
-        most = min(MOST, len(fit))
-        chosen = _of_several_rooms(context, fit, int(context.rng.integers(FEWEST_STANDING, most + 1)))
-        asked = {key: change for thing in chosen for key, change in setup_for(thing, act).objects.items()}
-        others = {each.id: AT_REST[act] for each in standing(things, act) if each.id not in asked}
-        sentence = say(EVERYTHING[act], context.rng, place=place)
-        yield _about_all(context, act, sentence, chosen, Setup(objects={**others, **asked}))
+        for _ in range(TRIED_CHOICES):
+            most = min(MOST, len(fit))
+            chosen = _of_several_rooms(context, fit, int(context.rng.integers(FEWEST_STANDING, most + 1)))
+            asked = {key: change for thing in chosen for key, change in standing_setup(context, thing, act).items()}
+            others = {each.id: AT_REST[act] for each in standing(things, act) if each.id not in asked}
+            sentence = say(EVERYTHING[act], context.rng, place=place)
+            form = in_place("on" if act == "turn_off" else "open", place)
+            yield _about_all(context, act, sentence, chosen, Setup(objects={**others, **asked}), form)
 
 
-def _home(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
+def fewest_in(place: str, act: Act) -> int:
+    """Returns how many things a place must have, at least, for all of them to be asked about."""
+    return FEWEST_IN[act][place == HOME]
+
+
+def in_place(form: str, place: str) -> str:
+    """Returns the name of a form about one room, or about the home."""
+    return f"{form}_home" if place == HOME else f"{form}_room"
+
+
+def home(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
+    """Yields the whole home, where it has several rooms, with the things that are in them."""
     if len(context.oracle.scene.rooms) > 1:
         yield HOME, [context.thing(item.id) for item in context.items.values() if item.room_id is not None]
 
@@ -115,9 +139,26 @@ def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]
             yield f"the {name}", [context.thing(item.id) for item in context.items.values() if item.room_id == room.id]
 
 
+def standing_setup(context: HouseContext, thing: Thing, act: Act) -> dict[str, ObjectSetup]:
+    """Returns the setup in which an act is still to be done: what is to be closed stands ajar or wide open."""
+    if act == "close" and may_stand_ajar(thing) and context.rng.random() < AJAR_SHARE:
+        return {thing.id: ObjectSetup(openness=left_ajar(thing, context.rng))}
+    return dict(setup_for(thing, act).objects)
+
+
 def may_be_asked(thing: Thing, act: Act) -> bool:
     """Whether a thing may be among those that are on, or stand open, and are to be seen to."""
     return is_target(thing) and allows(thing, act) and thing.category not in FLAMES
+
+
+def is_counted(thing: Thing, act: Act) -> bool:
+    """Whether a thing is among those that are meant, and may be asked for, where all that are on or open are."""
+    return may_be_asked(thing, act) and _is_meant(thing, act)
+
+
+def _is_meant(thing: Thing, act: Act) -> bool:
+    """Whether a thing is one of those that "every drawer and door", or "everything but the ceiling lights", means."""
+    return thing.category in DRAWERS_AND_DOORS if act == "close" else thing.category not in LIGHTS | FLAMES
 
 
 def is_shut_away(context: HouseContext, thing: Thing) -> bool:
@@ -134,10 +175,9 @@ def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) ->
 
 
 def standing(things: Iterable[Thing], act: Act) -> list[Thing]:
-    """Returns which things are on, or stand open, but for doors between rooms."""
-    if act == "turn_off":
-        return [thing for thing in things if thing.is_toggled]
-    return [thing for thing in things if thing.is_openable and thing.openness > 0.0 and thing.category not in DOORS]
+    """Returns which things are on, ceiling lights and flames apart, or have a drawer or door that stands open."""
+    meant = [thing for thing in things if _is_meant(thing, act)]
+    return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
 
 
 def _are_all(context: HouseContext, name: str, room: str, ids: set[str]) -> bool:
@@ -146,7 +186,7 @@ def _are_all(context: HouseContext, name: str, room: str, ids: set[str]) -> bool
 
 
 def _about_all(
-    context: HouseContext, act: Act, sentence: str, things: list[Thing], setup: Setup
+    context: HouseContext, act: Act, sentence: str, things: list[Thing], setup: Setup, form: str
 ) -> ClosureTask | Rejection:
     parts = [part for thing in things if isinstance(part := goal_for(thing, act), ObjectInState)]
     if not context.can_begin(setup):
@@ -163,7 +203,7 @@ def _about_all(
         bindings={"target": things[0].id, **{f"target_{n}": each.id for n, each in enumerate(things[1:], start=2)}},
         template=act,
     )
-    return ClosureTask("all_of", (context.draft("SI", task),))
+    return ClosureTask("all_of", (context.draft("SI", task),), form=form)
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:

@@ -4,13 +4,17 @@ two things by a condition."""
 import re
 from collections.abc import Iterator
 
+from vigil.authoring.closure.ajar import gap_of, left_ajar, may_stand_ajar
 from vigil.authoring.closure.all_of import (
     ALL_ACTS,
     AT_REST,
-    FEWEST,
-    MOST,
+    HOME,
+    Over,
+    fewest_in,
+    home,
+    in_place,
+    is_counted,
     is_shut_away,
-    may_be_asked,
     rooms_named_once,
     standing,
 )
@@ -28,9 +32,9 @@ from vigil.authoring.drafting.proposals import (
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.language.wording import VERBS, Act, opened, order, say
 from vigil.authoring.ways.synthetic_records import with_change
-from vigil.closure import OTHERWISE
+from vigil.closure import OTHERWISE, Evidence
 from vigil.episode import Episode
-from vigil.goals import AllOf, ObjectInState
+from vigil.goals import MOST_PARTS, AllOf, ObjectInState
 from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Setup
 
@@ -42,54 +46,65 @@ MAKE_SURE = (
 )
 NOTHING: dict[Act, tuple[str, ...]] = {
     "turn_off": (
-        "Make sure that nothing is on in {place}.",
-        "Please see to it that nothing is left on in {place}.",
-        "Before we leave, make sure that everything in {place} is off.",
+        "Make sure that everything in {place} is off, except for the ceiling lights.",
+        "Please see to it that everything in {place} is off; only the ceiling lights may stay on.",
+        "Before we leave, make sure that everything in {place} is off, except for the ceiling lights.",
     ),
     "close": (
-        "Make sure that nothing stands open in {place}, except for the doors between rooms.",
-        "Please see to it that nothing is left open in {place}; the doors between rooms do not matter.",
-        "Before we leave, make sure that all is closed in {place}, except for the doors between rooms.",
+        "Make sure that every drawer and every door of furniture and appliances in {place} is fully closed.",
+        "Please see to it that every drawer and every door of furniture and appliances in {place} is fully closed.",
+        "Before we leave, make sure that every drawer and every door of furniture and appliances in {place} is fully "
+        "closed.",
     ),
 }
-NOTHING_IN = re.compile(rf"\b(?:nothing|everything|all)\b.*? in the (?P<room>{'|'.join(ROOM_NAMES.values())})\b")
-EVERYTHING_FORM = "everything"
-"""The form that asks about all of a room."""
+NOTHING_IN = re.compile(rf"\bevery(?:thing)?\b.* in (?:the (?P<room>{'|'.join(ROOM_NAMES.values())})|{HOME})\b")
+EVERYTHING_FORMS = ("off_room", "off_home", "closed_room", "closed_home")
+"""The forms that ask about all of a room, or of the home."""
 IF_SO = (
     "If {whole} is {label}, {order_it}; otherwise {other}.",
     "Check {whole}: if it is {label}, {order_it}; if not, {other}.",
     "Look whether {whole} is {label}. If so, {order_it}. If not, {other}.",
     "Should {whole} be {label}, {order_it}. Otherwise, {other}.",
 )
-LABELS: dict[Act, str] = {"open": "open", "close": "closed", "turn_on": "on", "turn_off": "off"}
-OPPOSITE: dict[Act, Act] = {"close": "open", "open": "close", "turn_off": "turn_on", "turn_on": "turn_off"}
-CONDITIONS: tuple[Act, ...] = ("close", "turn_off", "open")
-"""What is to be done where a condition holds."""
+LABELS: dict[Act, str] = {"open": "open", "close": "fully closed", "turn_on": "on", "turn_off": "off"}
+UNDONE: dict[Act, str] = {"close": "open, even a little", "turn_off": "on"}
+"""What is to be done where a condition holds, with the words of the condition."""
 TRIED_OTHERS = 3
 
 
 def already(context: HouseContext) -> Tasks:
     """Yields twins that ask to make sure of a state, which on one side holds from the start."""
     one = in_turn(context, *(_sure(context, act) for act in ALL_ACTS))
-    yield from in_turn(context, one, *(_all_at_rest(context, act) for act in NOTHING))
+    yield from in_turn(
+        context, one, *(_all_at_rest(context, act, over) for act in NOTHING for over in (rooms_named_once, home))
+    )
 
 
 def _sure(context: HouseContext, act: Act) -> Tasks:
     for episode, goal, target in _of_state(context, act):
         whole = _whole(context, target, act)
         sentence = say(MAKE_SURE, context.rng, whole=whole, label=LABELS[act])
-        first = episode.model_copy(update={"instruction": sentence})
+        setup, evidence = _undone(context, episode.setup, target, act)
+        first = episode.model_copy(update={"instruction": sentence, "setup": setup})
         second = first.model_copy(update={"setup": with_done(first, goal)})
-        yield ClosureTask("already", (first, second), target.id, (plain(target.id),), "one_thing")
+        yield ClosureTask("already", (first, second), target.id, evidence, "one_thing")
 
 
-def _all_at_rest(context: HouseContext, act: Act) -> Tasks:
-    """Yields twins that ask to make sure of a whole room, in which all is as it should be but for one thing."""
-    for place, things in rooms_named_once(context):
+def _undone(context: HouseContext, setup: Setup, target: Thing, act: Act) -> tuple[Setup, tuple[Evidence, ...]]:
+    """Returns the setup in which an act is still to be done, what is to be closed ajar where that can be told, and
+    the evidence of it."""
+    if act != "close" or not may_stand_ajar(target):
+        return setup, (plain(target.id),)
+    return with_change(setup, target.id, openness=left_ajar(target, context.rng)), (gap_of(target, 0.0),)
+
+
+def _all_at_rest(context: HouseContext, act: Act, over: Over) -> Tasks:
+    """Yields twins that ask to make sure of a room or the home, where all is as it should be but for one thing."""
+    for place, things in over(context):
         found = may_be_meant(things, act)
-        if not FEWEST <= len(found) <= MOST:
+        if not fewest_in(place, act) <= len(found) <= MOST_PARTS:
             yield refused(context, "already", "few_enough", f"{len(found)} things can be asked about in {place}")
-        elif any(is_shut_away(context, thing) or not may_be_asked(thing, act) for thing in found):
+        elif any(is_shut_away(context, thing) or not is_counted(thing, act) for thing in found):
             yield refused(
                 context, "already", "place_can_be_seen", f"something in {place} cannot be asked about or seen"
             )
@@ -103,13 +118,14 @@ def _all_at_rest(context: HouseContext, act: Act) -> Tasks:
 def may_be_meant(things: list[Thing], act: Act) -> list[Thing]:
     """Returns the things that nothing must be on, or open, of: those that may be, and those that are."""
     ids = {thing.id for thing in standing(things, act)}
-    return [thing for thing in things if may_be_asked(thing, act) or thing.id in ids]
+    return [thing for thing in things if is_counted(thing, act) or thing.id in ids]
 
 
 def _all_but(context: HouseContext, act: Act, place: str, target: Thing, others: list[Thing]) -> ClosureTask | None:
     """Returns twins: on the first side one thing, out of view at the start, is not at rest; on the second all are."""
     at_rest = {thing.id: AT_REST[act] for thing in others}
-    setup = Setup(objects={**at_rest, **setup_for(target, act).objects})
+    rest = Setup(objects={**at_rest, **setup_for(target, act).objects})
+    setup, evidence = _undone(context, rest, target, act)
     if not context.can_begin(setup):
         return None
     start = context.start_seeing(others[0], NEAR_M, LEVEL_DEG, is_seen(1), lambda pose: hides(context, pose, target.id))
@@ -117,6 +133,7 @@ def _all_but(context: HouseContext, act: Act, place: str, target: Thing, others:
     if start is None:
         return None
     parts = [part for each in (target, *others) if isinstance(part := goal_for(each, act), ObjectInState)]
+    form = in_place("off" if act == "turn_off" else "closed", place)
     first = context.draft(
         "SI",
         TaskSpec(
@@ -129,7 +146,7 @@ def _all_but(context: HouseContext, act: Act, place: str, target: Thing, others:
         ),
     )
     second = first.model_copy(update={"setup": with_done(first, parts[0])})
-    return ClosureTask("already", (first, second), target.id, (plain(target.id),), EVERYTHING_FORM)
+    return ClosureTask("already", (first, second), target.id, evidence, form)
 
 
 def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
@@ -156,7 +173,7 @@ def with_done(episode: Episode, goal: ObjectInState) -> Setup:
 
 def if_so(context: HouseContext) -> Tasks:
     """Yields twins that ask for one thing where a state holds, and for another where it does not."""
-    yield from in_turn(context, *(_if(context, act) for act in CONDITIONS))
+    yield from in_turn(context, *(_if(context, act) for act in UNDONE))
 
 
 def _if(context: HouseContext, act: Act) -> Tasks:
@@ -189,7 +206,8 @@ def _branches(
 ) -> ClosureTask | None:
     """Returns twins: on the first side the condition holds, on the second the other thing is to be done."""
     instead: Act = "turn_on" if allows(other, "turn_on") else "open"
-    setup = Setup(objects={**setup_for(other, instead).objects, **episode.setup.objects})
+    both = Setup(objects={**setup_for(other, instead).objects, **episode.setup.objects})
+    setup, evidence = _undone(context, both, target, act)
     if not context.can_begin(setup):
         return None
     phrase, other_phrase = context.phrase(target.id), context.phrase(other.id)
@@ -201,7 +219,7 @@ def _branches(
         IF_SO,
         context.rng,
         whole=whole,
-        label=LABELS[OPPOSITE[act]],
+        label=UNDONE[act],
         order_it=_order_it(context, target, act),
         other=order(instead, other.category, str(other_phrase), context.rng)["order"],
     )
@@ -216,4 +234,4 @@ def _branches(
             "goal": AllOf(object_id=other.id, parts=(asked, goal)),
         }
     )
-    return ClosureTask("if_so", (first, second), target.id, (plain(target.id),), f"{act} {instead}")
+    return ClosureTask("if_so", (first, second), target.id, evidence, f"{act} {instead}")

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.actions import Action, Report, Status
+from vigil.authoring.closure.ajar import gap_of, is_ajar, may_stand_ajar
 from vigil.authoring.closure.all_of import NAMED, STANDING, hides_half, standing
-from vigil.authoring.closure.already import EVERYTHING_FORM, NOTHING_IN, may_be_meant
+from vigil.authoring.closure.already import EVERYTHING_FORMS, NOTHING_IN, may_be_meant
 from vigil.authoring.closure.refusals import FULL, is_full
 from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import ClosureTask
@@ -19,7 +20,7 @@ from vigil.authoring.closure.telling import told
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
-from vigil.authoring.review.rules import MARGIN_PX
+from vigil.authoring.review.rules import ALMOST_CLOSED, MARGIN_PX, WIDE_OPEN
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
@@ -50,9 +51,10 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 _WORDS = frozenset({"target_named", "unambiguous"})
 EXEMPT: dict[str, frozenset[str]] = {
-    "all_of": frozenset({"protocol", "hidden_at_start", *_WORDS}),
-    f"already {EVERYTHING_FORM}": frozenset({"protocol", *_WORDS}),
-    "if_so": frozenset({"protocol", "hidden_at_start"}),
+    "all_of": frozenset({"protocol", "hidden_at_start", "settled_openness", *_WORDS}),
+    "already": frozenset({"settled_openness"}),
+    **{f"already {form}": frozenset({"protocol", "settled_openness", *_WORDS}) for form in EVERYTHING_FORMS},
+    "if_so": frozenset({"protocol", "hidden_at_start", "settled_openness"}),
     "impossible put": frozenset({"protocol", "hidden_at_start"}),
     "silent_refusal full_shelf": frozenset({"protocol", "hidden_at_start"}),
     "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
@@ -151,9 +153,11 @@ class Certifier:
     def _faults(self, task: ClosureTask, episode: Episode) -> Broken:
         """Yields what a side breaks of the rules of its own kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
+        if "settled_openness" in exempt_of(task):
+            yield from self._faults_of_gaps(episode)
         if task.kind == "all_of" and isinstance(episode.goal, AllOf):
             yield from self._faults_of_all(episode, episode.goal)
-        if task.form == EVERYTHING_FORM and isinstance(episode.goal, AllOf):
+        if task.form in EVERYTHING_FORMS and isinstance(episode.goal, AllOf):
             yield from self._faults_of_everything(episode, episode.goal)
         if task.kind == "look_alike":
             yield from self._faults_of_alike(task, episode)
@@ -173,6 +177,19 @@ class Certifier:
             meant = told(episode.instruction, items_of(self._oracle.scene).values(), self._oracle)
             if meant != {target}:
                 yield "told_apart", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
+
+    def _faults_of_gaps(self, episode: Episode) -> Broken:
+        """Yields which things stand neither closed, nor wide open, nor ajar so that it can be told from near by."""
+        for thing in (self._oracle.scene.things[name] for name in sorted(episode.setup.objects)):
+            if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
+                continue
+            if not (may_stand_ajar(thing) and is_ajar(thing.openness)):
+                yield "gap_can_be_told", f"{thing.id!r} starts at openness {thing.openness}"
+                continue
+            try:
+                self._view((gap_of(thing, thing.openness),))
+            except Unsolvable:
+                yield "gap_can_be_told", f"no reachable place shows the free edge of {thing.id!r} from near by"
 
     def _faults_of_all(self, episode: Episode, goal: AllOf) -> Broken:
         ids = {part.object_id for part in goal.parts}

@@ -54,7 +54,9 @@ SUITE_RULES = {
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
     "closes_rightly": "the recorded solution, replayed, is a correct closure",
     "can_be_set_up": "the simulator can bring the start about",
-    "few_enough": "there are two to five targets, three at least where they are told by their state alone",
+    "few_enough": "there are two to five targets, three at least where they are told by their state alone; and at most "
+    "24 things of which one must make sure",
+    "gap_can_be_told": "what stands ajar does so by 4 cm at least, and its free edge can be seen from near by",
     "place_can_be_seen": "a named place can be looked at from above, and nothing that is asked about is shut away",
 }
 """The same of the closure-stress suite, whose tasks `vigil.authoring.closure.certify` checks."""
