@@ -23,7 +23,7 @@ FEWEST, MOST = 2, 5
 """Targets of an `all_of` task."""
 FEWEST_STANDING = 3
 """The same, where they are told by their state: one must look around for each."""
-FEWEST_IN: dict[Act, tuple[int, int]] = {"turn_off": (4, 7), "close": (6, 10)}
+FEWEST_IN: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
 """How many things must be looked at, at least, where all are asked about: in a room, and in the whole home."""
 TRIED_STARTS = 40
 TRIED_CHOICES = 3
@@ -41,9 +41,9 @@ EVERY = (
 )
 EVERYTHING: dict[Act, tuple[str, ...]] = {
     "turn_off": (
-        "Turn off everything in {place} that is on, except for the ceiling lights.",
-        "Please switch off everything in {place} that is on, but leave the ceiling lights.",
-        "We are leaving: turn off everything in {place} that is on, except for the ceiling lights.",
+        "Turn off everything in {place} that is on, except for ceiling lights and candles.",
+        "Please switch off everything in {place} that is on, but leave ceiling lights and candles.",
+        "We are leaving: turn off everything in {place} that is on, except for ceiling lights and candles.",
     ),
     "close": (
         "Close every drawer and every door of furniture and appliances in {place} that is not fully closed.",

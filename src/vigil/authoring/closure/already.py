@@ -46,9 +46,9 @@ MAKE_SURE = (
 )
 NOTHING: dict[Act, tuple[str, ...]] = {
     "turn_off": (
-        "Make sure that everything in {place} is off, except for the ceiling lights.",
-        "Please see to it that everything in {place} is off; only the ceiling lights may stay on.",
-        "Before we leave, make sure that everything in {place} is off, except for the ceiling lights.",
+        "Make sure that everything in {place} is off, except for ceiling lights and candles.",
+        "Please see to it that everything in {place} is off; only ceiling lights and candles may stay on.",
+        "Before we leave, make sure that everything in {place} is off, except for ceiling lights and candles.",
     ),
     "close": (
         "Make sure that every drawer and every door of furniture and appliances in {place} is fully closed.",
