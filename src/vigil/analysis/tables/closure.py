@@ -75,9 +75,9 @@ def _forms(runs: Sequence[ClosureRun]) -> Table:
             yield from (({"kind": kind, "form": form}, part) for form, part in sorted(of_form.items()))
 
     notes = (
-        "The forms of a kind: the side of twins, with the reason of an impossible one; whether one thing or everything "
-        "in a room is asked about; what tells a look-alike; what refuses silently; whether what something is put into "
-        "stood open or was shut. Intervals as in the table above.",
+        "The forms of a kind: the side of twins, with the reason of an impossible one; whether one thing is asked "
+        "about, all of a name, or everything that is on or open in a room or the home; what tells a look-alike; what "
+        "refuses silently; whether what something is put into stood open or was shut. Intervals as in the table above.",
     )
     columns, rows = _rates_of_parts(runs, {"kind": "Kind", "form": "Form"}, parts, _BY_FORM)
     return Table("closure_forms", "Correct closure by form", columns, rows, notes)
