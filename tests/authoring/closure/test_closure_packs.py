@@ -17,8 +17,9 @@ from typer.testing import CliRunner, Result
 
 from vigil.actions import InteractPixel, Report, Status
 from vigil.authoring.closure.alike import look_alike
+from vigil.authoring.closure.all_of import HOME
 from vigil.authoring.closure.already import EVERYTHING_FORMS
-from vigil.authoring.closure.certify import EXEMPT, Certifier
+from vigil.authoring.closure.certify import EXEMPT, LEAST_LOOKS, Certifier
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
 from vigil.authoring.closure.impossible import BARS, READ_M, impossible
 from vigil.authoring.closure.packing import (
@@ -39,7 +40,7 @@ from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.review.reviews import Review, Verdict, episode_sha256
 from vigil.authoring.review.rules import RULES
-from vigil.authoring.review.validate import SUITE_RULES, Validator
+from vigil.authoring.review.validate import BUDGET_SHARE, SUITE_RULES, Validator
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import is_doable
@@ -56,7 +57,6 @@ from vigil.sim.privileged import PrivilegedSimulator
 from vigil.web.review import ReviewSet
 
 PER_KIND, PER_HOUSE = 2, 3
-ABOUT_A_ROOM = [form for form in EVERYTHING_FORMS if form.endswith("_room")]
 Reported = Callable[[Episode, Status | None], EpisodeRecord]
 
 
@@ -225,10 +225,10 @@ def test_the_obvious_act_is_refused_by_a_swing_a_machine_and_a_full_shelf(simula
     assert {task.form for task in tasks} == {"swing", "machine", FULL}
 
 
-def test_twins_about_everything_in_a_room_mean_just_what_may_be_on_or_open_there(
+def test_twins_about_everything_somewhere_mean_just_what_may_be_on_or_open_there(
     drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    found = next(task for task in drafts.read().closures if task.answers[0].form in ABOUT_A_ROOM)
+    found = next(task for task in drafts.read().closures if task.answers[0].form in EVERYTHING_FORMS)
     task = task_of([draft.episode for draft in found.drafts], found.answers)
     first, second = task.episodes
     house, certifier = drafts.house(first.house.name), Certifier(simulator)
@@ -238,10 +238,14 @@ def test_twins_about_everything_in_a_room_mean_just_what_may_be_on_or_open_there
     simulator.load(house)
     simulator.reset(first.start, first.setup)
     assert Oracle(simulator).state_of(task.removed).visible_px == 0
-    room = next(name for name in ROOM_NAMES.values() if f"the {name}" in first.instruction)
-    other = next(name for name in ROOM_NAMES.values() if name != room)
+    assert {each.object_id for each in task.evidence} == {part.object_id for part in first.goal.parts}
+    _, tour = found.drafts
+    assert LEAST_LOOKS * first.max_steps <= len(tour.actions) <= BUDGET_SHARE * first.max_steps
+    places = [HOME, *(f"the {name}" for name in ROOM_NAMES.values())]
+    place = next(name for name in places if name in first.instruction)
+    other = next(name for name in places[1:] if name != place)
     elsewhere = tuple(
-        each.model_copy(update={"instruction": each.instruction.replace(room, other)}) for each in task.episodes
+        each.model_copy(update={"instruction": each.instruction.replace(place, other)}) for each in task.episodes
     )
     assert certifier.certify(replace(task, episodes=elsewhere), house)[1][0].rule == "told_apart"
 
@@ -321,8 +325,8 @@ def test_kinds_have_quotas_and_forms_are_shared_out(drafts: DraftsFile) -> None:
     assert len({task.answers[-1].reason for task in chosen if task.kind == "impossible"}) == 3
     several = select_tasks(pool, ClosureRequest("p", 2, kinds=("all_of",)))
     assert {task.answers[0].form for task in several} == {"named", "open_home"}
-    made_sure = select_tasks(pool, ClosureRequest("p", 3, kinds=("already",)))
-    assert len({task.answers[0].form for task in made_sure}) == 3
+    made_sure = select_tasks(pool, ClosureRequest("p", 2, kinds=("already",)))
+    assert {task.answers[0].form for task in made_sure} == {"one_thing", "closed_home"}
 
 
 def review_of(episode: Episode, verdict: Verdict, instruction: str | None = None) -> Review:

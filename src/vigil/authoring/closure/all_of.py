@@ -24,7 +24,7 @@ FEWEST, MOST = 2, 5
 FEWEST_STANDING = 3
 """The same, where they are told by their state: one must look around for each."""
 FEWEST_IN: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
-"""How many things must be looked at, at least, where all are asked about: in a room, and in the whole home."""
+"""How many things may be on, or open, at least, where all that are so are asked about: in a room, and in the home."""
 TRIED_STARTS = 40
 TRIED_CHOICES = 3
 """Choices of what is on or open, tried in a place."""
@@ -101,7 +101,7 @@ def _by_state(context: HouseContext, act: Act, over: Over) -> Tasks:
     for place, things in over(context):
         fit = [each for each in things if is_counted(each, act) and not is_shut_away(context, each)]
         rooms = {context.items[each.id].room_id for each in fit}
-        if len(fit) < fewest_in(place, act) or (place == HOME and len(rooms) < 2):
+        if len(fit) < FEWEST_IN[act][place == HOME] or (place == HOME and len(rooms) < 2):
             yield refused(context, "all_of", "few_enough", f"{len(fit)} things can be asked for in {place}")
             continue
         for _ in range(TRIED_CHOICES):
@@ -112,11 +112,6 @@ def _by_state(context: HouseContext, act: Act, over: Over) -> Tasks:
             sentence = say(EVERYTHING[act], context.rng, place=place)
             form = in_place("on" if act == "turn_off" else "open", place)
             yield _about_all(context, act, sentence, chosen, Setup(objects={**others, **asked}), form)
-
-
-def fewest_in(place: str, act: Act) -> int:
-    """Returns how many things a place must have, at least, for all of them to be asked about."""
-    return FEWEST_IN[act][place == HOME]
 
 
 def in_place(form: str, place: str) -> str:

@@ -8,9 +8,9 @@ from vigil.authoring.closure.ajar import gap_of, left_ajar, may_stand_ajar
 from vigil.authoring.closure.all_of import (
     ALL_ACTS,
     AT_REST,
+    FEWEST,
     HOME,
     Over,
-    fewest_in,
     home,
     in_place,
     is_counted,
@@ -102,7 +102,7 @@ def _all_at_rest(context: HouseContext, act: Act, over: Over) -> Tasks:
     """Yields twins that ask to make sure of a room or the home, where all is as it should be but for one thing."""
     for place, things in over(context):
         found = may_be_meant(things, act)
-        if not fewest_in(place, act) <= len(found) <= MOST_PARTS:
+        if not FEWEST <= len(found) <= MOST_PARTS:
             yield refused(context, "already", "few_enough", f"{len(found)} things can be asked about in {place}")
         elif any(is_shut_away(context, thing) or not is_counted(thing, act) for thing in found):
             yield refused(
@@ -125,9 +125,10 @@ def _all_but(context: HouseContext, act: Act, place: str, target: Thing, others:
     """Returns twins: on the first side one thing, out of view at the start, is not at rest; on the second all are."""
     at_rest = {thing.id: AT_REST[act] for thing in others}
     rest = Setup(objects={**at_rest, **setup_for(target, act).objects})
-    setup, evidence = _undone(context, rest, target, act)
+    setup, _ = _undone(context, rest, target, act)
     if not context.can_begin(setup):
         return None
+    evidence = tuple(gap_of(each, 0.0) if act == "close" else plain(each.id) for each in (target, *others))
     start = context.start_seeing(others[0], NEAR_M, LEVEL_DEG, is_seen(1), lambda pose: hides(context, pose, target.id))
     context.begin(Setup())
     if start is None:

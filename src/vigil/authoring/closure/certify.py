@@ -45,6 +45,7 @@ from vigil.errors import EpisodeError
 from vigil.goals import AllOf, ObjectAtReceptacle, ObjectInState, is_observable
 from vigil.house import House
 from vigil.pack import protocol_faults
+from vigil.pose import Pose, floor_distance
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
@@ -65,6 +66,8 @@ TOLD_OTHERWISE = ("state", "bearing", "size")
 """Forms of look-alikes that are said in words of their own."""
 UNSAID = frozenset({ALIKE, "place", "blocker", "hog"})
 """Roles of what an episode records and its instruction does not name."""
+LEAST_LOOKS = 0.5
+"""Share of the budget that looking at everything that is asked about takes, at least."""
 LOOK_M = (0.5, 4.0)
 MOST_LOOKS = 80
 SUMMARY = "Done."
@@ -285,13 +288,29 @@ class Certifier:
         with self._oracle.rehearsal():
             macro_actions = MacroActions(self._oracle, may_tilt=True)
             try:
-                for action in macro_actions.go(self._view(answer.evidence)):
+                for action in self._looks(macro_actions, answer):
                     actions.append(action)
                     if not isinstance(action, Report):
                         self._oracle.step(action)
             except Unsolvable as error:
                 raise _Broken("evidence_seen", str(error)) from None
         return (*actions, Report(status=answer.accepted[0], summary=SUMMARY))
+
+    def _looks(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
+        """Yields the actions that show all evidence: at once, or of many things what is nearest first. Raises
+        Unsolvable."""
+        is_of_many = answer.form in EVERYTHING_FORMS
+        left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
+        while left:
+            left.sort(key=lambda evidence: self._away(evidence[0]))
+            for action in macro_actions.go(self._view(left[0])):
+                yield action
+                left = [evidence for evidence in left if not self._shows_all(self._oracle.agent, evidence)]
+
+    def _away(self, evidence: Evidence) -> tuple[float, str]:
+        """Returns how far a thing is from the agent, with its id to break ties."""
+        thing = self._oracle.scene.things[evidence.object_id]
+        return floor_distance(self._oracle.agent.position, thing.position), thing.id
 
     def _view(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
         """Returns the nearest view from which all evidence is clearly seen at once. Raises Unsolvable."""
@@ -308,22 +327,25 @@ class Certifier:
         for number, view in enumerate(viewpoints(self._oracle, self._oracle.walks(), query)):
             if number >= MOST_LOOKS:
                 break
-            if self._shows_all(view, evidence):
+            if self._shows_all(view.pose, evidence):
                 return view
         raise Unsolvable("No reachable place from which all evidence is seen at once.")
 
-    def _shows_all(self, view: Viewpoint, evidence: tuple[Evidence, ...]) -> bool:
-        with self._oracle.standing_at(view.pose):
+    def _shows_all(self, pose: Pose, evidence: tuple[Evidence, ...]) -> bool:
+        """Whether all evidence is clearly seen from a pose."""
+        with self._oracle.standing_at(pose):
             states = self._oracle.world({each.object_id for each in evidence}).objects
         clear = [
             is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.least_px + MARGIN_PX
             for each in evidence
         ]
         places = [(each.spot, each.within_m) for each in evidence if each.spot is not None]
-        return all(clear) and all(is_in_picture(view.pose, *place) for place in places)
+        return all(clear) and all(is_in_picture(pose, *place) for place in places)
 
     def _second(self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]) -> Broken:
         """Yields what is wrong with the second side of twins and the actions that are to close it."""
+        if answer.form in EVERYTHING_FORMS and len(actions) < LEAST_LOOKS * second.max_steps:
+            yield "enough_to_look_at", f"{len(actions)} steps of {second.max_steps} to see all that is asked about"
         if len(actions) > BUDGET_SHARE * second.max_steps:
             yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"
         record = self._validator.play(second, house, actions)

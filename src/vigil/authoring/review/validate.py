@@ -52,9 +52,10 @@ SUITE_RULES = {
     "obvious_is_full": "every click on the surface nearest to the hand's height is refused, and another has room",
     "cannot_be_moved": "what bars the way is nothing that can be picked up, and stands elsewhere on the other side",
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
+    "enough_to_look_at": "where all of a place is asked about, looking at everything takes half of the budget at least",
     "closes_rightly": "the recorded solution, replayed, is a correct closure",
     "can_be_set_up": "the simulator can bring the start about",
-    "few_enough": "there are two to five targets, three at least where they are told by their state alone; and at most "
+    "few_enough": "there are two to five targets, three at least where they are told by their state alone; and two to "
     "24 things of which one must make sure",
     "gap_can_be_told": "what stands ajar does so by 4 cm at least, and its free edge can be seen from near by",
     "place_can_be_seen": "a named place can be looked at from above, and nothing that is asked about is shut away",
