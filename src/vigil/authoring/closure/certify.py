@@ -302,10 +302,12 @@ class Certifier:
         is_of_many = answer.form in EVERYTHING_FORMS
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
         while left:
-            left.sort(key=lambda evidence: self._away(evidence[0]))
-            for action in macro_actions.go(self._view(left[0])):
+            nearest = min(left, key=lambda evidence: self._away(evidence[0]))
+            for action in macro_actions.go(self._view(nearest)):
                 yield action
                 left = [evidence for evidence in left if not self._shows_all(self._oracle.agent, evidence)]
+            if nearest in left:
+                raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
 
     def _away(self, evidence: Evidence) -> tuple[float, str]:
         """Returns how far a thing is from the agent, with its id to break ties."""
