@@ -13,6 +13,7 @@ from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.engines.mujoco.compiled import model as compiled
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.model import HIDDEN, build
 from vigil.sim.engines.mujoco.raster import surfaces
@@ -37,6 +38,27 @@ def test_a_kept_model_is_handed_out_as_an_equal_copy(scene: Scene) -> None:
         assert np.array_equal(model.data.geom_xpos, fresh.data.geom_xpos)
     assert first.native is not second.native
     assert first.lamps is not second.lamps
+
+
+def test_a_model_is_the_same_when_pieces_are_made_anew_for_every_thing(scene: Scene, monkeypatch) -> None:
+    """As two threads may make them that build at once: only one's are kept."""
+    usual = build(scene)
+    monkeypatch.setattr(compiled, "pieces_of", compiled.pieces_of.__wrapped__)
+    for copy_number in range(20):
+        cube = scene.things["cube"]
+        scene.things[f"cube{copy_number}"] = replace(cube, id=f"cube{copy_number}", position=Vec3(-1.5, 0.1, 0.0))
+    anew = build(scene)
+    for thing_id in usual.things:
+        for before, after in zip(usual.things[thing_id].geoms, anew.things[thing_id].geoms, strict=True):
+            assert np.array_equal(_shape(usual, before), _shape(anew, after))
+    assert len({_shape(anew, anew.things[f"cube{n}"].geoms[0]).tobytes() for n in range(20)}) == 1
+
+
+def _shape(model: compiled.CompiledModel, geom: int) -> np.ndarray:
+    """Returns the vertices of a geom's mesh."""
+    mesh = model.native.geom_dataid[geom]
+    first = model.native.mesh_vertadr[mesh]
+    return model.native.mesh_vert[first : first + model.native.mesh_vertnum[mesh]]
 
 
 def test_what_happens_in_one_scene_stays_there(scene: Scene) -> None:

@@ -130,7 +130,7 @@ class _Draft:
 
     spec: NativeSpec
     looks: MaterialTable
-    meshes: dict[int, str] = field(default_factory=dict)
+    meshes: dict[MeshPiece, str] = field(default_factory=dict)
     geom_things: list[int] = field(default_factory=list)
     geom_roles: list[int] = field(default_factory=list)
     swaps: dict[int, str] = field(default_factory=dict)
@@ -262,13 +262,13 @@ def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
 
 
 def _add_piece(draft: _Draft, body: NativeBody, piece: MeshPiece) -> None:
-    if id(piece) not in draft.meshes:
+    if piece not in draft.meshes:
         name = f"mesh{len(draft.meshes)}"
         _add_mesh(draft.spec, name, piece.triangles, draft.looks.metres(piece.material))
-        draft.meshes[id(piece)] = name
+        draft.meshes[piece] = name
     if piece.material_on is not None:
         draft.swaps[len(draft.geom_things)] = draft.looks.name_of(piece.material_on)
-    _add_geom(draft, body, draft.meshes[id(piece)], draft.looks.name_of(piece.material), THING)
+    _add_geom(draft, body, draft.meshes[piece], draft.looks.name_of(piece.material), THING)
 
 
 def _add_mesh(spec: NativeSpec, name: str, triangles: Triangles, metres_per_repeat: float) -> None:
