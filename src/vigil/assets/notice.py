@@ -10,7 +10,7 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Mesh, Part
-from vigil.assets.kernel.shapes import box, merge
+from vigil.assets.kernel.shapes import box, boxes
 from vigil.pose import Vec3
 
 WIDTH_M, HEIGHT_M, THICK_M = 0.297, 0.21, 0.002
@@ -44,6 +44,8 @@ _HEIGHTS = 9
 """Heights at which a place for the sheet is looked for."""
 _GRID = 9
 """Points of the sheet, along each side, at which the front behind it is measured."""
+_SLACK_M = 0.001
+"""By how much a triangle that is not measured is beside the sheet: far more than an error of rounding."""
 
 
 @lru_cache(maxsize=2048)
@@ -77,12 +79,17 @@ def _place(asset: Asset) -> tuple[float, float, str | None]:
     """
     half = asset.size.y / 2
     low, high = min(-half + HEIGHT_M / 2, half - HEIGHT_M / 2), max(-half + HEIGHT_M / 2, half - HEIGHT_M / 2)
-    triangles = [_front_triangles(part) for part in asset.parts if part.shown in ("always", "off")]
-    joints = [part.joint for part in asset.parts if part.shown in ("always", "off")]
+    shown = [part for part in asset.parts if part.shown in ("always", "off")]
+    fronts = [_front_triangles(part) for part in shown]
+    corners = np.concatenate(fronts) if fronts else np.empty((0, 3, 3))
+    joints = [part.joint for part, front in zip(shown, fronts, strict=True) for _ in front]
     found: list[tuple[int, float, float, float, str | None]] = []
     for height in np.linspace(low, high, _HEIGHTS):
-        depths = np.stack([_depths(corners, float(height)) for corners in triangles])
-        front, owner = depths.max(axis=0), depths.argmax(axis=0)
+        near = np.flatnonzero(_reaches(corners[..., 1], height, HEIGHT_M))
+        if not len(near):
+            continue
+        depths = _depths(corners[near], float(height))
+        front, owner = depths.max(axis=1), near[depths.argmax(axis=1)]
         is_met = np.isfinite(front)
         if is_met.any():
             nearest = int(np.where(is_met, front, -np.inf).argmax())
@@ -95,19 +102,24 @@ def _place(asset: Asset) -> tuple[float, float, str | None]:
 
 
 def _front_triangles(part: Part) -> np.ndarray:
-    """Returns the corners (n, 3, 3) of a part's triangles that face the front."""
+    """Returns the corners (n, 3, 3) of a part's triangles that face the front, and may lie behind a sheet."""
     corners = part.mesh.vertices.astype(float)[part.mesh.faces]
+    corners = corners[_reaches(corners[..., 0], 0.0, WIDTH_M)]
     sides = corners[:, 1:] - corners[:, :1]
     ahead = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
     return corners[ahead > 0]
 
 
+def _reaches(places: np.ndarray, middle: float, length: float) -> np.ndarray:
+    """Returns which triangles (n,), with corners at places (n, 3) along an axis, reach into a length about a middle."""
+    half = length / 2 + _SLACK_M
+    return (places.max(axis=1) >= middle - half) & (places.min(axis=1) <= middle + half)
+
+
 def _depths(corners: np.ndarray, height: float) -> np.ndarray:
-    """Returns how far to the front triangles reach at the points of a sheet; -inf where there is none."""
+    """Returns how far to the front each triangle reaches at the points of a sheet, (points, n); -inf beside it."""
     across, up = np.linspace(-0.5, 0.5, _GRID) * WIDTH_M, height + np.linspace(-0.5, 0.5, _GRID) * HEIGHT_M
     x, y = (axis.ravel() for axis in np.meshgrid(across, up))
-    if not len(corners):
-        return np.full(len(x), -np.inf)
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     dx, dy = x[:, None] - a[:, 0], y[:, None] - a[:, 1]
@@ -115,7 +127,7 @@ def _depths(corners: np.ndarray, height: float) -> np.ndarray:
     of_c = (dy * (b[:, 0] - a[:, 0]) - dx * (b[:, 1] - a[:, 1])) / area
     is_in = (of_b >= 0) & (of_c >= 0) & (of_b + of_c <= 1)
     depth = a[:, 2] + of_b * (b[:, 2] - a[:, 2]) + of_c * (c[:, 2] - a[:, 2])
-    return np.where(is_in, depth, -np.inf).max(axis=1)
+    return np.where(is_in, depth, -np.inf)
 
 
 def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
@@ -123,14 +135,15 @@ def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
     yield "notice", box((WIDTH_M, HEIGHT_M, THICK_M), (0.0, height, depth - THICK_M / 2)), PAPER
     front = depth + _RAISED_M / 2
     across, up = WIDTH_M / 2 - _BORDER_M / 2, HEIGHT_M / 2 - _BORDER_M / 2
-    frame = [box((WIDTH_M, _BORDER_M, _RAISED_M), (0.0, height + sign * up, front)) for sign in (1, -1)]
-    frame += [box((_BORDER_M, HEIGHT_M, _RAISED_M), (sign * across, height, front)) for sign in (1, -1)]
+    frame = [((WIDTH_M, _BORDER_M, _RAISED_M), (0.0, height + sign * up, front)) for sign in (1, -1)]
+    frame += [((_BORDER_M, HEIGHT_M, _RAISED_M), (sign * across, height, front)) for sign in (1, -1)]
     letters = [
-        box((run * width, tall, _RAISED_M), (x, height + y, front))
+        ((run * width, tall, _RAISED_M), (x, height + y, front))
         for number, line in enumerate(LINES)
         for x, y, run, width, tall in _strokes(line, number)
     ]
-    yield "notice text", merge([*frame, *letters]), INK
+    sizes, centers = zip(*frame, *letters, strict=True)
+    yield "notice text", boxes(sizes, centers), INK
 
 
 def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float, float]]:

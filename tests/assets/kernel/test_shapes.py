@@ -65,6 +65,15 @@ def test_bevelled_box_is_cheap() -> None:
     assert len(shapes.box((1, 1, 1)).faces) == 12
 
 
+def test_boxes_made_together_are_those_made_alone() -> None:
+    sizes = np.random.default_rng(0).uniform(0.0, 1.0, (20, 3))
+    together = shapes.boxes(sizes, 3.0 * sizes[::-1])
+    alone = shapes.merge(shapes.box(size, center) for size, center in zip(sizes, 3.0 * sizes[::-1], strict=True))
+    for name in ("vertices", "faces", "normals", "uvs"):
+        assert np.array_equal(getattr(together, name), getattr(alone, name)), name
+        assert getattr(together, name).dtype == getattr(alone, name).dtype
+
+
 def test_mirroring_keeps_the_outside_out(assert_well_made: Check) -> None:
     mesh = shapes.scale(shapes.box((1, 2, 3)), (-1, 2, 0.5))
     assert_well_made(mesh)

@@ -39,6 +39,7 @@ __all__ = [
     "Point3",
     "bounds",
     "box",
+    "boxes",
     "cushion",
     "cylinder",
     "disc",
@@ -125,6 +126,17 @@ def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
     vertices = _BOX_SIGNS * inset + np.asarray(center, np.float64)
     uvs = vertices.take(_box_uvs(*(half[1:] > half[:-1]).tolist(), bool(half[2] > half[0])))
     return mesh(vertices, _BOX_ALL if cut > 0 else _BOX_FLAT, _BOX_NORMALS, uvs)
+
+
+def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
+    """Returns many boxes without bevels as one mesh, sooner than each by itself."""
+    half = np.maximum(np.abs(np.asarray(sizes, np.float64)) / 2, _THINNEST_M)
+    vertices = _BOX_SIGNS * half[:, None] + np.asarray(centers, np.float64)[:, None]
+    orders = np.column_stack([half[:, 1:] > half[:, :-1], half[:, 2] > half[:, 0]]).tolist()
+    uvs = [corners.take(_box_uvs(*order)) for corners, order in zip(vertices, orders, strict=True)]
+    starts = len(_BOX_SIGNS) * np.arange(len(half))[:, None, None]
+    faces, normals = (_BOX_FLAT + starts).reshape(-1, 3), np.tile(_BOX_NORMALS, (len(half), 1))
+    return mesh(vertices.reshape(-1, 3), faces, normals, np.concatenate(uvs))
 
 
 @cache
