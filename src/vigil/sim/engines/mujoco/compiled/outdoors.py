@@ -9,6 +9,8 @@ from vigil.sim.engines.mujoco.compiled.binding import NativeSpec, mujoco
 GROUND_M = -0.02
 LAWN_HALF_M = 60.0
 SKY_PIXELS = 256
+LAWN_DEG, HILLS_DEG, EDGE_DEG = -0.9, 5.15, 0.35
+"""Where the lawn ends, and the top of the highest hill, above the horizon; over how much one fades into the other."""
 _ZENITH, _HORIZON = np.array([0.42, 0.62, 0.86], np.float32), np.array([0.84, 0.90, 0.95], np.float32)
 _TREES, _NEAR_TREES = np.array([0.40, 0.50, 0.42], np.float32), np.array([0.30, 0.40, 0.26], np.float32)
 _GRASS = np.array([0.42, 0.53, 0.32], np.float32)
@@ -55,14 +57,29 @@ def sky() -> bytes:
 
 def _paint(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Returns the colours (..., 3) seen in unit directions, in MuJoCo's frame."""
-    azimuth, height = np.arctan2(y, x), np.degrees(np.arcsin(up))
+    colours = np.broadcast_to(_GRASS, (*up.shape, 3)).copy()
+    height = np.degrees(np.arcsin(up))
+    above = height > LAWN_DEG - EDGE_DEG
+    colours[above] = _paint_above(x[above], y[above], up[above], height[above])
+    return colours
+
+
+def _paint_above(x: np.ndarray, y: np.ndarray, up: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Returns the colours (n, 3) of the sky and of what stands before it, down to the edge of the lawn."""
     colour = _blend(_HORIZON, _ZENITH, np.clip(height / 55.0, 0.0, 1.0) ** 0.7)
     colour = _blend(colour, _CLOUD, _clouds(x, y, up))
+    low = np.flatnonzero(height < HILLS_DEG + EDGE_DEG)
+    colour[low] = _before_sky(colour[low], np.arctan2(y[low], x[low]), height[low])
+    return colour
+
+
+def _before_sky(colour: np.ndarray, azimuth: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Returns the colours (n, 3) with hills, trees and the lawn before them."""
     hills = 3.2 + 1.1 * np.sin(3 * azimuth + 0.4) + 0.6 * np.sin(7 * azimuth + 2.0) + 0.25 * np.sin(23 * azimuth)
     trees = 1.5 + 0.5 * np.sin(5 * azimuth + 1.0) + 0.35 * np.sin(17 * azimuth) + 0.25 * np.sin(41 * azimuth + 0.7)
     colour = _blend(colour, _blend(_TREES, _HORIZON, np.array(0.45, np.float32)), _edge(hills - height))
     colour = _blend(colour, _NEAR_TREES, _edge(trees - height))
-    return _blend(colour, _GRASS, _edge(-0.9 - height))
+    return _blend(colour, _GRASS, _edge(LAWN_DEG - height))
 
 
 def _clouds(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
@@ -81,4 +98,4 @@ def _blend(first: np.ndarray, second: np.ndarray, share: np.ndarray) -> np.ndarr
 
 
 def _edge(degrees: np.ndarray) -> np.ndarray:
-    return np.clip(degrees / 0.35 + 0.5, 0.0, 1.0)
+    return np.clip(degrees / EDGE_DEG + 0.5, 0.0, 1.0)

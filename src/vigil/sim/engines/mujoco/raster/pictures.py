@@ -49,4 +49,7 @@ def _fitted(picture: np.ndarray) -> np.ndarray:
     """
     if picture.shape[:2] != (SIDE, SIDE):
         picture = np.asarray(Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX))
-    return np.dstack([picture[::-1], np.full((SIDE, SIDE), 255, np.uint8)])
+    fitted = np.full((SIDE, SIDE, 4), 255, np.uint8)
+    for channel in range(3):
+        fitted[..., channel] = picture[::-1, :, channel]
+    return fitted
