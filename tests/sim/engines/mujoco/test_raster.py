@@ -17,6 +17,7 @@ from vigil.sim.engines.mujoco.compiled.model import build
 from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
+from vigil.sim.engines.mujoco.raster import lighting as lighting_module
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
@@ -113,7 +114,7 @@ def test_little_light_reaches_what_is_under_something() -> None:
     up = np.array([[0.0, 0.0, 1.0]] * 3, np.float32)
     under, beside, inside = (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.33)
     samples = Samples(np.array([under, beside, inside], np.float32), up)
-    light, is_buried = irradiance.ambient(scene, samples)
+    light, is_buried = irradiance.ambient(scene, samples, irradiance.shares_of_ways(samples))
     assert light[0].mean() < 0.5 * light[1].mean()
     assert is_buried.tolist() == [False, False, True]
     lamp = np.array([0.0, 0.0, 2.4])
@@ -123,6 +124,14 @@ def test_little_light_reaches_what_is_under_something() -> None:
     spilled = irradiance.from_lamp(scene, lamp, samples, np.array([1.0, 0.5, 0.01], np.float32))
     assert spilled[1] == pytest.approx(0.5 / 0.98 * here[1])
     assert spilled[2] == 0.0
+
+
+def test_several_ends_are_blocked_as_each_alone() -> None:
+    scene = occluders.Occluders(drawn_block().vertices, drawn_block().faces)
+    origins = np.array([(0.0, 0.0, -1.0), (3.0, 0.0, -1.0)], np.float32)
+    ends = np.array([(0.0, 0.0, 1.0), (6.0, 0.0, -1.0), (-4.0, 0.0, 1.0)], np.float32)
+    assert scene.are_blocked(origins, ends).tolist() == [[True, False], [False, False], [False, True]]
+    assert scene.are_blocked(origins[:0], ends).shape == (3, 0)
 
 
 def test_light_keeps_the_form_of_what_it_falls_on() -> None:
@@ -321,6 +330,23 @@ def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> No
         other.follow(np.array([geom]))
     assert np.array_equal(other.vertices, vertices)
     assert np.array_equal(other.planes, planes)
+
+
+def test_light_is_the_same_however_it_is_cast_in_parts(scene: Scene, monkeypatch) -> None:
+    found = []
+    for points in (10, 500, 10**6):
+        monkeypatch.setattr(lighting_module, "PART_POINTS", points)
+        lighting = Lighting(build(scene))
+        lighting.follow(np.arange(len(lighting.geometry.is_charted) - len(lighting.geometry.hand)))
+        found.append((lighting.vertices, lighting.planes))
+    for vertices, planes in found[1:]:
+        assert np.array_equal(vertices, found[0][0])
+        assert np.array_equal(planes, found[0][1])
+
+
+def test_a_failure_on_one_of_two_threads_is_told() -> None:
+    with pytest.raises(ZeroDivisionError):
+        lighting_module.do_at_once([lambda: 1, lambda: divmod(1, 0)])
 
 
 def test_a_room_is_drawn_darker_while_its_lamp_is_dim(scene: Scene) -> None:

@@ -4,6 +4,7 @@ Every ray that leaves a point brings what it meets: a wall, dimmer the nearer it
 the sky, where it leaves through a window. Lamps are small discs, of which a point sees all, a part or nothing.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,10 @@ from vigil.sim.engines.mujoco.raster.occluders import FAR_M, Occluders
 
 DIRECTIONS = 32
 """Over the whole sphere; a point uses the half that it faces."""
+BATCHES = 4
+"""So many parts of them are cast one after the other: all at once take too much memory."""
+LEAST_FACING = 0.05
+"""Cosine between a normal and a direction that is faced."""
 LAMP_RAYS = 4
 LIFT_M = 0.012
 """Rays start this far off the surface."""
@@ -56,30 +61,52 @@ class Samples:
     normals: np.ndarray
     """(n, 3) float32, unit."""
 
+    def part(self, chosen: slice) -> "Samples":
+        """Returns some of the points."""
+        return Samples(self.points[chosen], self.normals[chosen])
+
     @property
     def origins(self) -> np.ndarray:
         """Where rays start."""
         return self.points + np.float32(LIFT_M) * self.normals
 
 
-def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
+def shares_of_ways(samples: Samples) -> np.ndarray:
+    """Returns by how much what comes from each direction counts at the points, (directions, n) float32: 0 from behind.
+
+    To be asked for all points at once: in parts, the numbers may differ in their last digit.
+    """
+    facing = np.stack([samples.normals @ way for way in _sphere()])
+    facing[facing <= LEAST_FACING] = 0.0
+    return facing
+
+
+def ambient(scene: Occluders, samples: Samples, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns the light (n, 3) float32 that comes from all around, with no lamp counted, and which are buried (n,).
 
-    What is buried lies inside something else, where a corner of the one runs into the other.
+    Directions count by their shares (directions, n). What is buried lies inside something else, where a corner of the
+    one runs into the other.
     """
-    total = np.zeros((len(samples.points), 3), np.float32)
+    total = np.zeros((3, len(samples.points)), np.float32)
     weights, stopped = np.zeros((2, len(samples.points)), np.float32)
-    origins = samples.origins
-    for way in _sphere():
-        facing = samples.normals @ way
-        chosen = np.flatnonzero(facing > 0.05)
-        share = facing[chosen]
-        far = scene.distances(origins[chosen], np.broadcast_to(way, (len(chosen), 3)))
-        total[chosen] += share[:, None] * _brought(far, float(way[2]))
-        weights[chosen] += share
-        stopped[chosen] += share * (far < BURIED_M)
+    for ways, faced in zip(np.split(_sphere(), BATCHES), np.split(shares, BATCHES), strict=True):
+        for way, share, far in zip(ways, faced, _distances(scene, samples.origins, ways, faced), strict=True):
+            _add_brought(total, share, far, float(way[2]))
+            weights += share
+            stopped += share * (far < BURIED_M)
     weights = np.maximum(weights, 1e-6)
-    return total * (AMBIENT / weights)[:, None], stopped > BURIED_SHARE * weights
+    return np.ascontiguousarray((total * (AMBIENT / weights)).T), stopped > BURIED_SHARE * weights
+
+
+def _distances(scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: np.ndarray) -> Iterator[np.ndarray]:
+    """Yields for each of some directions (k, 3) how far rays go from the points (n, 3) that face it; 0 for others."""
+    chosen = [np.flatnonzero(share) for share in shares]
+    counts = [len(each) for each in chosen]
+    met = scene.distances(origins[np.concatenate(chosen)], np.repeat(ways, counts, axis=0))
+    for each, found in zip(chosen, np.split(met, np.cumsum(counts[:-1])), strict=True):
+        far = np.zeros(len(origins), np.float32)
+        far[each] = found
+        yield far
 
 
 def aside(samples: Samples) -> np.ndarray:
@@ -95,12 +122,14 @@ def _sphere() -> np.ndarray:
     return np.stack([across * np.cos(number * _GOLDEN), across * np.sin(number * _GOLDEN), up], 1).astype(np.float32)
 
 
-def _brought(far: np.ndarray, up: float) -> np.ndarray:
-    """Returns the light (n, 3) of rays that go so far in a direction that rises so steeply."""
+def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: float) -> None:
+    """Adds to the light (3, n) what rays bring that go so far (n,) in a direction that rises so steeply."""
     room = FROM_SIDES + up * (FROM_ABOVE - FROM_SIDES) if up > 0 else FROM_SIDES - up * (FROM_BELOW - FROM_SIDES)
-    met = np.float32(room) * far / (far + np.float32(HALF_M))
-    outside = np.array(SKY if up > 0 else LAWN, np.float32)
-    return np.where((far >= FAR_M)[:, None], outside, met[:, None])
+    brought = share * (np.float32(room) * far / (far + np.float32(HALF_M)))
+    outside = np.flatnonzero(far >= FAR_M)
+    for light, colour in zip(total, SKY if up > 0 else LAWN, strict=True):
+        brought[outside] = share[outside] * np.float32(colour)
+        light += brought
 
 
 def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.ndarray) -> np.ndarray:
@@ -111,15 +140,19 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.n
     far, cosines = _seen_from(lamp, samples)
     total = np.zeros(len(far), np.float32)
     reached = np.flatnonzero((cosines > -WRAP) & (far < REACH_M) & (shares > LEAST_SHARE))
-    origins, seen = samples.origins[reached], np.zeros(len(reached), np.float32)
-    for number in range(LAMP_RAYS):
-        radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
-        disc = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
-        seen += ~scene.is_blocked(origins, (lamp + disc).astype(np.float32))
+    seen = np.count_nonzero(~scene.are_blocked(samples.origins[reached], _disc_about(lamp)), axis=0)
     least = SENT_ON * (shares[reached] > OWN_SHARE)
     came = least + (1.0 - least) * seen / LAMP_RAYS
     total[reached] = LAMP * shares[reached] * came / (1.0 + FALLOFF * far[reached] ** 2)
     return total
+
+
+def _disc_about(lamp: np.ndarray) -> np.ndarray:
+    """Returns the points (n, 3) float32 of a lamp to which rays go."""
+    number = np.arange(LAMP_RAYS)
+    radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
+    disc = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(LAMP_RAYS)], axis=1)
+    return (lamp + disc).astype(np.float32)
 
 
 def spilled(outside: np.ndarray) -> np.ndarray:

@@ -4,7 +4,11 @@ What stands still (structure, furniture without its leaves) stops light. What ca
 behind; its own contact with what is around it is darkened when a frame is drawn.
 """
 
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +16,7 @@ from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, smoothing
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.occluders import occluders_of
+from vigil.sim.engines.mujoco.raster.occluders import THREADS, occluders_of
 from vigil.sim.engines.mujoco.raster.smoothing import inset, of_one_surface, smoothed
 
 BRIGHTEST = 2.0
@@ -23,6 +27,8 @@ FACINGS = 4
 """Steps of a normal's coordinates between 0 and 1, within which it faces the same way."""
 IN_HAND = 0.75
 """Light on the sides of what is held."""
+PART_POINTS = 12000
+"""Light is cast on so many points at a time, on two threads."""
 FULL = 255
 """All of the light, as a byte."""
 
@@ -97,8 +103,9 @@ class Baked:
             return
         self._is_cast[missing] = True
         is_charted = self.geometry.is_charted[missing]
-        self.cast_on(model, missing[~is_charted], self.vertices, self.near)
-        self._cast_planes(missing[is_charted])
+        meshes, planes = missing[~is_charted], missing[is_charted]
+        on_meshes = partial(self.cast_on, model, meshes, self.vertices, self.near)
+        do_at_once([on_meshes, partial(self._cast_planes, planes)])
 
     def cast_on(self, model: CompiledModel, geoms: np.ndarray, into: Cast, near: np.ndarray) -> None:
         """Casts light on the vertices of geoms where they are now, into the light and `near` (n,) of all vertices."""
@@ -113,9 +120,9 @@ class Baked:
         edges = which[np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])]
         samples = Samples(points[first], normals[first])
         along = of_one_surface(samples.normals, edges)
-        cast, is_buried = self._cast(inset(samples, along))
+        in_gaps = partial(gaps.shares_of_light, model, self.geometry, geoms[owners[first]], samples)
+        (cast, is_buried), shares = do_at_once([partial(self._cast, inset(samples, along)), in_gaps])
         cast = cast.smoothed(samples, ~is_buried, along, owners[first]).shaded(samples, self._lamps)
-        shares = gaps.shares_of_light(model, self.geometry, geoms[owners[first]], samples)
         shares = np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0)
         afar = gaps.shares_from_afar(model, geoms[owners[first]], shares)
         is_strip = self._on_strips(model, geoms, owners)[first]
@@ -170,7 +177,15 @@ class Baked:
 
     def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
         """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
-        ambient, is_buried = irradiance.ambient(self._occluders, samples)
+        shares, count = irradiance.shares_of_ways(samples), len(samples.points)
+        parts = [slice(start, start + PART_POINTS) for start in range(0, count, PART_POINTS)]
+        found = do_at_once([partial(self._cast_part, samples.part(part), shares[:, part]) for part in parts])
+        ambient, reach, is_buried = zip(*found, strict=True)
+        return Cast(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
+
+    def _cast_part(self, samples: Samples, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns the light from around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
+        ambient, is_buried = irradiance.ambient(self._occluders, samples, shares)
         places = samples.origins[:, :2]
         reach = [
             irradiance.from_lamp(
@@ -178,7 +193,7 @@ class Baked:
             )
             for room, lamp in enumerate(self._lamps)
         ]
-        return Cast(ambient, np.array(reach, np.float32).reshape(len(reach), -1)), is_buried
+        return ambient, np.array(reach, np.float32).reshape(len(reach), -1), is_buried
 
 
 def baked(model: CompiledModel) -> Baked:
@@ -268,6 +283,14 @@ class Lighting:
 def encoded(light: np.ndarray) -> np.ndarray:
     """Returns light as bytes: the square root of its share of the brightest."""
     return (np.sqrt(np.clip(light / BRIGHTEST, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
+
+
+def do_at_once(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
+    """Returns the results of tasks of which none needs another's, done on as many threads as may cast rays."""
+    if len(tasks) == 1:
+        return [tasks[0]()]
+    with ThreadPoolExecutor(THREADS) as pool:  # of its own: a process may be forked after it has cast light
+        return [doing.result() for doing in [pool.submit(task) for task in tasks]]
 
 
 def _places(model: CompiledModel) -> np.ndarray:

@@ -4,7 +4,6 @@ Embree casts some ten million rays a second. Where there is no wheel of it (Linu
 many times as long.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -22,8 +21,8 @@ with suppress(ImportError):
 
 FAR_M = 100.0
 _SHORT_M = 1e-3
-SPLIT = 4000
-"""From so many rays on a second thread saves more than it costs."""
+THREADS = 1 if EmbreeScene is None else 2
+"""So many threads do what is done at once: MuJoCo casts rays from one alone."""
 
 
 class _Caster(Protocol):
@@ -33,7 +32,7 @@ class _Caster(Protocol):
 
 
 class EmbreeCaster:
-    """Rays cast by Embree, many of them on two cores at once."""
+    """Rays cast by Embree."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
         self._scene: Any = EmbreeScene()
@@ -41,15 +40,6 @@ class EmbreeCaster:
 
     def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Returns how far the rays go."""
-        if len(origins) < SPLIT:
-            return self._cast(origins, directions)
-        half = len(origins) // 2
-        with ThreadPoolExecutor(1) as other:  # of its own: a process may be forked after it has cast light
-            second = other.submit(self._cast, origins[half:], directions[half:])
-            first = self._cast(origins[:half], directions[:half])
-            return np.concatenate([first, second.result()])
-
-    def _cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         return self._scene.run(origins, directions, query="DISTANCE")
 
 
@@ -93,11 +83,12 @@ class Occluders:
         met = self._caster.cast(np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32))
         return np.minimum(met, np.float32(FAR_M))
 
-    def is_blocked(self, origins: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Returns whether anything stands between the points (n, 3) and a place (3,)."""
-        way = end - origins
+    def are_blocked(self, origins: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Returns whether anything stands between each point (n, 3) and some places (k, 3): (k, n)."""
+        way = (ends[:, None] - origins).reshape(-1, 3)
         length = np.sqrt(np.einsum("ij,ij->i", way, way))
-        return self.distances(origins, way / length[:, None]) < length - _SHORT_M
+        far = self.distances(np.tile(origins, (len(ends), 1)), way / length[:, None])
+        return (far < length - _SHORT_M).reshape(len(ends), len(origins))
 
 
 def occluders_of(model: CompiledModel, geometry: Geometry, geoms: np.ndarray) -> Occluders:
