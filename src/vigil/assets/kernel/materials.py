@@ -25,8 +25,6 @@ class Material:
 
     name: str
     rgba: tuple[float, float, float, float]
-    texture: np.ndarray | None
-    """(h, w, 3) uint8, read-only; the same array object for materials that share it."""
     texture_name: str | None
     metres: float
     """Length of one repeat of the texture."""
@@ -36,6 +34,11 @@ class Material:
     is_metal: bool
     """It shows its surroundings in its own colour."""
     is_mirror: bool
+
+    @property
+    def texture(self) -> np.ndarray | None:
+        """(h, w, 3) uint8, read-only, drawn when first asked for; the same object for materials that share it."""
+        return None if self.texture_name is None else textures.texture(self.texture_name)
 
 
 _METAL_KINDS = frozenset({"metal", "chrome", "mirror"})
@@ -141,7 +144,6 @@ def _made(name: str, kind_name: str, colour: Rgb | None, variant: str) -> Materi
     return Material(
         name=name,
         rgba=(red, green, blue, kind.alpha),
-        texture=None if texture_name is None else textures.texture(texture_name),
         texture_name=texture_name,
         metres=kind.metres,
         specular=kind.specular,

@@ -1,6 +1,7 @@
 """Materials of a scene: each look once per model."""
 
 from vigil.assets.kernel.materials import Material, material
+from vigil.assets.kernel.textures import texture
 from vigil.sim.engines.mujoco.compiled.binding import NativeSpec
 
 Tint = tuple[float, float, float] | None
@@ -23,6 +24,12 @@ class MaterialTable:
             self.materials[name] = material(key, tint)
             self._spec.add_material(name=name, rgba=list(self.materials[name].rgba))
         return self._names[key, tint]
+
+    def draw_textures(self) -> None:
+        """Draws the textures of all materials, which are kept for whoever asks for them."""
+        for each in self.materials.values():
+            if each.texture_name is not None:
+                texture(each.texture_name)
 
     @staticmethod
     def metres(key: str, tint: Tint = None) -> float:
