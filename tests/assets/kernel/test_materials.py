@@ -51,6 +51,7 @@ def test_tint_takes_the_place_of_the_colour() -> None:
 def test_any_string_resolves(name: str) -> None:
     found = material(name)
     assert all(0 <= part <= 1 for part in found.rgba)
+    assert (found.texture is None) == (found.texture_name is None)
 
 
 def test_textures_are_sound_and_repeatable() -> None:

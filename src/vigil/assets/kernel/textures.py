@@ -24,21 +24,32 @@ def texture(name: str) -> np.ndarray:
     rng = np.random.default_rng(zlib.crc32(name.encode()))
     kind, _, variant = name.partition("/")
     image = pictures.draw(kind, variant, rng) if kind in pictures.KINDS else PATTERNS[kind](rng)
-    if image.ndim == 2:
-        image = np.repeat(image[..., None], 3, axis=2)
-    pixels = image if image.dtype == np.uint8 else (np.clip(image, 0, 1) * 255 + 0.5).astype(np.uint8)
+    pixels = image if image.dtype == np.uint8 else _as_bytes(image)
+    if pixels.ndim == 2:
+        pixels = np.repeat(pixels[..., None], 3, axis=2)
     pixels = np.ascontiguousarray(pixels)
     pixels.flags.writeable = False
     return pixels
 
 
+def _as_bytes(image: np.ndarray) -> np.ndarray:
+    """Returns the bytes of a picture in 0..1."""
+    scaled = np.clip(image, 0, 1)
+    scaled *= 255
+    scaled += 0.5
+    return scaled.astype(np.uint8)
+
+
 def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) -> np.ndarray:
     """Returns smooth seamless noise in 0..1 with so many cells across and down, (size, size)."""
     lattice = rng.random((down, across))
-    (top, bottom, v), (left, right, u) = _cells(size, down), _cells(size, across)
+    (top, bottom, v), (left, _, u) = _cells(size, down), _cells(size, across)
     tall = lattice[top] + (lattice[bottom] - lattice[top]) * v[:, None]
-    first = np.take(tall, left, axis=1)
-    return first + (np.take(tall, right, axis=1) - first) * u
+    steps = np.roll(tall, -1, axis=1) - tall
+    image = np.take(steps, left, axis=1)
+    image *= u
+    image += np.take(tall, left, axis=1)
+    return image
 
 
 @lru_cache(maxsize=64)
