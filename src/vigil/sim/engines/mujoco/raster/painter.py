@@ -1,5 +1,6 @@
 """Draws a scene: its surfaces, the sky behind the windows, glass, and at last the shade where things meet."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from vigil.sim.engines.mujoco.compiled.lights import Glow
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.compiled.outdoors import SKY_PIXELS, sky
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
+from vigil.sim.engines.mujoco.raster.lighting import Lighting
 from vigil.sim.engines.mujoco.raster.mirrors import Glass, Mirror
 from vigil.sim.engines.mujoco.raster.shade import Canvas, Shade, release
 from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
@@ -23,8 +25,10 @@ class Painter:
     def __init__(self, model: CompiledModel, backend: str, samples: int, *, has_shade: bool) -> None:
         self._context, self._backend = context_in(backend), backend
         self._samples, self._has_shade = samples, has_shade
-        self._surfaces = Surfaces(model, backend)
-        self._sky = _Sky(self._context, backend)
+        with ThreadPoolExecutor(1) as other:
+            lighting = other.submit(Lighting, model)  # which needs no OpenGL
+            self._sky = _Sky(self._context, backend)
+            self._surfaces = Surfaces(model, backend, lighting.result())
         self._canvases: dict[tuple[int, int], Canvas] = {}
         self._shades: dict[tuple[int, int], Shade] = {}
         self._glasses: dict[tuple[int, int], Glass] = {}

@@ -48,9 +48,9 @@ _CLEAR = Kind(is_charted=False, is_glossy=True)
 class Surfaces:
     """What is drawn of one model."""
 
-    def __init__(self, model: CompiledModel, backend: str) -> None:
+    def __init__(self, model: CompiledModel, backend: str, lighting: Lighting) -> None:
         self._model, self._backend, self._context = model, backend, context_in(backend)
-        self._lighting = Lighting(model)
+        self._lighting = lighting
         self._geometry = self._lighting.geometry
         self._looks = _looks(model)
         self._is_holding = False
