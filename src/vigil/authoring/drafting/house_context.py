@@ -11,7 +11,8 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import REACH_M
 from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
-from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_for, seen_items, without_repeats
+from vigil.authoring.language.phrases import phrases_of
+from vigil.authoring.language.referring import DescribedThing, Phrase, seen_items, without_repeats
 from vigil.authoring.language.sentences import Forms, Sentences
 from vigil.authoring.language.wording import say, spoken_of
 from vigil.authoring.solving.aim import surface_points
@@ -122,8 +123,7 @@ class HouseContext:
 
     def phrase(self, thing_id: str) -> Phrase | None:
         """Returns what to call a thing as things are now; None when nothing fits it alone."""
-        items = self.items
-        return phrase_for(items[thing_id], items.values())
+        return phrases_of(self.oracle.scene).of(thing_id)
 
     def say(self, sentences: Sentences, **slots: str) -> str:
         """Returns one of the sentences of the half that is spoken, with its slots filled."""
@@ -142,11 +142,11 @@ class HouseContext:
         wanted = [thing for thing in self.oracle.scene.things.values() if thing.is_present and is_wanted(thing)]
         if self.only is not None:
             wanted = [thing for thing in wanted if thing.id in self.only]
-        items = self.items
-        named = [thing for thing in self.shuffled(wanted) if phrase_for(items[thing.id], items.values())]
-        named = _one_drawer_each(named)
+        phrases = phrases_of(self.oracle.scene)
+        named = _one_drawer_each([thing for thing in self.shuffled(wanted) if phrases.of(thing.id)])
         if not self.wants_hard:
             return named
+        items = self.items
         return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
 
     def starts(self, is_wanted: Mask, tried: int | None = None) -> Iterator[Vec3]:

@@ -6,10 +6,13 @@ cup may pass for a mug.
 """
 
 import re
-from collections.abc import Iterable, Sequence
+import threading
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import attrgetter
 
+from cachetools import LRUCache, cached
 from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
@@ -70,6 +73,9 @@ SIDE_M = 0.3
 
 _ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|on a shelf of|in|inside) the "
 
+
+KEPT_MOMENTS = 32
+"""Of how many moments what one can say of the things is kept: the same house is asked about again and again."""
 
 BETWEEN = " between "
 RoomOutlines = list[tuple[str, str | None, Polygon]]
@@ -154,15 +160,34 @@ def resolved(
 
 def items_of(scene: Scene) -> dict[str, DescribedThing]:
     """Returns what one can say of every thing that is present, by id, in the scene's order."""
-    rooms = [(room.id, ROOM_NAMES.get(room.room_type), room_floor(room)) for room in scene.rooms]
-    return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
+    return dict(_items_now(scene))
 
 
 def seen_items(scene: Scene) -> dict[str, DescribedThing]:
     """Returns the same as a person would say it who sees the things, and not the catalog: by what they look like."""
+    return dict(_seen_items_now(scene))
+
+
+_told_by = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
+"""Of all that may change of a thing, what one can say of things depends on."""
+
+
+def moment_of(scene: Scene) -> Hashable:
+    """Returns the scene with what tells whether the same can be said of its things at two moments."""
+    return scene, tuple(map(_told_by, scene.things.values()))
+
+
+@cached(LRUCache(KEPT_MOMENTS), key=moment_of, lock=threading.Lock())
+def _items_now(scene: Scene) -> dict[str, DescribedThing]:
+    rooms = [(room.id, ROOM_NAMES.get(room.room_type), room_floor(room)) for room in scene.rooms]
+    return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
+
+
+@cached(LRUCache(KEPT_MOMENTS), key=moment_of, lock=threading.Lock())
+def _seen_items_now(scene: Scene) -> dict[str, DescribedThing]:
     named = [ROOM_NAMES.get(room.room_type) for room in scene.rooms]
     twice = {name for name in named if name is not None and named.count(name) > 1}
-    return {key: _seen(scene.things[key], item, twice, scene) for key, item in items_of(scene).items()}
+    return {key: _seen(scene.things[key], item, twice, scene) for key, item in _items_now(scene).items()}
 
 
 def _seen(thing: Thing, item: DescribedThing, twice: set[str], scene: Scene) -> DescribedThing:

@@ -1,0 +1,87 @@
+"""What is kept of a scene's things for the moment: always what would be said of them anew."""
+
+from dataclasses import fields
+
+import pytest
+
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.language import referring
+from vigil.authoring.language.phrases import Phrases, phrases_of
+from vigil.authoring.language.referring import items_of, seen_items
+from vigil.pack import Pack
+from vigil.pose import Vec3
+from vigil.scene.build import build_scene
+from vigil.scene.things import Scene, Thing
+
+BUILT = {"id", "category", "asset", "is_pickupable", "is_openable", "is_toggleable", "is_receptacle", "is_structure"}
+"""What of a thing is settled when its scene is built, besides whether it is a part."""
+CHANGES = {
+    "position": Vec3(0.5, 0.8, 0.5),
+    "rotation": Vec3(0.0, 77.0, 0.0),
+    "parent": None,
+    "openness": 0.7,
+    "is_toggled": True,
+    "is_broken": True,
+    "is_held": True,
+    "from_hand": Vec3(0.0, 0.1, 0.0),
+    "is_present": False,
+    "parent_joint": "door",
+    "surface": None,
+}
+"""Everything that may change of a thing -> another value."""
+
+
+@pytest.fixture
+def scene(starter: Pack) -> Scene:
+    episode = max(starter.episodes, key=lambda each: len(starter.house_of(each).document.rooms))
+    return build_scene(starter.house_of(episode), AssetDatabase.default())
+
+
+def test_every_change_of_a_thing_is_tried() -> None:
+    assert {field.name for field in fields(Thing)} == BUILT | {"is_part"} | set(CHANGES)
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_what_is_said_is_never_of_another_moment(scene: Scene, name: str) -> None:
+    for thing in [each for each in scene.things.values() if name != "parent" or not each.is_part]:
+        before = getattr(thing, name)
+        items_of(scene), seen_items(scene)
+        setattr(thing, name, CHANGES[name])
+        assert items_of(scene) == referring._items_now.__wrapped__(scene), thing.id
+        assert seen_items(scene) == referring._seen_items_now.__wrapped__(scene), thing.id
+        setattr(thing, name, before)
+
+
+def test_the_same_moment_is_described_once(scene: Scene) -> None:
+    first = seen_items(scene)
+    thing = next(iter(scene.things.values()))
+    thing.position, place = Vec3(0.5, 0.8, 0.5), thing.position
+    assert seen_items(scene) != first
+    thing.position = place
+    assert all(item is first[name] for name, item in seen_items(scene).items())
+
+
+def test_who_changes_what_was_told_changes_no_later_answer(scene: Scene) -> None:
+    count = len(seen_items(scene))
+    seen_items(scene).clear()
+    items_of(scene).clear()
+    assert len(seen_items(scene)) == len(items_of(scene)) == count
+
+
+def test_equal_scenes_have_no_moment_in_common(starter: Pack, scene: Scene) -> None:
+    assert referring.moment_of(scene) == referring.moment_of(scene)
+    assert referring.moment_of(scene) != referring.moment_of(
+        build_scene(starter.house_of(starter.episodes[0]), AssetDatabase.default())
+    )
+
+
+def test_phrases_are_those_of_the_moment(scene: Scene) -> None:
+    for thing in [thing for thing in scene.things.values() if thing.is_pickupable][:5]:
+        before = phrases_of(scene)
+        assert before is phrases_of(scene)
+        assert before.of(thing.id) == Phrases(seen_items(scene)).of(thing.id)
+        thing.is_present = False
+        assert phrases_of(scene) is not before
+        with pytest.raises(KeyError):
+            phrases_of(scene).of(thing.id)
+        thing.is_present = True
