@@ -6,6 +6,7 @@ Open leaves are proposed by `vigil.authoring.drafting.leaves`. That a constraint
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import shapely
@@ -126,11 +127,9 @@ def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[
     if not context.can_begin(setup):
         return
     see = is_in_view(context)
-    starts = [
-        place for place in context.starts(context.away_from(target, 2.2, 6.0), 40) if context.sights(place, target) >= 6
-    ]
-    for place in starts[:TRIED_STARTS]:
-        context.begin(setup)
+    places = context.starts(context.away_from(target, 2.2, 6.0), 40)
+    starts = (place for place in places if context.sights(place, target) >= 6)
+    for place in islice(starts, TRIED_STARTS):
         start = context.facing(place, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
         if not context.has_room(start) or not see(context.seen_from(start, target.id)):
             continue
@@ -143,6 +142,7 @@ def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[
             line = shapely.LineString([(place.x, place.z), *corners])
             along = np.arange(BEFORE_START_M, line.length, SPOT_STEP_M)
             yield start, shapely.get_coordinates(shapely.line_interpolate_point(line, along))
+            context.begin(setup)
 
 
 def _barrier(

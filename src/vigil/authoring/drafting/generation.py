@@ -294,7 +294,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
         rooms=len(rooms),
         area_m2=round(sum(room_floor(room).area for room in rooms), 1),
         distance_m=round(context.oracle.state_of(target.id).box_distance_m, 2),
-        is_seen_by_turning=context.sights(episode.start.position, target) > 0,
+        is_seen_by_turning=context.is_sighted(episode.start.position, target),
         label=label if label in ("on", "off", "open", "closed") else None,
     )
 

@@ -3,7 +3,7 @@ expressions."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import chain, islice
 
 import numpy as np
 import shapely
@@ -31,6 +31,8 @@ from vigil.world import ObjectSetup, ObjectState, Setup
 
 AUTHOR = "grammar"
 TRIED_STARTS = 80
+SIGHT_POINTS, FIRST_OF = 128, 8
+"""Points of a thing that are looked for from a place; the first look is at one of so many."""
 SEEN_POINTS = 6
 SEEN_SHARE = 0.6
 """Of what the best place sees of a thing, this much must be seen from a start."""
@@ -181,8 +183,28 @@ class HouseContext:
 
     def sights(self, place: Vec3, thing: Thing) -> int:
         """Returns how many sampled points of a thing are seen from a place, looking anywhere."""
+        return int(self._seen_of(place, thing, surface_points(thing, SIGHT_POINTS)).sum())
+
+    def is_sighted(self, place: Vec3, thing: Thing) -> bool:
+        """Whether any of the sampled points of a thing is seen from a place, looking anywhere."""
+        points = surface_points(thing, SIGHT_POINTS)
+        is_first = np.arange(len(points)) % FIRST_OF == 0
+        return any(self._seen_of(place, thing, points[chosen]).any() for chosen in (is_first, ~is_first))
+
+    def _seen_of(self, place: Vec3, thing: Thing, points: np.ndarray) -> np.ndarray:
         eye = Pose(position=place, rotation=0.0).eye
-        return int(self.oracle.sees(eye, surface_points(thing, 128), thing.id, through_glass=True).sum())
+        return self.oracle.sees(eye, points, thing.id, through_glass=True)
+
+    def _sighting(self, places: list[Vec3], thing: Thing) -> Iterator[Vec3]:
+        """Yields the places that see enough of a thing: a share of what the best of them sees."""
+        share = SEEN_SHARE_HARD if self.wants_hard else SEEN_SHARE
+        most = len(surface_points(thing, SIGHT_POINTS))
+        sights: list[int] = []
+        while len(sights) < len(places) and max(sights, default=0) < most:
+            sights.append(self.sights(places[len(sights)], thing))
+        enough = max(SEEN_POINTS, share * max(sights, default=0))
+        later = (self.sights(place, thing) for place in places[len(sights) :])
+        yield from (place for place, seen in zip(places, chain(sights, later), strict=True) if seen >= enough)
 
     def start_seeing(
         self,
@@ -198,12 +220,9 @@ class HouseContext:
         """
         farther = FARTHER if self.wants_hard and away[1] > REACH_M else 1.0
         places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
-        sights = [self.sights(place, thing) for place in places]
-        share = SEEN_SHARE_HARD if self.wants_hard else SEEN_SHARE
-        enough = max(SEEN_POINTS, share * max(sights, default=0))
 
         def poses() -> Iterator[Pose]:
-            for place in [place for place, seen in zip(places, sights, strict=True) if seen >= enough]:
+            for place in self._sighting(places, thing):
                 for spread_deg in SPREADS_DEG:
                     pose = self.facing(place, thing, horizon, spread_deg)
                     if self.has_room(pose) and also(pose) and self.sees_clearly(pose, [thing.id], is_clear):

@@ -181,7 +181,7 @@ def start_without(context: HouseContext, thing: Thing, *, by_turning: bool | Non
 
 def _starts_without(context: HouseContext, thing: Thing, by_turning: bool | None, horizon: float) -> Iterator[Pose]:
     for place in context.starts(context.away_from(thing, *AWAY_M["VS"])):
-        can_turn = context.sights(place, thing) > 0
+        can_turn = context.is_sighted(place, thing)
         if by_turning is not None and can_turn != by_turning:
             continue
         if by_turning and not context.sees_clearly(
