@@ -3,6 +3,7 @@
 # pyright: reportReturnType=false
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -50,10 +51,14 @@ class Engine(Protocol):
         *,
         through_glass: bool,
         only: str | None = None,
+        without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
         """Casts rays along unit `directions` (n, 3). Held and absent things are never met; with `only` nothing but
-        that thing is. What is farther than `within_m` may be passed over."""
+        that thing is, and the things `without` are not. What is farther than `within_m` may be passed over.
+
+        Of what is equally far, structure is met first, then things in the scene's order.
+        """
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""

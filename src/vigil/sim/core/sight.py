@@ -230,14 +230,28 @@ class Sight:
             rays = directions(agent, window.pixels())
             alone = self._alone(agent, thing, rays)
             is_met = self._is_of(alone.things, thing)
-            outline, within_m = alone.distances[is_met], farthest_m(agent.eye, *whole)
-            hits = self._engine.cast(agent.eye, rays[is_met], through_glass=True, within_m=within_m)
-            is_own = self._is_of(hits.things, thing)
-            is_hit = is_own | (outline < hits.distances)
+            is_hit, roles = self._unhidden(agent, whole, rays[is_met], _only_rows(alone, is_met))
             if is_hit.any():
-                roles = np.where(is_own, hits.roles, alone.roles[is_met])
-                found[thing.id] = _sighting(thing, window, is_hit, roles, outline)
+                found[thing.id] = _sighting(thing, window, is_hit, roles, alone.distances[is_met])
         return found
+
+    def _unhidden(
+        self, agent: Pose, whole: list[Thing], rays: np.ndarray, outline: RayHits
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Returns which rays of an outline meet a whole thing before all else, and the roles of what each meets of it.
+
+        What has glass is cast at once more, for rays pass through its panes to what is behind them.
+        """
+        has_glass = any(map(_has_glass, whole))
+        hidden = [] if has_glass else [each.id for each in whole]
+        within_m = farthest_m(agent.eye, *whole)
+        hits = self._engine.cast(agent.eye, rays, through_glass=True, without=hidden, within_m=within_m)
+        is_nearer = outline.distances < hits.distances
+        if not has_glass:
+            is_first = (outline.distances == hits.distances) & (outline.things < hits.things)
+            return is_nearer | is_first, outline.roles
+        is_own = self._is_of(hits.things, whole[0])
+        return is_own | is_nearer, np.where(is_own, hits.roles, outline.roles)
 
     def _whole(self, thing: Thing) -> list[Thing]:
         """Returns a thing with its drawers that are things too."""
@@ -257,6 +271,10 @@ class Sight:
             nearer = hits.distances < first.distances
             first = RayHits(*(np.where(nearer, new, old) for new, old in zip(_rows(hits), _rows(first), strict=True)))
         return first
+
+
+def _only_rows(hits: RayHits, chosen: np.ndarray) -> RayHits:
+    return RayHits(*(values[chosen] for values in _rows(hits)))
 
 
 def _rows(hits: RayHits) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

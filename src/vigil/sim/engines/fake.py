@@ -7,6 +7,7 @@ true enough that solvers, budgets and goals can be tried without a renderer.
 
 import math
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -178,12 +179,13 @@ class FakeEngine:
         *,
         through_glass: bool,
         only: str | None = None,
+        without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
         """Casts rays along unit `directions` (n, 3), however far. Held and absent things are never met; with `only`
-        nothing but that thing is."""
+        nothing but that thing is, and the things `without` are not."""
         del within_m
-        row, distance = self._meet(origin, directions, through_glass, only)
+        row, distance = self._meet(origin, directions, through_glass, only, without)
         boxes, _, _ = self._joined()
         thing = np.where(row >= 0, boxes.thing[row], -1).astype(np.int32)
         roles = np.where(row >= 0, boxes.roles[row], 0).astype(np.uint8)
@@ -193,7 +195,7 @@ class FakeEngine:
         """Returns a coarse flat-coloured frame, (480, 640, 3) uint8; the held thing is a square at the bottom."""
         xs, ys = np.arange(DRAW_STRIDE // 2, WIDTH, DRAW_STRIDE), np.arange(DRAW_STRIDE // 2, HEIGHT, DRAW_STRIDE)
         pixels = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
-        row, distance = self._meet(agent.eye, directions(agent, pixels), True, None)
+        row, distance = self._meet(agent.eye, directions(agent, pixels), True)
         coarse = self._colours(row, distance).reshape(len(ys), len(xs), 3)
         if held is not None:
             thing = next(thing for thing in self._things if thing.id == held)
@@ -207,7 +209,7 @@ class FakeEngine:
         del held
         coarse = replace(view, width=-(-view.width // LOOK_STRIDE), height=-(-view.height // LOOK_STRIDE))
         rays, along = rays_of(coarse)
-        row, distance = self._meet(view.eye, rays, True, None)
+        row, distance = self._meet(view.eye, rays, True)
         boxes, _, _ = self._joined()
         owner = np.where(row >= 0, boxes.thing[row], NOTHING).astype(np.int32)
 
@@ -253,7 +255,12 @@ class FakeEngine:
         return self._all
 
     def _meet(
-        self, origin: Vec3, rays: np.ndarray, through_glass: bool, only: str | None
+        self,
+        origin: Vec3,
+        rays: np.ndarray,
+        through_glass: bool,
+        only: str | None = None,
+        without: Sequence[str] = (),
     ) -> tuple[np.ndarray, np.ndarray]:
         """Returns for each ray the row of the box met first, -1 for none, and its distance."""
         boxes, middle, radius = self._joined()
@@ -262,6 +269,8 @@ class FakeEngine:
             use &= ~boxes.is_glass
         if only is not None:
             use &= np.array([index >= 0 and self._things[index].id == only for index in boxes.thing])
+        if without:
+            use &= np.array([index < 0 or self._things[index].id not in without for index in boxes.thing])
         rows, distances = np.full(len(rays), -1), np.full(len(rays), np.inf)
         to_box = middle - np.array(origin)
         gap = np.maximum(np.linalg.norm(to_box, axis=1), 1e-9)

@@ -89,3 +89,36 @@ def test_no_ray_meets_a_thing_farther_than_its_farthest_part(furnished: tuple[Sc
             met += len(distances)
             assert distances.max() <= farthest_m(eye, thing)
     assert met > RAYS // 2
+
+
+def test_what_has_moved_is_met_where_it_is_now(
+    furnished: tuple[Scene, MujocoEngine, Vec3], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, engine, eye = furnished
+    engine.cast(eye, cone(10.0, 0), through_glass=True)
+    thing = next(thing for thing in scene.things.values() if thing.is_pickupable)
+    before, thing.position = thing.position, Vec3(eye.x, eye.y, eye.z + 0.5)
+    engine.update(scene, {thing.id})
+    towards = np.array([[0.0, 0.0, 1.0]] * rays.PRUNED_FROM)
+    there = engine.cast(eye, towards, through_glass=True, within_m=2.0)
+    thing.position = before
+    engine.update(scene, {thing.id})
+    gone = engine.cast(eye, towards, through_glass=True, within_m=2.0)
+    index = list(scene.things).index(thing.id)
+    assert (there.things == index).all()
+    assert (gone.things != index).all()
+
+
+def test_rays_go_on_behind_what_they_are_cast_without(furnished: tuple[Scene, MujocoEngine, Vec3]) -> None:
+    scene, engine, eye = furnished
+    directions, names = cone(45.0, 0), list(scene.things)
+    every = engine.cast(eye, directions, through_glass=True)
+    first = np.bincount(every.things[every.things >= 0]).argmax()
+    rest = engine.cast(eye, directions, through_glass=True, without=[names[first]])
+    alone = engine.cast(eye, directions, through_glass=False, only=names[first])
+    was_met = every.things == first
+    assert was_met.any()
+    assert (rest.things != first).all()
+    assert (rest.distances[was_met] >= every.distances[was_met]).all()
+    assert (rest.things[~was_met] == every.things[~was_met]).all()
+    assert (alone.distances[was_met] == every.distances[was_met]).all()

@@ -1,6 +1,7 @@
 """MujocoEngine: draws scenes and casts rays into them with MuJoCo."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -50,10 +51,19 @@ class MujocoEngine:
         *,
         through_glass: bool,
         only: str | None = None,
+        without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
         """Casts rays along unit `directions` (n, 3), in THOR's frame (see `Engine.cast`)."""
-        return rays.cast(self._loaded, origin, directions, through_glass=through_glass, only=only, within_m=within_m)
+        return rays.cast(
+            self._loaded,
+            origin,
+            directions,
+            through_glass=through_glass,
+            only=only,
+            without=without,
+            within_m=within_m,
+        )
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""

@@ -1,7 +1,7 @@
 """Rays into a model, answered as things and roles."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -14,8 +14,6 @@ from vigil.sim.engines.mujoco.compiled.model import GLASS, GROUPS, HELD, HIDDEN,
 
 PRUNED_FROM = 8
 """So many rays are worth the search for what they cannot meet."""
-SLACK_M, SLACK_RAD = 0.001, 0.001
-"""By how much what is left out must be out of the rays' way: far more than an error of rounding."""
 
 
 def cast(
@@ -25,6 +23,7 @@ def cast(
     *,
     through_glass: bool,
     only: str | None = None,
+    without: Sequence[str] = (),
     within_m: float = math.inf,
 ) -> RayHits:
     """Casts rays along unit `directions` (n, 3) from `origin`, in THOR's frame (see `Engine.cast`)."""
@@ -35,7 +34,8 @@ def cast(
         aside = np.empty(0, dtype=np.int64)
         if only is None and count >= PRUNED_FROM:
             aside = _out_of_the_way(model, eye, rays, within_m)
-        with _only(model, only, through_glass), _without(model, aside):
+        hidden = np.concatenate([aside, *(model.things[thing_id].geoms for thing_id in without)])
+        with _only(model, only, through_glass), _without(model, hidden):
             mujoco.mj_multiRay(
                 model.native,
                 model.data,
@@ -54,17 +54,10 @@ def cast(
 
 
 def _out_of_the_way(model: CompiledModel, eye: np.ndarray, rays: np.ndarray, within_m: float) -> np.ndarray:
-    """Returns the geoms that no ray can meet: their bounding spheres lie beside the cone or too far."""
-    axis = rays.mean(axis=0)
-    axis /= max(float(np.linalg.norm(axis)), 1e-9)
-    half_angle = math.acos(min(1.0, max(-1.0, float((rays @ axis).min()))))
-    radii, towards = model.native.geom_rbound, model.data.geom_xpos - eye
-    gaps = np.sqrt(np.einsum("ij,ij->i", towards, towards))
-    away = np.maximum(gaps, 1e-9)
-    angles = np.arccos(np.clip(towards @ axis / away, -1.0, 1.0))
-    spreads = np.where(gaps <= radii + SLACK_M, math.pi, np.arcsin(np.minimum(1.0, (radii + SLACK_M) / away)))
-    is_aside = (angles > half_angle + spreads + SLACK_RAD) | (gaps > within_m + radii + SLACK_M)
-    return np.flatnonzero(is_aside & (radii > 0.0))  # what has no radius has no end
+    """Returns the geoms that no ray can meet: they lie beside the box around the rays."""
+    ends = eye + min(within_m, mujoco.mjMAXVAL) * rays
+    low, high = np.minimum(eye, ends.min(axis=0)), np.maximum(eye, ends.max(axis=0))
+    return np.flatnonzero(model.bounds().beside(low, high, model.native.ngeom))
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from vigil.assets.kernel.materials import Material
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import frames, lights, outdoors
 from vigil.sim.engines.mujoco.compiled.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
+from vigil.sim.engines.mujoco.compiled.bounds import Bounds, piecewise_bounds, whole_bounds
 from vigil.sim.engines.mujoco.compiled.materials import MaterialTable
 from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, Triangles, pieces_of
 from vigil.sim.engines.mujoco.compiled.portals import Portals
@@ -77,6 +78,8 @@ class CompiledModel:
     portals: Portals
     keepsake: dict[str, Any]
     """What is derived from the model as it was built; its copies share it."""
+    _bounds: Bounds | None = None
+    """Around everything where it is now; None until it is asked for."""
 
     @property
     def triangles(self) -> int:
@@ -123,6 +126,25 @@ class CompiledModel:
     def settle(self) -> None:
         """Carries the places over to everything derived from them."""
         mujoco.mj_kinematics(self.native, self.data)
+        self._bounds = None
+
+    def bounds(self) -> Bounds:
+        """Returns boxes around everything where it is now."""
+        if self._bounds is None:
+            is_placed = self.geom_things[:-1] >= 0
+            placed = whole_bounds(self.native, self.data, np.flatnonzero(is_placed))
+            self._bounds = self._structure_bounds().joined(placed)
+        return self._bounds
+
+    def _structure_bounds(self) -> Bounds:
+        """Returns boxes around what never moves."""
+        if "bounds" not in self.keepsake:
+            geoms = np.flatnonzero(self.geom_things[:-1] < 0)
+            is_mesh = self.native.geom_dataid[geoms] >= 0
+            endless = whole_bounds(self.native, self.data, geoms[~is_mesh])
+            pieces = piecewise_bounds(self.native, self.data, geoms[is_mesh])
+            self.keepsake["bounds"] = pieces.joined(endless)
+        return self.keepsake["bounds"]
 
 
 @dataclass(slots=True, eq=False)

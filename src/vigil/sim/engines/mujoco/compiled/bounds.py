@@ -1,0 +1,73 @@
+"""Boxes along the house's axes around all that rays may meet: what lies beside them all need not be cast at.
+
+Walls and floors are each one mesh that spans a room or the whole house, so they have a box for each piece of theirs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
+
+PIECE_M = 2.0
+"""Triangles whose middles are in one cube of this size share a box."""
+SLACK_M = 0.001
+"""How much larger a box is than what it holds: far more than an error of rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """Boxes (n) with the geoms that they are around; a geom lies within its boxes. In MuJoCo's frame."""
+
+    geoms: np.ndarray
+    """(n,)"""
+    lows: np.ndarray
+    """(3, n)"""
+    highs: np.ndarray
+
+    def joined(self, others: "Bounds") -> "Bounds":
+        """Returns these boxes and others."""
+        return Bounds(
+            np.concatenate([self.geoms, others.geoms]),
+            np.concatenate([self.lows, others.lows], axis=1),
+            np.concatenate([self.highs, others.highs], axis=1),
+        )
+
+    def beside(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
+        """Returns which of `count` geoms have no box that overlaps the one between two corners."""
+        is_near = ((self.lows <= high[:, None]) & (self.highs >= low[:, None])).all(axis=0)
+        is_beside = np.ones(count, dtype=bool)
+        is_beside[self.geoms[is_near]] = False
+        return is_beside
+
+
+def whole_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
+    """Returns one box around each of some geoms where they are now; one without end around a plane."""
+    turns, boxes = data.geom_xmat[geoms].reshape(-1, 3, 3), native.geom_aabb[geoms]
+    middles = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turns, boxes[:, :3])
+    halves = np.einsum("nij,nj->ni", np.abs(turns), boxes[:, 3:]) + SLACK_M
+    halves[native.geom_rbound[geoms] == 0.0] = np.inf
+    return Bounds(geoms, (middles - halves).T.copy(), (middles + halves).T.copy())
+
+
+def piecewise_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
+    """Returns boxes around the pieces of meshes where they are now."""
+    found = Bounds(np.empty(0, dtype=int), np.empty((3, 0)), np.empty((3, 0)))
+    for geom in geoms:
+        corners = _triangles(native, int(native.geom_dataid[geom])) @ data.geom_xmat[geom].reshape(3, 3).T
+        corners += data.geom_xpos[geom]
+        cubes = np.floor(corners.mean(axis=1) / PIECE_M).astype(np.int64)
+        _, piece = np.unique(cubes, axis=0, return_inverse=True)
+        order = np.argsort(piece.ravel(), kind="stable")
+        firsts = np.flatnonzero(np.diff(piece.ravel()[order], prepend=-1))
+        lows = np.minimum.reduceat(corners.min(axis=1)[order], firsts) - SLACK_M
+        highs = np.maximum.reduceat(corners.max(axis=1)[order], firsts) + SLACK_M
+        found = found.joined(Bounds(np.full(len(firsts), geom), lows.T, highs.T))
+    return found
+
+
+def _triangles(native: NativeModel, mesh: int) -> np.ndarray:
+    """Returns the corners (n, 3, 3) of a mesh's triangles, in its own frame."""
+    vertex, face = native.mesh_vertadr[mesh], native.mesh_faceadr[mesh]
+    vertices = native.mesh_vert[vertex : vertex + native.mesh_vertnum[mesh]].astype(np.float64)
+    return vertices[native.mesh_face[face : face + native.mesh_facenum[mesh]]]
