@@ -18,6 +18,7 @@ from vigil.sim.core.sight import (
     WIDTH,
     PixelWindow,
     Sight,
+    boxes_of,
     camera_axes,
     directions,
     pixel_of,
@@ -84,7 +85,7 @@ def test_counts_agree_with_every_pixel_of_the_frame(seen, view):
     """Against all pixels of the windows of small things, and every second each way of the rest of the frame."""
     scene, engine, sight = seen
     things = list(scene.things.values())
-    windows = {thing.id: window_of(view, thing) for thing in things}
+    windows = {thing.id: window_of(view, boxes_of([thing])) for thing in things}
     pixels = every_pixel()
     is_coarse = (pixels % 2 == 0).all(axis=1)
     small = [is_inside(window, pixels) for window in windows.values() if window is not None and window.stride <= 2]
@@ -119,7 +120,7 @@ def test_windows_hold_all_pixels_of_a_thing_that_is_partly_behind_the_camera(see
     view = Pose(position=Vec3(2.6, 0, 4.05), rotation=90, horizon=60)
     alone = engine.cast(view.eye, directions(view, every_pixel()), through_glass=True, only="CounterTop|1")
     pixels = every_pixel()[alone.things >= 0]
-    window = window_of(view, scene.things["CounterTop|1"])
+    window = window_of(view, boxes_of([scene.things["CounterTop|1"]]))
     assert window is not None
     assert not window.is_whole
     assert window.left <= pixels[:, 0].min()
@@ -250,3 +251,32 @@ def test_what_was_seen_from_a_pose_is_kept_until_something_changes(seen, monkeyp
     assert {name: sighting for thing in things for name, sighting in sight.see(VIEWS[0], [thing]).items()} == together
     assert {name for name in casts if name} <= {thing.id for thing in things}
     assert casts
+
+
+def test_what_was_known_of_a_thing_is_forgotten_once_it_changes():
+    scene = build_scene(trial_house(), AssetDatabase.default())
+    engine = MujocoEngine()
+    engine.load(scene)
+    sight = Sight(engine, scene.things)
+    for thing in [thing for thing in scene.things.values() if thing.is_pickupable or thing.asset.can_open]:
+        sight.see(VIEWS[0], [thing])
+        position, openness = thing.position, thing.openness
+        thing.position, thing.openness = Vec3(position.x, position.y + 0.3, position.z), 1.0 - openness
+        engine.update(scene, {thing.id})
+        sight.forget()
+        assert sight.see(VIEWS[0], [thing]) == Sight(engine, scene.things).see(VIEWS[0], [thing]), thing.id
+        thing.position, thing.openness = position, openness
+        engine.update(scene, {thing.id})
+        sight.forget()
+
+
+def test_what_is_in_the_hand_has_no_place_that_is_kept():
+    scene = build_scene(trial_house(), AssetDatabase.default())
+    engine = MujocoEngine()
+    engine.load(scene)
+    sight, apple = Sight(engine, scene.things), scene.things["Apple|1"]
+    apple.is_held = True
+    engine.update(scene, {apple.id})
+    rays = directions(VIEWS[0], np.array([[320, 240]]))
+    sight.meets(VIEWS[0].eye, rays, apple, through_glass=True)
+    assert not sight._boxes

@@ -46,7 +46,7 @@ class _Loaded:
     house: House
     state: SceneState
     sight: Sight
-    initial: dict[str, tuple[Any, ...]]
+    initial: list[tuple[Any, ...]]
     """What may change of each thing, as loaded."""
 
 
@@ -56,7 +56,7 @@ class _Kept:
 
     agent: Pose
     held: str | None
-    things: dict[str, tuple[Any, ...]]
+    things: list[tuple[Any, ...]]
     """What may change of each thing."""
 
 
@@ -76,7 +76,7 @@ class EmbeddedSimulator:
         first = scene.rooms[0].polygon[0]
         nowhere = Pose(position=Vec3(float(first[0]), 0.0, float(first[1])), rotation=0.0)
         state = SceneState(scene, nowhere, CollisionMap(scene))
-        initial = {thing_id: _changing(thing) for thing_id, thing in scene.things.items()}
+        initial = _changing_of(scene)
         self._loaded = _Loaded(house, state, Sight(self._engine, scene.things), initial)
 
     def prepare(self, house: House) -> None:
@@ -88,9 +88,7 @@ class EmbeddedSimulator:
         loaded = self._now()
         state = loaded.state
         state.agent, state.held = start, None
-        for thing_id, thing in state.scene.things.items():
-            if _restore(thing, loaded.initial[thing_id]):
-                state.mark(thing)
+        _restore(state, loaded.initial)
         apply_setup(state, setup, loaded.house.name)
         self._flush()
         if not state.plan.centre_is_free(start.position):
@@ -247,15 +245,12 @@ class EmbeddedSimulator:
 
     def _kept(self) -> _Kept:
         state = self._now().state
-        things = {thing_id: _changing(thing) for thing_id, thing in state.scene.things.items()}
-        return _Kept(state.agent, state.held, things)
+        return _Kept(state.agent, state.held, _changing_of(state.scene))
 
     def _go_back(self, kept: _Kept) -> None:
         state = self._now().state
         state.agent, state.held = kept.agent, kept.held
-        for thing_id, thing in state.scene.things.items():
-            if _restore(thing, kept.things[thing_id]):
-                state.mark(thing)
+        _restore(state, kept.things)
         self._flush()
 
     def _done(self, result: Result) -> Effect:
@@ -373,10 +368,15 @@ _CHANGING = (
 _changing = attrgetter(*_CHANGING)
 
 
-def _restore(thing: Thing, before: tuple[Any, ...]) -> bool:
-    """Makes a thing as it was. Returns whether that changed it."""
-    if _changing(thing) == before:
-        return False
-    for name, value in zip(_CHANGING, before, strict=True):
-        setattr(thing, name, value)
-    return True
+def _changing_of(scene: Scene) -> list[tuple[Any, ...]]:
+    """Returns what may change of each thing, as it is now, in the scene's order."""
+    return list(map(_changing, scene.things.values()))
+
+
+def _restore(state: SceneState, before: list[tuple[Any, ...]]) -> None:
+    """Makes all things as they were, and marks those that this changes."""
+    for thing, now, then in zip(state.scene.things.values(), _changing_of(state.scene), before, strict=True):
+        if now != then:
+            for name, value in zip(_CHANGING, then, strict=True):
+                setattr(thing, name, value)
+            state.mark(thing)

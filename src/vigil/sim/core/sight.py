@@ -6,6 +6,7 @@ sections 2.1 and 4.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,10 +100,9 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
     return int(x), int(y)
 
 
-def window_of(agent: Pose, *things: Thing) -> PixelWindow | None:
-    """Returns the pixels that the boxes of things, leaves where they are now, can cover; None outside of the frame."""
-    corners = _box_corners_of(things)
-    points, is_before = _clipped(agent, corners)
+def window_of(agent: Pose, boxes: list[np.ndarray]) -> PixelWindow | None:
+    """Returns the pixels that boxes, each of corners (8, 3), can cover; None outside of the frame."""
+    points, is_before = _clipped(agent, boxes)
     if not len(points):
         return None
     flat = project(agent, points)[:, :2]
@@ -116,13 +116,12 @@ def window_of(agent: Pose, *things: Thing) -> PixelWindow | None:
     return PixelWindow(left, top, right, bottom, stride, is_whole)
 
 
-def farthest_m(eye: Vec3, *things: Thing) -> float:
-    """Returns a distance from an eye that no part of some things is beyond, leaves where they are now."""
-    corners = _box_corners_of(things)
-    return float(np.linalg.norm(np.concatenate(corners) - np.array(eye), axis=1).max()) + BEYOND_M
+def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
+    """Returns a distance from an eye that nothing in boxes, each of corners (8, 3), is beyond."""
+    return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
-def _box_corners_of(things: tuple[Thing, ...]) -> list[np.ndarray]:
+def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
     """Returns the corners (8, 3) of the boxes of all parts of some things, leaves where they are now."""
     return [
         part_motion(thing, joint)(box_corners(low, high))
@@ -163,10 +162,13 @@ class Sight:
                 self._parts.setdefault(thing.parent, []).append(thing)
         self._seen: dict[Pose, dict[str, Sighting]] = {}
         """From where which things were seen, and how, since anything changed: the same is asked again and again."""
+        self._boxes: dict[str, list[np.ndarray]] = {}
+        """The corners of the boxes of whole things, as they have been since anything changed."""
 
     def forget(self) -> None:
         """Must be called when anything in the scene has changed."""
         self._seen.clear()
+        self._boxes.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
@@ -191,17 +193,18 @@ class Sight:
 
     def clickable(self, agent: Pose, thing: Thing) -> np.ndarray:
         """Returns the sampled pixels (n, 2) on which a click hits the thing."""
-        window = window_of(agent, thing) if thing.is_present and not thing.is_held else None
+        boxes = boxes_of([thing])
+        window = window_of(agent, boxes) if thing.is_present and not thing.is_held else None
         if window is None:
             return np.empty((0, 2), dtype=int)
         pixels = window.pixels()
-        rays, within_m = directions(agent, pixels), farthest_m(agent.eye, thing)
+        rays, within_m = directions(agent, pixels), farthest_m(agent.eye, boxes)
         hits = self._engine.cast(agent.eye, rays, through_glass=False, within_m=within_m)
         return pixels[hits.things == self._index[thing.id]]
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
         """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
-        within_m = farthest_m(eye, *self._whole(thing))
+        within_m = farthest_m(eye, self._boxes_of(thing))
         hits = self._engine.cast(eye, rays, through_glass=through_glass, within_m=within_m)
         is_met = self._is_of(hits.things, thing)
         if through_glass and _has_glass(thing):
@@ -223,39 +226,46 @@ class Sight:
         """Casts each thing's outline alone first, then into the scene."""
         found = {thing.id: UNSEEN for thing in things}
         for thing in things:
-            whole = self._whole(thing)
-            window = window_of(agent, *whole) if thing.is_present and not thing.is_held else None
+            is_there = thing.is_present and not thing.is_held
+            window = window_of(agent, self._boxes_of(thing)) if is_there else None
             if window is None:
                 continue
             rays = directions(agent, window.pixels())
             alone = self._alone(agent, thing, rays)
             is_met = self._is_of(alone.things, thing)
-            is_hit, roles = self._unhidden(agent, whole, rays[is_met], _only_rows(alone, is_met))
+            is_hit, roles = self._unhidden(agent, thing, rays[is_met], _only_rows(alone, is_met))
             if is_hit.any():
                 found[thing.id] = _sighting(thing, window, is_hit, roles, alone.distances[is_met])
         return found
 
-    def _unhidden(
-        self, agent: Pose, whole: list[Thing], rays: np.ndarray, outline: RayHits
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _unhidden(self, agent: Pose, thing: Thing, rays: np.ndarray, outline: RayHits) -> tuple[np.ndarray, np.ndarray]:
         """Returns which rays of an outline meet a whole thing before all else, and the roles of what each meets of it.
 
         What has glass is cast at once more, for rays pass through its panes to what is behind them.
         """
+        whole = self._whole(thing)
         has_glass = any(map(_has_glass, whole))
         hidden = [] if has_glass else [each.id for each in whole]
-        within_m = farthest_m(agent.eye, *whole)
+        within_m = farthest_m(agent.eye, self._boxes_of(thing))
         hits = self._engine.cast(agent.eye, rays, through_glass=True, without=hidden, within_m=within_m)
         is_nearer = outline.distances < hits.distances
         if not has_glass:
             is_first = (outline.distances == hits.distances) & (outline.things < hits.things)
             return is_nearer | is_first, outline.roles
-        is_own = self._is_of(hits.things, whole[0])
+        is_own = self._is_of(hits.things, thing)
         return is_own | is_nearer, np.where(is_own, hits.roles, outline.roles)
 
     def _whole(self, thing: Thing) -> list[Thing]:
         """Returns a thing with its drawers that are things too."""
         return [thing, *(part for part in self._parts.get(thing.id, ()) if part.is_present)]
+
+    def _boxes_of(self, thing: Thing) -> list[np.ndarray]:
+        """Returns the corners (8, 3) of the boxes of a whole thing; what is in the hand moves without being told."""
+        if thing.is_held:
+            return boxes_of(self._whole(thing))
+        if thing.id not in self._boxes:
+            self._boxes[thing.id] = boxes_of(self._whole(thing))
+        return self._boxes[thing.id]
 
     def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
         """Returns which of the things that rays met (n,) are a thing, or drawers of it."""

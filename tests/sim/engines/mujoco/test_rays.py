@@ -10,7 +10,7 @@ from vigil.pack import Pack
 from vigil.pose import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
-from vigil.sim.core.sight import farthest_m
+from vigil.sim.core.sight import boxes_of, farthest_m
 from vigil.sim.engines.mujoco import rays
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 
@@ -87,7 +87,7 @@ def test_no_ray_meets_a_thing_farther_than_its_farthest_part(furnished: tuple[Sc
             thing = list(scene.things.values())[index]
             distances = hits.distances[hits.things == index]
             met += len(distances)
-            assert distances.max() <= farthest_m(eye, thing)
+            assert distances.max() <= farthest_m(eye, boxes_of([thing]))
     assert met > RAYS // 2
 
 
