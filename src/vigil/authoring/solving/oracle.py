@@ -83,7 +83,7 @@ class Oracle:
         """Returns the shortest walks from where the agent is; exact ones keep no margin from obstacles."""
         position = self.agent.position
         plan = self.plan()
-        return (plan.exact() if is_exact else plan).walks_from((position.x, position.z))
+        return (plan.exact if is_exact else plan).walks_from((position.x, position.z))
 
     def corners_to(self, place: Point2) -> list[Point2]:
         """Returns the corners of the walk from here to a place; none when there is no way."""

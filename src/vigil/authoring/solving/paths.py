@@ -9,12 +9,15 @@ from functools import cached_property
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
+from cachetools import LRUCache
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 from shapely.geometry.base import BaseGeometry
 
 CELL_M = 0.05
 SNAP_M = 0.45
+KEPT_WALKS = 8
+"""From how many places a plan keeps its shortest walks."""
 _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 Point2 = tuple[float, float]
@@ -30,6 +33,7 @@ class WalkableMap:
         shapely.prepare(self.roomy)
         shapely.prepare(self.tight)
         self._cell_m = cell_m
+        self._walks: LRUCache[Point2, ShortestPaths] = LRUCache(KEPT_WALKS)
 
     @cached_property
     def cells(self) -> np.ndarray:
@@ -57,7 +61,7 @@ class WalkableMap:
         return shapely.contains_xy(self.roomy, grid_x, grid_z)
 
     @cached_property
-    def _graph(self) -> coo_array:
+    def _graph(self) -> csr_array:
         mask = self._mask
         index = np.full(mask.shape, -1, dtype=np.int64)
         index[mask] = np.arange(int(mask.sum()))
@@ -71,12 +75,12 @@ class WalkableMap:
             targets.append(there[joined])
             lengths.append(np.full(int(joined.sum()), self._cell_m * math.hypot(row_step, column_step)))
         count = int(mask.sum())
-        return coo_array(
-            (np.concatenate(lengths), (np.concatenate(sources), np.concatenate(targets))), shape=(count, count)
-        )
+        pairs = np.concatenate(sources), np.concatenate(targets)
+        return coo_array((np.concatenate(lengths), pairs), shape=(count, count)).tocsr()
 
+    @cached_property
     def exact(self) -> "WalkableMap":
-        """Returns the plan without margin: every place that the simulator allows."""
+        """The plan without margin: every place that the simulator allows."""
         return WalkableMap(self.tight, self.tight, self._cell_m)
 
     def can_stand(self, point: Point2) -> bool:
@@ -102,7 +106,9 @@ class WalkableMap:
 
     def walks_from(self, start: Point2) -> "ShortestPaths":
         """Returns the shortest walks from `start` to every cell."""
-        return ShortestPaths(self, start)
+        if start not in self._walks:
+            self._walks[start] = ShortestPaths(self, start)
+        return self._walks[start]
 
 
 class ShortestPaths:
