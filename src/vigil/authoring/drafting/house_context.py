@@ -1,7 +1,7 @@
 """The context of a house in which episodes are proposed: its inventory, seeded start poses and referring
 expressions."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, islice
 
@@ -195,17 +195,6 @@ class HouseContext:
         eye = Pose(position=place, rotation=0.0).eye
         return self.oracle.sees(eye, points, thing.id, through_glass=True)
 
-    def _sighting(self, places: list[Vec3], thing: Thing) -> Iterator[Vec3]:
-        """Yields the places that see enough of a thing: a share of what the best of them sees."""
-        share = SEEN_SHARE_HARD if self.wants_hard else SEEN_SHARE
-        most = len(surface_points(thing, SIGHT_POINTS))
-        sights: list[int] = []
-        while len(sights) < len(places) and max(sights, default=0) < most:
-            sights.append(self.sights(places[len(sights)], thing))
-        enough = max(SEEN_POINTS, share * max(sights, default=0))
-        later = (self.sights(place, thing) for place in places[len(sights) :])
-        yield from (place for place, seen in zip(places, chain(sights, later), strict=True) if seen >= enough)
-
     def start_seeing(
         self,
         thing: Thing,
@@ -220,9 +209,11 @@ class HouseContext:
         """
         farther = FARTHER if self.wants_hard and away[1] > REACH_M else 1.0
         places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
+        share = SEEN_SHARE_HARD if self.wants_hard else SEEN_SHARE
+        most = len(surface_points(thing, SIGHT_POINTS))
 
         def poses() -> Iterator[Pose]:
-            for place in self._sighting(places, thing):
+            for place in seeing_enough(places, lambda place: self.sights(place, thing), share, most):
                 for spread_deg in SPREADS_DEG:
                     pose = self.facing(place, thing, horizon, spread_deg)
                     if self.has_room(pose) and also(pose) and self.sees_clearly(pose, [thing.id], is_clear):
@@ -271,6 +262,20 @@ class HouseContext:
             difficulty=ask.difficulty,
             provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed_of(self.house)),
         )
+
+
+def seeing_enough(places: Sequence[Vec3], sights: Callable[[Vec3], int], share: float, most: int) -> Iterator[Vec3]:
+    """Yields the places that see `SEEN_POINTS` of a thing, and a share of what the best of them sees.
+
+    `sights` tells how many points a place sees, of `most` that there are. None is asked before it must be: the best is
+    known as soon as one of them sees everything.
+    """
+    known: list[int] = []
+    while len(known) < len(places) and max(known, default=0) < most:
+        known.append(sights(places[len(known)]))
+    enough = max(SEEN_POINTS, share * max(known, default=0))
+    later = map(sights, places[len(known) :])
+    yield from (place for place, seen in zip(places, chain(known, later), strict=True) if seen >= enough)
 
 
 def _one_drawer_each(things: list[Thing]) -> list[Thing]:
