@@ -7,6 +7,7 @@ same spot.
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,26 +185,50 @@ def _first_free(
 ) -> int | None:
     """Returns the first of some spots, positions (n, 3) and yaws (n,), where nothing is in the way; None without."""
     positions, yaws = spots
-    if not len(yaws):
-        return None
     columns = [positions[:, 0], positions[:, 2], yaws]
     bottoms = positions[:, 1] + bulk.low[1]
-    footprints = shapely.polygons(bulk.footprint(*columns))
-    middles = shapely.points(columns[0], columns[1])
-    is_hit = _parted(state, bulk, columns, bottoms, (clicked.x, clicked.z))
-    bounds = shapely.total_bounds(footprints)
+    free = np.flatnonzero(_unobstructed(state, bulk, columns, bottoms, receptacle))
+    if len(free):
+        hand = clicked.x, clicked.z
+        free = free[~_parted(state, bulk, [column[free] for column in columns], bottoms[free], hand)]
+    return int(free[0]) if len(free) else None
+
+
+def _unobstructed(
+    state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, receptacle: Thing
+) -> np.ndarray:
+    """Returns at which places, x, z and yaw (n,) each, no solid is in the way; each solid is asked what is left."""
+    corners = bulk.footprint(*columns)
+    lows, highs = corners.min(axis=1), corners.max(axis=1)
     around = {receptacle.id, receptacle.parent} if receptacle.is_part else {receptacle.id}
-    for owner, prism in state.solids(set()):
-        left, front, right, back = prism.bounds
-        if left > bounds[2] or right < bounds[0] or front > bounds[3] or back < bounds[1]:
+    is_free = np.ones(len(bottoms), dtype=bool)
+    for owner, prism in _overlapping(state, lows, highs):
+        x0, z0, x1, z1 = prism.bounds
+        asked = is_free & (lows <= (x1, z1)).all(axis=1) & (highs >= (x0, z0)).all(axis=1)
+        asked &= (prism.bottom < bottoms + bulk.height - TOUCH_M) & (prism.top > bottoms + TOUCH_M)
+        left = np.flatnonzero(asked)
+        if not len(left):
             continue
-        level = (prism.bottom < bottoms + bulk.height - TOUCH_M) & (prism.top > bottoms + TOUCH_M)
         shape = polygon_of(prism)
         if owner in around:  # solids of hollow things are not hollow: what goes in lies inside them
-            level &= ~(shapely.intersects(shape, middles) & (prism.bottom < bottoms - TOUCH_M))
+            middles = shapely.points(columns[0][left], columns[1][left])
+            left = left[~(shapely.intersects(shape, middles) & (prism.bottom < bottoms[left] - TOUCH_M))]
             shape = shape.buffer(-OWN_SLACK_M)
-        is_hit |= level & shapely.intersects(footprints, shape)
-    return None if is_hit.all() else int(np.argmin(is_hit))
+        is_free[left] = ~shapely.intersects(shapely.polygons(corners[left]), shape)
+        if not is_free.any():
+            break
+    return is_free
+
+
+def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iterator[tuple[str, Prism]]:
+    """Yields (id, prism) of the solids whose bounds overlap those of any of some places."""
+    if not len(lows):
+        return
+    (left, front), (right, back) = lows.min(axis=0).tolist(), highs.max(axis=0).tolist()
+    for owner, prism in state.solids(set()):
+        x0, z0, x1, z1 = prism.bounds
+        if x0 <= right and x1 >= left and z0 <= back and z1 >= front:
+            yield owner, prism
 
 
 def _parted(
