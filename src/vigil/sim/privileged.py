@@ -54,6 +54,12 @@ class PrivilegedSight(Protocol):
         an object's own glass always counts as the object. All False when it is held or absent.
         """
 
+    def may_show(self, object_id: str, least_px: int) -> bool:
+        """Whether `world` may say that at least so many pixels of an object are visible: True wherever it does.
+
+        A quick answer, to be asked where few places will do; what hides the object may be left aside.
+        """
+
 
 class Rehearsal(Protocol):
     """Trying what is undone afterwards."""

@@ -280,3 +280,27 @@ def test_what_is_in_the_hand_has_no_place_that_is_kept():
     rays = directions(VIEWS[0], np.array([[320, 240]]))
     sight.meets(VIEWS[0].eye, rays, apple, through_glass=True)
     assert not sight._boxes
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_what_is_seen_may_be_shown_and_is_the_same_after_asking(seen, view):
+    scene, engine, sight = seen
+    things = list(scene.things.values())
+    asked = Sight(engine, scene.things)
+    for thing_id, sighting in sight.see(view, things).items():
+        thing = scene.things[thing_id]
+        assert asked.may_show(view, thing, sighting.visible_px)
+        assert asked.see(view, [thing])[thing_id] == sighting
+
+
+def test_no_more_may_be_shown_than_an_outline_has(seen):
+    scene, engine, _ = seen
+    sight, fridge = Sight(engine, scene.things), scene.things["Fridge|1"]
+    view = VIEWS[1].model_copy(update={"rotation": yaw_towards(VIEWS[1].position, fridge.position)})
+    window = window_of(view, boxes_of([fridge]))
+    assert window is not None
+    assert window.most_px == len(window.pixels()) * window.stride**2
+    met = engine.cast(view.eye, directions(view, window.pixels()), through_glass=False, only=fridge.id)
+    outline_px = int(np.isfinite(met.distances).sum()) * window.stride**2
+    assert sight.may_show(view, fridge, outline_px)
+    assert not sight.may_show(view, fridge, outline_px + 1)

@@ -93,6 +93,7 @@ def test_an_engine_that_fails_is_started_again_by_the_next_load():
         handling.contents_move_along,
         seeing.applies_setups,
         privileged.sees_from_anywhere,
+        privileged.may_show_what_it_shows,
     ],
     ids=lambda check: check.__name__,
 )

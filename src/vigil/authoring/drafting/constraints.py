@@ -131,7 +131,7 @@ def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[
     starts = (place for place in places if context.sights(place, target) >= 6)
     for place in islice(starts, TRIED_STARTS):
         start = context.facing(place, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
-        if not context.has_room(start) or not see(context.seen_from(start, target.id)):
+        if not context.has_room(start) or not context.sees_clearly(start, [target.id], see):
             continue
         walks = context.oracle.plan().walks_from((place.x, place.z))
         cells = walks.plan.cells

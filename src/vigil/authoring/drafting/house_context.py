@@ -42,8 +42,20 @@ SPREADS_DEG = (42.0, 25.0, 12.0)
 MARGIN_PX = 20
 HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
 
-Clear = Callable[[ObjectState], bool]
 Mask = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, slots=True)
+class Clear:
+    """The test that an object is clearly seen, in a state as seen from somewhere."""
+
+    least_px: int
+    """With fewer visible pixels the test fails."""
+    is_met: Callable[[ObjectState], bool]
+
+    def __call__(self, state: ObjectState) -> bool:
+        """Whether an object in that state is clearly seen."""
+        return self.is_met(state)
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +245,11 @@ class HouseContext:
 
     def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: Clear) -> bool:
         """Whether all of the things are clear from a pose."""
-        return all(is_clear(self.seen_from(pose, thing_id)) for thing_id in thing_ids)
+        return all(self._is_clear_from(pose, thing_id, is_clear) for thing_id in thing_ids)
+
+    def _is_clear_from(self, pose: Pose, thing_id: str, is_clear: Clear) -> bool:
+        with self.oracle.standing_at(pose):
+            return self.oracle.may_show(thing_id, is_clear.least_px) and is_clear(self.oracle.state_of(thing_id))
 
     def away_from(self, thing: Thing, least_m: float, most_m: float) -> Mask:
         """Returns the mask of places between two distances from a thing's box."""

@@ -7,7 +7,7 @@ objects, `sequences` proposes SM and `constraints` CR.
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
-from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec
+from vigil.authoring.drafting.house_context import MARGIN_PX, Clear, HouseContext, TaskSpec
 from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
 from vigil.authoring.language.wording import Act, order, question, spoken_of
 from vigil.authoring.review.rules import SMALL_START_PX, START_PX, STATE_START_PX, WIDE_OPEN, place_blind_to
@@ -28,7 +28,7 @@ from vigil.pose import EYE_HEIGHT_M, Pose
 from vigil.scene.supports import surface_named
 from vigil.scene.things import Thing
 from vigil.strata import size_of
-from vigil.world import ObjectSetup, ObjectState, Setup
+from vigil.world import ObjectSetup, Setup
 
 CLEAR_PX, HARD_PX = 400, START_PX
 """Pixels of the object to act on in a start that a person finds clear, and in a hard one: what the rules ask for."""
@@ -83,17 +83,18 @@ def is_target(thing: Thing) -> bool:
     return thing.category not in UNNAMED and not thing.is_structure
 
 
-def is_seen(least_px: int) -> Callable[[ObjectState], bool]:
+def is_seen(least_px: int) -> Clear:
     """Returns the test that an object is clearly in the frame, by at least so many pixels and a margin."""
-    return lambda state: state.visible and state.visible_px >= least_px + MARGIN_PX and is_observable(state)
+    needed = least_px + MARGIN_PX
+    return Clear(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
 
 
-def is_in_view(context: HouseContext) -> Callable[[ObjectState], bool]:
+def is_in_view(context: HouseContext) -> Clear:
     """Returns the test that a start shows the object to act on: clearly, or in hard ones as the rules ask."""
     return is_seen(HARD_PX if context.wants_hard else CLEAR_PX)
 
 
-def is_in_view_to_point(context: HouseContext, size: Size) -> Callable[[ObjectState], bool]:
+def is_in_view_to_point(context: HouseContext, size: Size) -> Clear:
     """Returns the same test for a target of a size that is pointed at."""
     return is_seen((HARD_PX_BY_SIZE if context.wants_hard else CLEAR_PX_BY_SIZE)[size])
 
@@ -198,7 +199,6 @@ def _starts_without(context: HouseContext, thing: Thing, by_turning: bool | None
 def verifying(context: HouseContext, label: StateLabel) -> Drafts:
     """Yields SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
-    least_px = HARD_STATE_PX if context.wants_hard else STATE_PX
     for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
         setup = Setup(objects={thing.id: _folded_out(thing, change) if state == "is_toggled" else change})
         if not context.can_begin(setup):
@@ -207,9 +207,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
             thing,
             AWAY_M["SV"],
             LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else LOOKING_DOWN_DEG / 2,
-            lambda seen: (
-                seen.state_px(state) >= least_px + 2 * MARGIN_PX and seen.visible and is_state_observable(seen, state)
-            ),
+            _shows_state(state, HARD_STATE_PX if context.wants_hard else STATE_PX),
         )
         phrase = context.phrase(thing.id)
         context.begin(Setup())
@@ -225,6 +223,14 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
                     template=label,
                 ),
             )
+
+
+def _shows_state(state: Literal["is_toggled", "is_open"], least_px: int) -> Clear:
+    """Returns the test that the parts of an object that tell a state are clearly in the frame."""
+    needed = least_px + 2 * MARGIN_PX
+    return Clear(
+        needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
+    )
 
 
 def _has_state(thing: Thing, state: str) -> bool:

@@ -99,6 +99,10 @@ class Oracle:
         """Returns the hidden state of the agent and the named objects."""
         return self._simulator.world(object_ids)
 
+    def may_show(self, thing_id: str, least_px: int) -> bool:
+        """Whether so many pixels of a thing may be visible from where the agent is: no is told sooner than a state."""
+        return self._simulator.may_show(thing_id, least_px)
+
     def room_at(self, position: Vec3) -> str | None:
         """Returns the id of the room that holds a place."""
         return self._simulator.room_at(position)

@@ -55,6 +55,7 @@ CHECKS: tuple[ConformanceCheck, ...] = (
     privileged.tells_the_room_of_a_place,
     privileged.lists_pixels_in_the_frame,
     privileged.sees_from_anywhere,
+    privileged.may_show_what_it_shows,
     privileged.undoes_rehearsals,
     privileged.stands_elsewhere_for_a_while,
     privileged.refuses_unknown_ids,

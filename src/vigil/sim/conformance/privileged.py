@@ -89,6 +89,18 @@ def sees_from_anywhere(trial: Trial) -> None:
     expect(not sees(APPLE_FROM, points, "Apple|1").any(), "what is held is met by rays")
 
 
+def may_show_what_it_shows(trial: Trial) -> None:
+    """As many pixels as are visible may be; never more than the frame has, and none of what is held or absent."""
+    absent = {"Statue|1": ObjectSetup(is_absent=True)}
+    trial.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))
+    may_show = trial.simulator.may_show
+    for object_id, state in trial.simulator.world(trial.simulator.object_ids()).objects.items():
+        expect(may_show(object_id, state.visible_px), f"{state.visible_px} px of {object_id} are seen, but may not be")
+        expect(not may_show(object_id, 640 * 480 + 1), f"more of {object_id} may be seen than the frame has pixels")
+    expect(not may_show("Mug|1", 1), "what is held may be seen")
+    expect(not may_show("Statue|1", 1), "what is absent may be seen")
+
+
 def undoes_rehearsals(trial: Trial) -> None:
     """To the last bit, nested, and when something raises."""
     trial.face(5.2, 3.1, "Fridge|1", Setup(held="Mug|1"))

@@ -167,6 +167,11 @@ class EmbeddedSimulator:
         rays, thing = offsets / away[:, None], self._thing(object_id)
         return self._now().sight.meets(eye, rays, thing, through_glass=through_glass)
 
+    def may_show(self, object_id: str, least_px: int) -> bool:
+        """Whether so many pixels of an object may be in view; True wherever they are."""
+        loaded = self._now()
+        return loaded.sight.may_show(loaded.state.agent, self._thing(object_id), least_px)
+
     @contextmanager
     def rehearsal(self) -> Iterator[None]:
         """Undoes at its end all that is done inside."""

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from cachetools import LRUCache
 
 from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
@@ -28,6 +29,8 @@ BEYOND_M = 0.01
 """What a ray that is to meet a thing still looks at behind it."""
 KEPT_POSES = 64
 """From how many poses what was seen is kept while nothing changes."""
+KEPT_OUTLINES = 16
+"""How many outlines are kept while nothing changes: what may show enough is looked at next."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
 
@@ -49,6 +52,24 @@ class PixelWindow:
         xs = np.arange(self.left + (first - self.left) % self.stride, self.right, self.stride)
         ys = np.arange(self.top + (first - self.top) % self.stride, self.bottom, self.stride)
         return np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
+
+    @property
+    def most_px(self) -> int:
+        """What is counted where the rays through all sampled pixels meet something; no count is above it."""
+        first = self.stride // 2
+        columns = len(range(self.left + (first - self.left) % self.stride, self.right, self.stride))
+        rows = len(range(self.top + (first - self.top) % self.stride, self.bottom, self.stride))
+        return columns * rows * self.stride**2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outline:
+    """What the frame would show of a whole thing if there were nothing else."""
+
+    rays: np.ndarray
+    """(n, 3) the unit directions that meet it, and ..."""
+    hits: RayHits
+    """what they meet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,11 +185,14 @@ class Sight:
         """From where which things were seen, and how, since anything changed: the same is asked again and again."""
         self._boxes: dict[str, list[np.ndarray]] = {}
         """The corners of the boxes of whole things, as they have been since anything changed."""
+        self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(KEPT_OUTLINES)
+        """Outlines of things from poses, as they have been since anything changed."""
 
     def forget(self) -> None:
         """Must be called when anything in the scene has changed."""
         self._seen.clear()
         self._boxes.clear()
+        self._outlines.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
@@ -222,23 +246,41 @@ class Sight:
             known |= self._see(agent, missing)
         return {thing.id: known[thing.id] for thing in things}
 
+    def may_show(self, agent: Pose, thing: Thing, least_px: int) -> bool:
+        """Whether so many pixels of a thing would be seen if nothing stood before it; sooner told than what is seen."""
+        window = self._window_of(agent, thing)
+        if window is None or window.most_px < least_px:
+            return least_px <= 0
+        return len(self._outline(agent, thing, window).rays) * window.stride**2 >= least_px
+
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
         """Casts each thing's outline alone first, then into the scene."""
         found = {thing.id: UNSEEN for thing in things}
         for thing in things:
-            is_there = thing.is_present and not thing.is_held
-            window = window_of(agent, self._boxes_of(thing)) if is_there else None
+            window = self._window_of(agent, thing)
             if window is None:
                 continue
+            outline = self._outline(agent, thing, window)
+            is_hit, roles = self._unhidden(agent, thing, outline)
+            if is_hit.any():
+                found[thing.id] = _sighting(thing, window, is_hit, roles, outline.hits.distances)
+        return found
+
+    def _window_of(self, agent: Pose, thing: Thing) -> PixelWindow | None:
+        """Returns the pixels that a whole thing can cover; None where it is held, absent or outside of the frame."""
+        is_there = thing.is_present and not thing.is_held
+        return window_of(agent, self._boxes_of(thing)) if is_there else None
+
+    def _outline(self, agent: Pose, thing: Thing, window: PixelWindow) -> _Outline:
+        """Returns what the rays through a window would meet of a thing if there were nothing else."""
+        if (agent, thing.id) not in self._outlines:
             rays = directions(agent, window.pixels())
             alone = self._alone(agent, thing, rays)
             is_met = self._is_of(alone.things, thing)
-            is_hit, roles = self._unhidden(agent, thing, rays[is_met], _only_rows(alone, is_met))
-            if is_hit.any():
-                found[thing.id] = _sighting(thing, window, is_hit, roles, alone.distances[is_met])
-        return found
+            self._outlines[agent, thing.id] = _Outline(rays[is_met], _only_rows(alone, is_met))
+        return self._outlines[agent, thing.id]
 
-    def _unhidden(self, agent: Pose, thing: Thing, rays: np.ndarray, outline: RayHits) -> tuple[np.ndarray, np.ndarray]:
+    def _unhidden(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
         """Returns which rays of an outline meet a whole thing before all else, and the roles of what each meets of it.
 
         What has glass is cast at once more, for rays pass through its panes to what is behind them.
@@ -247,13 +289,14 @@ class Sight:
         has_glass = any(map(_has_glass, whole))
         hidden = [] if has_glass else [each.id for each in whole]
         within_m = farthest_m(agent.eye, self._boxes_of(thing))
-        hits = self._engine.cast(agent.eye, rays, through_glass=True, without=hidden, within_m=within_m)
-        is_nearer = outline.distances < hits.distances
+        hits = self._engine.cast(agent.eye, outline.rays, through_glass=True, without=hidden, within_m=within_m)
+        alone = outline.hits
+        is_nearer = alone.distances < hits.distances
         if not has_glass:
-            is_first = (outline.distances == hits.distances) & (outline.things < hits.things)
-            return is_nearer | is_first, outline.roles
+            is_first = (alone.distances == hits.distances) & (alone.things < hits.things)
+            return is_nearer | is_first, alone.roles
         is_own = self._is_of(hits.things, thing)
-        return is_own | is_nearer, np.where(is_own, hits.roles, outline.roles)
+        return is_own | is_nearer, np.where(is_own, hits.roles, alone.roles)
 
     def _whole(self, thing: Thing) -> list[Thing]:
         """Returns a thing with its drawers that are things too."""

@@ -160,6 +160,13 @@ class ThorSimulator:
             return np.zeros(len(points), dtype=bool)
         return np.array([self._meets(eye, Vec3(*point)) == thing.id for point in points.tolist()], dtype=bool)
 
+    def may_show(self, object_id: str, least_px: int) -> bool:
+        """Whether the picture shows so many pixels of the object."""
+        thing = self._thing(object_id)
+        is_there = thing.is_present and not thing.is_held
+        pixels = self._now().driver.picture().sighting(*self._names_of(thing)).pixels if is_there else 0
+        return pixels >= least_px
+
     @contextmanager
     def rehearsal(self) -> Iterator[None]:
         """Undoes at its end all that is done inside."""
@@ -287,10 +294,14 @@ class ThorSimulator:
             return None
         return Vec3(*(float(returned[axis]) for axis in "xyz"))
 
+    def _names_of(self, thing: Thing) -> list[str]:
+        """Returns the ids of a thing and of its drawers, which are seen as part of it."""
+        return [thing.id, *(part.id for part in parts_of(self._mirror.scene, thing))]
+
     def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:
         mirror = self._mirror
         box, is_seen = mirror.box(thing), thing.is_present and not thing.is_held
-        names = [thing.id, *(part.id for part in parts_of(mirror.scene, thing))]
+        names = self._names_of(thing)
         seen = self._now().driver.picture().sighting(*names)
         pixels = seen.pixels if is_seen else 0
         return ObjectState(
