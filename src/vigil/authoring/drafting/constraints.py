@@ -22,6 +22,7 @@ from vigil.authoring.drafting.proposals import (
     is_target,
     setup_for,
 )
+from vigil.authoring.drafting.sights import SEEN_POINTS
 from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import referents
 from vigil.authoring.language.wording import Act, opened, order, spoken_of
@@ -128,7 +129,7 @@ def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[
         return
     see = is_in_view(context)
     places = context.starts(context.away_from(target, 2.2, 6.0), 40)
-    starts = (place for place in places if context.sights(place, target) >= 6)
+    starts = (place for place in places if context.sights(place, target).is_at_least(SEEN_POINTS))
     for place in islice(starts, TRIED_STARTS):
         start = context.facing(place, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
         if not context.has_room(start) or not context.sees_clearly(start, [target.id], see):

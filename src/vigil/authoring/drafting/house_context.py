@@ -1,9 +1,9 @@
 """The context of a house in which episodes are proposed: its inventory, seeded start poses and referring
 expressions."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from itertools import chain, islice
+from itertools import islice
 
 import numpy as np
 import shapely
@@ -11,6 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import REACH_M
 from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
+from vigil.authoring.drafting.sights import PointCount, seeing_enough
 from vigil.authoring.language.phrases import phrases_of
 from vigil.authoring.language.referring import DescribedThing, Phrase, seen_items, without_repeats
 from vigil.authoring.language.sentences import Forms, Sentences
@@ -33,7 +34,6 @@ AUTHOR = "grammar"
 TRIED_STARTS = 80
 SIGHT_POINTS, FIRST_OF = 128, 8
 """Points of a thing that are looked for from a place; the first look is at one of so many."""
-SEEN_POINTS = 6
 SEEN_SHARE = 0.6
 """Of what the best place sees of a thing, this much must be seen from a start."""
 SEEN_SHARE_HARD, FARTHER = 0.3, 1.5
@@ -193,9 +193,9 @@ class HouseContext:
         with self.oracle.standing_at(pose):
             return self.oracle.state_of(thing_id)
 
-    def sights(self, place: Vec3, thing: Thing) -> int:
-        """Returns how many sampled points of a thing are seen from a place, looking anywhere."""
-        return int(self._seen_of(place, thing, surface_points(thing, SIGHT_POINTS)).sum())
+    def sights(self, place: Vec3, thing: Thing) -> PointCount:
+        """Returns the count of the sampled points of a thing that are seen from a place, looking anywhere."""
+        return PointCount(surface_points(thing, SIGHT_POINTS), lambda points: self._seen_of(place, thing, points))
 
     def is_sighted(self, place: Vec3, thing: Thing) -> bool:
         """Whether any of the sampled points of a thing is seen from a place, looking anywhere."""
@@ -222,10 +222,9 @@ class HouseContext:
         farther = FARTHER if self.wants_hard and away[1] > REACH_M else 1.0
         places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
         share = SEEN_SHARE_HARD if self.wants_hard else SEEN_SHARE
-        most = len(surface_points(thing, SIGHT_POINTS))
 
         def poses() -> Iterator[Pose]:
-            for place in seeing_enough(places, lambda place: self.sights(place, thing), share, most):
+            for place in seeing_enough(places, lambda place: self.sights(place, thing), share):
                 for spread_deg in SPREADS_DEG:
                     pose = self.facing(place, thing, horizon, spread_deg)
                     if self.has_room(pose) and also(pose) and self.sees_clearly(pose, [thing.id], is_clear):
@@ -278,20 +277,6 @@ class HouseContext:
             difficulty=ask.difficulty,
             provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed_of(self.house)),
         )
-
-
-def seeing_enough(places: Sequence[Vec3], sights: Callable[[Vec3], int], share: float, most: int) -> Iterator[Vec3]:
-    """Yields the places that see `SEEN_POINTS` of a thing, and a share of what the best of them sees.
-
-    `sights` tells how many points a place sees, of `most` that there are. None is asked before it must be: the best is
-    known as soon as one of them sees everything.
-    """
-    known: list[int] = []
-    while len(known) < len(places) and max(known, default=0) < most:
-        known.append(sights(places[len(known)]))
-    enough = max(SEEN_POINTS, share * max(known, default=0))
-    later = map(sights, places[len(known) :])
-    yield from (place for place, seen in zip(places, chain(known, later), strict=True) if seen >= enough)
 
 
 def _one_drawer_each(things: list[Thing]) -> list[Thing]:

@@ -142,7 +142,7 @@ def _behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> 
         if not is_cut or is_cut_off(shut, place, box_of(target)):
             continue
         for spot in context.places_in(part, context.away_from(target, *AWAY_M), TRIED_STARTS):
-            if context.sights(spot, target) >= LEAST_SIGHTS:
+            if context.sights(spot, target).is_at_least(LEAST_SIGHTS):
                 start = context.facing(spot, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
                 is_met = context.has_room(start) and context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
