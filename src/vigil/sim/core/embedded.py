@@ -7,7 +7,6 @@ rays; a step whose frame is not requested draws nothing.
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -36,7 +35,7 @@ from vigil.sim.core.handling import Click, Result, handle, interact, open_to
 from vigil.sim.core.motion import CollisionMap, sweeps
 from vigil.sim.core.setup import apply_setup, blocked_start, unknown_object
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting
-from vigil.sim.core.state import SceneState
+from vigil.sim.core.state import CHANGING, SceneState, changing_of
 from vigil.sim.staging import Layer, Picture, View
 from vigil.world import Effect, ObjectState, Setup, WorldState
 
@@ -76,7 +75,7 @@ class EmbeddedSimulator:
         first = scene.rooms[0].polygon[0]
         nowhere = Pose(position=Vec3(float(first[0]), 0.0, float(first[1])), rotation=0.0)
         state = SceneState(scene, nowhere, CollisionMap(scene))
-        initial = _changing_of(scene)
+        initial = changing_of(scene)
         self._loaded = _Loaded(house, state, Sight(self._engine, scene.things), initial)
 
     def prepare(self, house: House) -> None:
@@ -250,7 +249,7 @@ class EmbeddedSimulator:
 
     def _kept(self) -> _Kept:
         state = self._now().state
-        return _Kept(state.agent, state.held, _changing_of(state.scene))
+        return _Kept(state.agent, state.held, changing_of(state.scene))
 
     def _go_back(self, kept: _Kept) -> None:
         state = self._now().state
@@ -365,23 +364,10 @@ class EmbeddedSimulator:
         )
 
 
-_CHANGING = (
-    *("position", "rotation", "parent", "parent_joint", "surface"),
-    *("openness", "is_toggled", "is_broken", "is_held", "from_hand", "is_present"),
-)
-"""What may change of a thing."""
-_changing = attrgetter(*_CHANGING)
-
-
-def _changing_of(scene: Scene) -> list[tuple[Any, ...]]:
-    """Returns what may change of each thing, as it is now, in the scene's order."""
-    return list(map(_changing, scene.things.values()))
-
-
 def _restore(state: SceneState, before: list[tuple[Any, ...]]) -> None:
     """Makes all things as they were, and marks those that this changes."""
-    for thing, now, then in zip(state.scene.things.values(), _changing_of(state.scene), before, strict=True):
+    for thing, now, then in zip(state.scene.things.values(), changing_of(state.scene), before, strict=True):
         if now != then:
-            for name, value in zip(_CHANGING, then, strict=True):
+            for name, value in zip(CHANGING, then, strict=True):
                 setattr(thing, name, value)
             state.mark(thing)

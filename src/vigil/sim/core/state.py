@@ -1,6 +1,8 @@
 """The changing part of a loaded scene: the agent, its hand, what changed, and every solid's present place."""
 
 from dataclasses import dataclass, field
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +20,13 @@ HAND_DROP_M = 0.45
 KEPT_DECIMALS = 9
 """Of the places (m) and angles of what is moved along: far finer than anything judged, far coarser than an error."""
 AGENT = "agent"
+CHANGING = (
+    *("position", "rotation", "parent", "parent_joint", "surface"),
+    *("openness", "is_toggled", "is_broken", "is_held", "from_hand", "is_present"),
+)
+"""What may change of a thing."""
 _BODY_SIDES = 24
+_changing = attrgetter(*CHANGING)
 
 
 @dataclass(slots=True, eq=False)
@@ -30,12 +38,15 @@ class SceneState:
     plan: CollisionMap
     held: str | None = None
     changed: set[str] = field(default_factory=set)
-    """Ids changed since the last call of `flush`."""
+    """Ids of what may have changed since the last call of `flush`."""
     partitions: Partitions = field(init=False)
     _prisms: dict[str, list[Prism]] = field(default_factory=dict)
     _walls: list[tuple[str, Prism]] = field(default_factory=list)
+    _told: dict[str, tuple[Any, ...]] = field(init=False)
+    """What may change of each thing, as it was when it was last told."""
 
     def __post_init__(self) -> None:
+        self._told = dict(zip(self.scene.things, changing_of(self.scene), strict=True))
         self.partitions = Partitions(self.scene)
         self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
 
@@ -45,8 +56,14 @@ class SceneState:
         self._prisms.pop(thing.id, None)
 
     def flush(self) -> set[str]:
-        """Returns the ids changed since the last call, having told the floor plan."""
-        ids, self.changed = self.changed, set()
+        """Returns the ids of what is not as it was at the last call, having told the floor plan.
+
+        A reset undoes and does again much the same, of which nothing is told.
+        """
+        now = {thing_id: _changing(self.scene.things[thing_id]) for thing_id in self.changed}
+        ids = {thing_id for thing_id, facts in now.items() if facts != self._told[thing_id]}
+        self._told |= now
+        self.changed = set()
         if ids:
             self.plan.refresh(ids)
         return ids
@@ -132,6 +149,11 @@ class SceneState:
         ahead_x, ahead_z = heading(self.agent.rotation)
         x, y, z = self.agent.eye
         return Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
+
+
+def changing_of(scene: Scene) -> list[tuple[Any, ...]]:
+    """Returns what may change of each thing, as it is now, in the scene's order."""
+    return list(map(_changing, scene.things.values()))
 
 
 def _rounded(values: Vec3) -> Vec3:
