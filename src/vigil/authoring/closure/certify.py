@@ -68,6 +68,8 @@ UNSAID = frozenset({ALIKE, "place", "blocker", "hog"})
 """Roles of what an episode records and its instruction does not name."""
 LEAST_LOOKS = 0.5
 """Share of the budget that looking at everything that is asked about takes, at least."""
+MOST_ACTS = 0.6
+"""Share of the budget that acting takes, at most, where one must look around for what is to be acted on."""
 LOOK_M = (0.5, 4.0)
 MOST_LOOKS = 80
 SUMMARY = "Done."
@@ -149,6 +151,8 @@ class Certifier:
         if not found:
             self._simulator.reset(episode.start, episode.setup)
             found = [Finding(episode.id, *broken) for broken in self._faults(task, episode)]
+            if STANDING.search(episode.instruction) and len(result.actions) > MOST_ACTS * episode.max_steps:
+                found.append(Finding(episode.id, "time_to_look", f"{len(result.actions)} of {episode.max_steps} steps"))
             if shows_one_wall(EpisodeStart(episode, house, self._oracle)):
                 found.append(Finding(episode.id, "more_than_a_wall", "the first frame shows one wall"))
         return result.actions, found

@@ -53,6 +53,7 @@ SUITE_RULES = {
     "cannot_be_moved": "what bars the way is nothing that can be picked up, and stands elsewhere on the other side",
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
     "enough_to_look_at": "where all of a place is asked about, looking at everything takes half of the budget at least",
+    "time_to_look": "where things are told by their state, acting on them takes three fifths of the budget at most",
     "closes_rightly": "the recorded solution, replayed, is a correct closure",
     "can_be_set_up": "the simulator can bring the start about",
     "few_enough": "there are two to five targets, three at least where they are told by their state alone; and two to "
