@@ -3,7 +3,8 @@
 python scripts/reader_plays.py --pack PACK --causes causes.jsonl --drawn "SENTENCE" --records FILE.jsonl.gz RUN...
 
 `causes.jsonl` has a line for each failure: {"episode_id": ..., "cause": "agent", "reason": ...}. Runs may have been
-played on an earlier version of the pack, if their episodes are the same to the byte in this one.
+played on an earlier version of the pack, if their episodes are the same to the byte in this one; of those that the pack
+does not hold any more, the records alone are published.
 """
 
 import argparse
@@ -24,15 +25,19 @@ from vigil.saved_run import read_run
 from vigil.scoring import settle
 
 
-def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode, EpisodeRecord]]:
-    """Yields (reader, episode, record) of what was played. Raises SystemExit when the pack's episode is another one."""
+def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode | None, EpisodeRecord]]:
+    """Yields (reader, episode, record) of what was played; no episode where it left the pack.
+
+    Raises SystemExit when the pack's episode is another one.
+    """
+    held = {episode.id: episode for episode in pack.episodes}
     for folder in folders:
         table = read_run(folder).table
         for (name, _), row in table.rows.items():
             if row.outcome is None:
                 continue
-            episode = pack.episode(name)
-            if table.episodes[name] != episode:
+            episode = held.get(name)
+            if episode is not None and table.episodes[name] != episode:
                 raise SystemExit(f"{name!r} of {str(folder)!r} is another episode in pack {pack.name!r}.")
             yield folder.name, episode, table.record((name, 1))
 
@@ -53,6 +58,10 @@ def main() -> None:
     plays: list[Play] = []
     records: list[EpisodeRecord] = []
     for reader, episode, record in played(options.runs, pack):
+        records.append(record)
+        if episode is None:
+            print(f"{record.episode_id} is not in the pack any more: its record alone is published.")
+            continue
         outcome, why = settle(episode, record), causes.get(episode.id, {})
         closing = settle_closure(answers[episode.id], episode, record) if answers else None
         plays.append(
@@ -70,7 +79,6 @@ def main() -> None:
                 reason=why.get("reason", ""),
             )
         )
-        records.append(record)
     plays.sort(key=lambda play: play.episode_id)
     found = Plays(pack=pack.name, pack_sha256=pack.sha256, drawn=options.drawn, plays=tuple(plays))
     (pack.folder / PLAYS).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
