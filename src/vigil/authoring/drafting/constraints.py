@@ -22,11 +22,11 @@ from vigil.authoring.drafting.proposals import (
     is_target,
     setup_for,
 )
-from vigil.authoring.drafting.sights import SEEN_POINTS
 from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import referents
 from vigil.authoring.language.wording import Act, opened, order, spoken_of
 from vigil.authoring.solving.free_space import is_cut_off
+from vigil.authoring.solving.sights import SEEN_POINTS
 from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Constraint
 from vigil.pose import Box, Pose, Vec3, rotate_floor

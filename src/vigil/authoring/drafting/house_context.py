@@ -11,7 +11,6 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import REACH_M
 from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
-from vigil.authoring.drafting.sights import PointCount, seeing_enough
 from vigil.authoring.language.phrases import phrases_of
 from vigil.authoring.language.referring import DescribedThing, Phrase, seen_items, without_repeats
 from vigil.authoring.language.sentences import Forms, Sentences
@@ -19,6 +18,7 @@ from vigil.authoring.language.wording import say, spoken_of
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import has_room
 from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.sights import PointCount, seeing_enough
 from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
 from vigil.errors import EpisodeError
 from vigil.goals import Goal

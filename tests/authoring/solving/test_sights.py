@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting.house_context import SEEN_SHARE, HouseContext
-from vigil.authoring.drafting.sights import PORTIONS, SEEN_POINTS, PointCount, seeing_enough
+from vigil.authoring.solving.sights import PORTIONS, SEEN_POINTS, PointCount, seeing_enough
 from vigil.pack import Pack
 from vigil.pose import Vec3
 from vigil.sim.privileged import PrivilegedSimulator
