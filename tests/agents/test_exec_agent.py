@@ -28,12 +28,13 @@ def make(tmp_path: Path) -> Iterator[Maker]:
     """Makes an agent of a program's text; all are ended afterwards."""
     agents: list[ExecAgent] = []
 
-    def made(program: str, reply_seconds: float = 20.0) -> ExecAgent:
+    def made(program: str, reply_seconds: float = 20.0, *, is_started: bool = True) -> ExecAgent:
         script = tmp_path / f"agent{len(agents)}.py"
         script.write_text(HEAD + program)
         agent = ExecAgent(f"{sys.executable} {script}", Profile(), reply_seconds)
         agents.append(agent)
-        agent.start("Find the mug.")
+        if is_started:
+            agent.start("Find the mug.")
         return agent
 
     yield made
@@ -43,6 +44,12 @@ def make(tmp_path: Path) -> Iterator[Maker]:
 
 def look(feedback: Feedback | None = None) -> Observation:
     return Observation(lambda: RGB, feedback)
+
+
+def tell_and_ask(agent: ExecAgent) -> None:
+    """Begins an episode and shows a frame: a program that ends at once is found out by the one or the other."""
+    agent.start("Find the mug.")
+    agent.act(look())
 
 
 ECHO = """
@@ -141,9 +148,9 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
 def test_a_program_that_fails_before_it_saw_a_frame_is_an_infrastructure_failure(
     make: Maker, program: str, how: str
 ) -> None:
-    agent = make(program, reply_seconds=1.5)
+    agent = make(program, reply_seconds=1.5, is_started=False)
     with pytest.raises(ModelAPIError, match=how):
-        agent.act(look())
+        tell_and_ask(agent)
     try:
         agent.start("Another.")
     except ModelAPIError as error:  # started again, it may have failed again before it was told
