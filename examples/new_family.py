@@ -27,7 +27,7 @@ def drafts(context: HouseContext):
     """Yields episodes that start where the thing to be approached is out of view, whichever way one turns."""
     for thing in context.things(lambda thing: not thing.is_structure and 0.4 < max(thing.asset.size) < 1.9):
         for place in context.starts(context.away_from(thing, 2.5, 12.0), tried=20):
-            if context.sights(place, thing) == 0:
+            if not context.is_sighted(place, thing):
                 text = f"Find {context.phrase(thing.id)} and go up to it, to within about one and a half metres."
                 start, goal = context.facing(place, thing, 0.0, 180.0), AgentNearTarget(object_id=thing.id)
                 yield context.draft("SA", TaskSpec(start, text, goal, {"target": thing.id}))
