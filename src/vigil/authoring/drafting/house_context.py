@@ -32,8 +32,8 @@ from vigil.world import ObjectSetup, ObjectState, Setup
 
 AUTHOR = "grammar"
 TRIED_STARTS = 80
-SIGHT_POINTS, FIRST_OF = 128, 8
-"""Points of a thing that are looked for from a place; the first look is at one of so many."""
+SIGHT_POINTS = 128
+"""Points of a thing that are looked for from a place."""
 SEEN_SHARE = 0.6
 """Of what the best place sees of a thing, this much must be seen from a start."""
 SEEN_SHARE_HARD, FARTHER = 0.3, 1.5
@@ -199,9 +199,7 @@ class HouseContext:
 
     def is_sighted(self, place: Vec3, thing: Thing) -> bool:
         """Whether any of the sampled points of a thing is seen from a place, looking anywhere."""
-        points = surface_points(thing, SIGHT_POINTS)
-        is_first = np.arange(len(points)) % FIRST_OF == 0
-        return any(self._seen_of(place, thing, points[chosen]).any() for chosen in (is_first, ~is_first))
+        return self.sights(place, thing).is_at_least(1)
 
     def _seen_of(self, place: Vec3, thing: Thing, points: np.ndarray) -> np.ndarray:
         eye = Pose(position=place, rotation=0.0).eye
