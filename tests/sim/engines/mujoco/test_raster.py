@@ -8,17 +8,14 @@ import pytest
 
 from tests.sim.engines.mujoco.conftest import INSIDE, block, cube
 from vigil.assets.kernel.asset import Asset, Glow, Joint, Part, Surface
-from vigil.house import MaterialRef
 from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
-from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
-from vigil.sim.engines.mujoco.compiled import frames, model_cache
+from vigil.scene.things import Scene, Thing
+from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.model import build
-from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
 from vigil.sim.engines.mujoco.raster import lighting as lighting_module
-from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.lighting import FULL, Cast, Lighting
@@ -114,7 +111,7 @@ def test_little_light_reaches_what_is_under_something() -> None:
     up = np.array([[0.0, 0.0, 1.0]] * 3, np.float32)
     under, beside, inside = (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.33)
     samples = Samples(np.array([under, beside, inside], np.float32), up)
-    light, is_buried = irradiance.ambient(scene, samples, irradiance.shares_of_ways(samples))
+    light, is_buried = irradiance.ambient(scene, samples)
     assert light[0].mean() < 0.5 * light[1].mean()
     assert is_buried.tolist() == [False, False, True]
     lamp = np.array([0.0, 0.0, 2.4])
@@ -124,6 +121,22 @@ def test_little_light_reaches_what_is_under_something() -> None:
     spilled = irradiance.from_lamp(scene, lamp, samples, np.array([1.0, 0.5, 0.01], np.float32))
     assert spilled[1] == pytest.approx(0.5 / 0.98 * here[1])
     assert spilled[2] == 0.0
+
+
+@pytest.mark.parametrize("count", [1, 3, 17, 150])
+def test_light_on_a_point_does_not_depend_on_what_else_is_lit(count: int) -> None:
+    rng = np.random.default_rng(2)
+    points, normals = rng.normal(size=(2, 400, 3)).astype(np.float32)
+    samples = Samples(points, normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    scene, lamp = occluders.Occluders(drawn_block().vertices, drawn_block().faces), np.array([0.3, 0.2, 2.4])
+
+    def lit(some: Samples) -> np.ndarray:
+        lamps = irradiance.from_lamp(scene, lamp, some, np.ones(len(some.points), np.float32))
+        return np.column_stack(
+            [irradiance.ambient(scene, some)[0], irradiance.aside(some), lamps, irradiance.faced(lamp, some)]
+        )
+
+    assert np.array_equal(lit(samples)[:count], lit(samples.part(slice(count))))
 
 
 def test_several_ends_are_blocked_as_each_alone() -> None:
@@ -440,50 +453,6 @@ def test_a_lamp_that_is_on_lights_what_is_near(scene: Scene) -> None:
     assert np.count_nonzero(brighter > 20) > 2000
     _, columns = np.nonzero(brighter > 0.7 * brighter.max())
     assert columns.mean() < 320  # it stands to the left
-
-
-def two_rooms() -> Scene:
-    """Returns two rooms of 4 m side by side, with a doorway of 0.9 m at one end of the wall between them."""
-    corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
-    kitchen = RoomShape("a", "Kitchen", np.array(corners), 2.5, None, None, Vec3(2.0, 2.4, 2.0), (1.0, 1.0, 1.0), 1.0)  # type: ignore[arg-type]
-    bedroom = replace(kitchen, id="b", polygon=np.array([(x + 4.0, z) for x, z in corners]))
-    door = Hole(0.1, 1.0, 0.0, 2.0)
-    wall = WallPanel("w", "a", (4.0, 0.0), (4.0, 4.0), 0.0, 2.5, (-1.0, 0.0), None, (door,))  # type: ignore[arg-type]
-    return Scene(rooms=[kitchen, bedroom], panels=[wall, replace(wall, id="v", room_id="b", normal=(1.0, 0.0))])
-
-
-def test_rooms_are_seen_through_their_doorways_only() -> None:
-    portals = Portals(two_rooms())
-    assert portals.visible_from((2.0, 2.0)).tolist() == [True, True]
-    assert portals.visible_from((4.0, 0.5)).tolist() == [True, True]  # in the doorway
-    assert portals.visible_from((-5.0, 2.0)).tolist() == [True, True]  # outside: nothing is left out
-    closed = two_rooms()
-    closed.panels = [replace(panel, holes=()) for panel in closed.panels]
-    assert Portals(closed).visible_from((2.0, 2.0)).tolist() == [True, False]
-
-
-def test_from_above_no_room_is_left_out() -> None:
-    closed, plaster = two_rooms(), MaterialRef(name="plaster/white")
-    closed.rooms = [replace(room, floor_material=plaster, ceiling_material=plaster) for room in closed.rooms]
-    closed.panels = [replace(panel, holes=(), material=plaster) for panel in closed.panels]
-    model, middle_of_a = build(closed), frames.points(np.array([2.0, 0.0, 2.0]))
-    for height, shown in ((1.5, {0}), (12.0, {0, 1})):
-        eye = middle_of_a + np.array([0.0, 0.0, height])
-        gone = unseen(model, Viewer(eye, np.eye(3), 100.0, 640, 480))  # it looks straight down
-        assert {room for geom, room in model.structure_rooms.items() if not gone[geom]} == shown
-
-
-def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_another() -> None:
-    scene = two_rooms()
-    third = replace(scene.rooms[0], id="c", polygon=scene.rooms[0].polygon + np.array([8.0, 0.0]))
-    far = replace(scene.panels[0], id="u", room_id="b", start=(8.0, 0.0), end=(8.0, 4.0))
-    scene.rooms.append(third)
-    scene.panels.append(replace(far, holes=(Hole(3.0, 3.9, 0.0, 2.0),)))  # at the other end
-    portals = Portals(scene)
-    assert portals.visible_from((3.0, 3.9)).tolist() == [True, True, False]
-    assert portals.visible_from((2.0, 0.2)).tolist() == [True, True, False]
-    scene.panels[-1] = replace(far, holes=(Hole(0.1, 1.0, 0.0, 2.0),))  # in line
-    assert Portals(scene).visible_from((2.0, 0.5)).tolist() == [True, True, True]
 
 
 @pytest.mark.parametrize(("is_enclosed", "surfaces"), [(True, (INSIDE,)), (False, (INSIDE,)), (True, ())])

@@ -71,25 +71,17 @@ class Samples:
         return self.points + np.float32(LIFT_M) * self.normals
 
 
-def shares_of_ways(samples: Samples) -> np.ndarray:
-    """Returns by how much what comes from each direction counts at the points, (directions, n) float32: 0 from behind.
-
-    To be asked for all points at once: in parts, the numbers may differ in their last digit.
-    """
-    facing = np.stack([samples.normals @ way for way in _sphere()])
-    facing[facing <= LEAST_FACING] = 0.0
-    return facing
-
-
-def ambient(scene: Occluders, samples: Samples, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     """Returns the light (n, 3) float32 that comes from all around, with no lamp counted, and which are buried (n,).
 
-    Directions count by their shares (directions, n). What is buried lies inside something else, where a corner of the
-    one runs into the other.
+    What is buried lies inside something else, where a corner of the one runs into the other.
     """
     total = np.zeros((3, len(samples.points)), np.float32)
     weights, stopped = np.zeros((2, len(samples.points)), np.float32)
-    for ways, faced in zip(np.split(_sphere(), BATCHES), np.split(shares, BATCHES), strict=True):
+    for ways in np.split(_sphere(), BATCHES):
+        faced = [_along(samples.normals, way) for way in ways]
+        for share in faced:
+            share[share <= LEAST_FACING] = 0.0
         for way, share, far in zip(ways, faced, _distances(scene, samples.origins, ways, faced), strict=True):
             _add_brought(total, share, far, float(way[2]))
             weights += share
@@ -98,8 +90,10 @@ def ambient(scene: Occluders, samples: Samples, shares: np.ndarray) -> tuple[np.
     return np.ascontiguousarray((total * (AMBIENT / weights)).T), stopped > BURIED_SHARE * weights
 
 
-def _distances(scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: np.ndarray) -> Iterator[np.ndarray]:
-    """Yields for each of some directions (k, 3) how far rays go from the points (n, 3) that face it; 0 for others."""
+def _distances(
+    scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: list[np.ndarray]
+) -> Iterator[np.ndarray]:
+    """Yields for each of some directions (k, 3) how far rays go from the points (n, 3) with a share; 0 for others."""
     chosen = [np.flatnonzero(share) for share in shares]
     counts = [len(each) for each in chosen]
     met = scene.distances(origins[np.concatenate(chosen)], np.repeat(ways, counts, axis=0))
@@ -111,7 +105,15 @@ def _distances(scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: 
 
 def aside(samples: Samples) -> np.ndarray:
     """Returns how much of the light from all around comes to the points (n,) float32 by the way that they face."""
-    return 1.0 + samples.normals @ ASIDE
+    return 1.0 + _along(samples.normals, ASIDE)
+
+
+def _along(normals: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Returns the product (n,) of each normal (n, 3) with a direction (3,).
+
+    By the matrix product its last digit depends on how many normals there are: on what else is lit at the same time.
+    """
+    return normals[:, 0] * way[0] + normals[:, 1] * way[1] + normals[:, 2] * way[2]
 
 
 def _sphere() -> np.ndarray:
@@ -170,7 +172,7 @@ def faced(lamp: np.ndarray, samples: Samples) -> np.ndarray:
     """
     cosines = _seen_from(lamp, samples)[1]
     cosines = np.where(samples.normals[:, 2] < -CEILING, np.minimum(cosines, ON_CEILING), cosines)
-    return np.maximum(cosines + WRAP, 0.0) / (1.0 + WRAP) * (1.0 + samples.normals @ LAMP_ASIDE)
+    return np.maximum(cosines + WRAP, 0.0) / (1.0 + WRAP) * (1.0 + _along(samples.normals, LAMP_ASIDE))
 
 
 def _seen_from(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:

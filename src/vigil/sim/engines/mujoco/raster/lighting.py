@@ -177,15 +177,15 @@ class Baked:
 
     def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
         """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
-        shares, count = irradiance.shares_of_ways(samples), len(samples.points)
-        parts = [slice(start, start + PART_POINTS) for start in range(0, count, PART_POINTS)]
-        found = do_at_once([partial(self._cast_part, samples.part(part), shares[:, part]) for part in parts])
+        starts = range(0, len(samples.points), PART_POINTS)
+        parts = [samples.part(slice(start, start + PART_POINTS)) for start in starts]
+        found = do_at_once([partial(self._cast_part, part) for part in parts])
         ambient, reach, is_buried = zip(*found, strict=True)
         return Cast(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
 
-    def _cast_part(self, samples: Samples, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _cast_part(self, samples: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Returns the light from around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
-        ambient, is_buried = irradiance.ambient(self._occluders, samples, shares)
+        ambient, is_buried = irradiance.ambient(self._occluders, samples)
         places = samples.origins[:, :2]
         reach = [
             irradiance.from_lamp(
