@@ -1,7 +1,7 @@
-"""Which rooms can be seen from a place: those to which a straight line leads through doorways and windows.
+"""What can be seen from a place, by the rooms: that to which a straight line leads through doorways and windows.
 
-All of it is in the plan, seen from above; heights are left out, and leaves stop no line, so a room too many is named
-now and then and none too few.
+Rooms and holes are boxes without walls between them, and leaves stop no line, so something is named too much now and
+then, and nothing too little.
 """
 
 from collections.abc import Iterator
@@ -11,48 +11,99 @@ import numpy as np
 import shapely
 
 from vigil.scene.outlines import room_floor
-from vigil.scene.things import Scene, WallPanel
+from vigil.scene.things import Hole, Scene, WallPanel
 
 OUTSIDE = -1
 BESIDE_M = 0.3
 """A hole leads into the rooms that are this near to its middle."""
 IN_DOORWAY_M = 0.4
 """So near to a hole everything may be seen through it."""
+SAME_M = 0.02
+"""An eye is in all rooms that are not this much farther from it than the nearest."""
 _FULL = 2.0 * np.pi
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Spans:
+    """The directions in which some things lie from an eye; each of the arrays is (n,)."""
+
+    start: np.ndarray
+    """From this angle in the plan on (radians), over `width`."""
+    width: np.ndarray
+    low: np.ndarray
+    """Between these slopes: metres up a metre in the plan."""
+    high: np.ndarray
+
+    @staticmethod
+    def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
+        """Returns the directions from an eye (3,) to all that lies between the corners (k, n, 3) of each thing."""
+        x, y, z = np.moveaxis(corners - eye, -1, 0)
+        angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
+        turns = (np.arctan2(y, x) - angle + np.pi) % _FULL - np.pi
+        first, last = turns.min(axis=0), turns.max(axis=0)
+        is_around = last - first >= np.pi
+        nearest = np.maximum((x * np.cos(angle) + y * np.sin(angle)).min(axis=0), 0.0)
+        nearest[is_around] = 0.0
+        farthest = np.hypot(x, y).max(axis=0)
+        lowest, highest = z.min(axis=0), z.max(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low = np.where(lowest < 0.0, lowest / nearest, lowest / farthest)
+            high = np.where(highest > 0.0, highest / nearest, highest / farthest)
+        return Spans(angle + first, np.where(is_around, _FULL, last - first), low, high)
+
+    def sectors(self) -> "list[Sector]":
+        """Returns the directions of each thing."""
+        columns = zip(self.start.tolist(), self.width.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
+        return [Sector(*each) for each in columns]
+
+
 @dataclass(frozen=True, slots=True)
-class _Arc:
-    """Directions in the plan, from an angle (radians) on."""
+class Sector:
+    """Directions from an eye: an arc of the plan from an angle on (radians), between two slopes."""
 
     start: float
     width: float
+    low: float = -np.inf
+    high: float = np.inf
 
-    def common(self, other: "_Arc") -> "_Arc | None":
-        """Returns the directions that both have; None when there are none."""
-        if other.width >= _FULL:
-            return self
-        if self.width >= _FULL:
-            return other
+    def common(self, other: "Sector") -> "Sector | None":
+        """Returns directions that hold all that both have; None when there are none."""
+        low, high = max(self.low, other.low), min(self.high, other.high)
+        if low > high:
+            return None
+        if self.width >= _FULL or other.width >= _FULL:
+            arc = other if self.width >= _FULL else self
+            return Sector(arc.start, arc.width, low, high)
         first = (other.start - self.start + np.pi) % _FULL - np.pi
-        low, high = max(first, 0.0), min(first + other.width, self.width)
-        return _Arc(self.start + low, high - low) if low <= high else None
+        start, end = max(first, 0.0), min(first + other.width, self.width)
+        return Sector(self.start + start, end - start, low, high) if start <= end else None
+
+    def holds_any(self, spans: Spans) -> np.ndarray:
+        """Returns in which of the directions to things (n,) something of this lies."""
+        first = (spans.start - self.start + np.pi) % _FULL - np.pi
+        is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= _FULL)
+        return (is_across | (self.width >= _FULL)) & (spans.low <= self.high) & (spans.high >= self.low)
+
+
+ALL = Sector(0.0, _FULL)
 
 
 @dataclass(frozen=True, slots=True)
 class _Hole:
+    """A hole in a wall, in MuJoCo's frame."""
+
     start: tuple[float, float]
     end: tuple[float, float]
+    bottom: float
+    top: float
     sides: frozenset[int]
 
-    def arc_from(self, eye: tuple[float, float]) -> _Arc:
-        """Returns the directions in which the hole lies."""
-        line = shapely.LineString([self.start, self.end])
-        if shapely.distance(line, shapely.Point(eye)) < IN_DOORWAY_M:
-            return _Arc(0.0, _FULL)
-        first, last = (float(np.arctan2(z - eye[1], x - eye[0])) for x, z in (self.start, self.end))
-        turn = (last - first + np.pi) % _FULL - np.pi
-        return _Arc(min(first, first + turn), abs(turn))
+    @property
+    def line(self) -> shapely.LineString:
+        return shapely.LineString([self.start, self.end])
+
+    def corners(self) -> list[tuple[float, float, float]]:
+        return [(x, y, height) for x, y in (self.start, self.end) for height in (self.bottom, self.top)]
 
 
 class Portals:
@@ -63,12 +114,17 @@ class Portals:
         self._bounds = shapely.bounds(self._rooms).reshape(-1, 2, 2)
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self.top_m = max((room.height for room in scene.rooms), default=0.0)  # an eye above it looks over the walls
-        self._holes = [
-            _Hole(start, end, sides)
-            for panel in scene.panels
-            for start, end in _ends(panel)
-            if (sides := self._sides(start, end))
-        ]
+        # Both sides of a wall name its holes.
+        self._holes = list(
+            dict.fromkeys(
+                _Hole(*ends, hole.bottom, hole.top, sides)
+                for panel in scene.panels
+                for hole in panel.holes
+                if (sides := self._sides(*(ends := _ends(panel, hole))))
+            )
+        )
+        self._lines = np.array([hole.line for hole in self._holes])
+        self._corners = np.array([hole.corners() for hole in self._holes]).reshape(-1, 4, 3).swapaxes(0, 1)
 
     def distances(self, places: np.ndarray) -> np.ndarray:
         """Returns how far places (n, 2) are from each room (n, rooms), in metres."""
@@ -82,16 +138,27 @@ class Portals:
         outside = np.maximum(np.maximum(low - places, places - high), 0.0)
         return np.asarray(np.hypot(outside[:, 0], outside[:, 1]))
 
-    def visible_from(self, eye: tuple[float, float]) -> np.ndarray:
-        """Returns whether each room can be seen from a place (x, z) in the house; all from outside of it."""
-        seen = np.zeros(len(self._rooms), dtype=bool)
-        here = np.flatnonzero(self.distances(np.array([eye]))[0] < IN_DOORWAY_M)
-        if not len(here):
-            return ~seen
-        arcs = [(hole, hole.arc_from(eye)) for hole in self._holes]
-        for room in here.tolist():
-            seen[list(_reached(room, _Arc(0.0, _FULL), arcs, frozenset()))] = True
-        return seen
+    def seen_from(
+        self, eye: np.ndarray, entry: np.ndarray | None = None, through: Sector = ALL
+    ) -> list[tuple[int, Sector]] | None:
+        """Returns in which directions which rooms are seen from an eye (3,), a room as often as there are ways to it.
+
+        None stands for everything: the eye is above the walls or outside. One that looks into a mirror is behind it;
+        its lines enter the house at `entry` (3,), in the directions of the mirror.
+        """
+        if eye[2] > self.top_m:
+            return None
+        away = self.distances(np.array([eye if entry is None else entry])[:, :2])[0]
+        if away.min(initial=np.inf) >= IN_DOORWAY_M:
+            return None
+        is_near = shapely.distance(self._lines, shapely.Point(eye[:2])) < IN_DOORWAY_M
+        sectors = Spans.of(eye, self._corners).sectors()
+        holes = [
+            (hole, ALL if near else sector)
+            for hole, near, sector in zip(self._holes, is_near.tolist(), sectors, strict=True)
+        ]
+        here = np.flatnonzero(away <= away.min() + SAME_M).tolist()
+        return [found for room in here for found in _reached(room, through, holes, frozenset())]
 
     def _sides(self, start: tuple[float, float], end: tuple[float, float]) -> frozenset[int]:
         line = shapely.LineString([start, end])
@@ -99,19 +166,21 @@ class Portals:
         return frozenset(near if len(near) > 1 else [*near, OUTSIDE])
 
 
-def _ends(panel: WallPanel) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
+def _ends(panel: WallPanel, hole: Hole) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Returns the ends of a hole in the plan, the lower first whichever side of the wall it is told from."""
     start, end = np.array(panel.start), np.array(panel.end)
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
-    for hole in panel.holes:
-        (x, z), (other_x, other_z) = start + hole.left * along, start + hole.right * along
-        yield (float(x), float(z)), (float(other_x), float(other_z))
+    low, high = sorted(tuple(np.round(start + at * along, 6).tolist()) for at in (hole.left, hole.right))
+    return low, high
 
 
-def _reached(room: int, arc: _Arc, arcs: list[tuple[_Hole, _Arc]], passed: frozenset[int]) -> Iterator[int]:
+def _reached(
+    room: int, sector: Sector, holes: list[tuple[_Hole, Sector]], passed: frozenset[int]
+) -> Iterator[tuple[int, Sector]]:
     if room != OUTSIDE:
-        yield room
-    for hole, directions in arcs:
-        common = arc.common(directions) if room in hole.sides else None
+        yield room, sector
+    for hole, directions in holes:
+        common = sector.common(directions) if room in hole.sides else None
         if common is not None:
             for other in hole.sides - passed - {room}:
-                yield from _reached(other, common, arcs, passed | {room})
+                yield from _reached(other, common, holes, passed | {room})

@@ -1,57 +1,66 @@
-"""What need not be drawn: geoms beside the view, and things in rooms that no line of sight reaches.
+"""What need not be drawn: geoms beside the view, and those in rooms to which no line of sight leads past them.
 
-The frame is the same without.
+The frame is the same without, but for single pixels along the seams between rooms: there the edge of a next room's wall
+or ceiling lies in this one's, at the same depth, and would now and then win.
 """
+
+import itertools
 
 import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
+from vigil.sim.engines.mujoco.compiled.portals import Sector, Spans
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 MARGIN_M = 0.01
+_SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 def unseen(model: CompiledModel, viewer: Viewer) -> np.ndarray:
     """Returns which geoms (ngeom,) leave no trace in a picture."""
-    eye = viewer.eye
     native, data = model.native, model.data
     radius = np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf)  # 0: a plane without end
-    farthest_in = (data.geom_xpos - eye) @ _sides(viewer).T + radius[:, None] + MARGIN_M
-    is_beside = (farthest_in < 0.0).any(axis=1)
-    visible = _visible_rooms(model, viewer)
-    if not visible.all():
-        ahead = np.flatnonzero(~is_beside & (model.geom_things[:-1] >= 0))
-        is_beside[ahead[_is_elsewhere(model, visible, radius, ahead)]] = True
-        is_beside[[geom for geom, room in model.structure_rooms.items() if not visible[room]]] = True
-    return is_beside & (native.geom_group != HELD)
+    sides = viewer.sides()
+    farthest_in = data.geom_xpos @ sides[:, :3].T + sides[:, 3] + radius[:, None] + MARGIN_M
+    is_unseen = (farthest_in < 0.0).any(axis=1)
+    asked = np.flatnonzero(~is_unseen & np.isfinite(radius))
+    corners = _corners(model, asked)
+    is_out = ((corners @ sides[:, :3].T + sides[:, 3]).max(axis=0) < 0.0).any(axis=1)
+    sectors = _sectors(model, viewer)
+    if sectors is not None:
+        left = np.flatnonzero(~is_out)
+        is_out[left] = _is_elsewhere(model, sectors, asked[left], Spans.of(viewer.eye, corners[:, left]))
+    is_unseen[asked] = is_out
+    return is_unseen & (native.geom_group != HELD)
 
 
-def _visible_rooms(model: CompiledModel, viewer: Viewer) -> np.ndarray:
-    """Returns whether each room can be seen; behind a mirror, and from above without the ceilings, all can."""
-    if viewer.clip is not None or viewer.eye[2] > model.portals.top_m:
-        return np.ones(len(model.lamps.rooms), dtype=bool)
-    return model.portals.visible_from((float(viewer.eye[0]), float(viewer.eye[1])))
+def _corners(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
+    """Returns the corners (8, n, 3) of boxes around geoms where they are now."""
+    turns, boxes = model.data.geom_xmat[geoms].reshape(-1, 3, 3), model.native.geom_aabb[geoms]
+    own = boxes[:, :3] + _SIGNS[:, None] * (boxes[:, 3:] + MARGIN_M)
+    return np.einsum("kni,nji->knj", own, turns) + model.data.geom_xpos[geoms]
 
 
-def _is_elsewhere(model: CompiledModel, visible: np.ndarray, radius: np.ndarray, geoms: np.ndarray) -> np.ndarray:
-    """Returns which of the geoms touch rooms, but none that is visible."""
-    if not len(geoms):
-        return np.zeros(0, dtype=bool)
-    touches = model.portals.distances(model.data.geom_xpos[geoms, :2]) <= radius[geoms, None] + MARGIN_M
-    return np.any(touches, axis=1) & ~np.any(touches & visible, axis=1)
+def _sectors(model: CompiledModel, viewer: Viewer) -> list[tuple[int, Sector]] | None:
+    """Returns in which directions rooms are seen; None when all may be."""
+    mirror = viewer.mirror
+    if mirror is None:
+        return model.portals.seen_from(viewer.eye)
+    (through,) = Spans.of(viewer.eye, mirror.reach[:, None]).sectors()
+    return model.portals.seen_from(viewer.eye, mirror.point + MARGIN_M * mirror.normal, through)
 
 
-def _sides(viewer: Viewer) -> np.ndarray:
-    """Returns the inward unit normals (5, 3) of the view's four sides and of the plane through the eye."""
-    right, up, backward = viewer.axes.T
-    width, height = viewer.slopes
-    inward = np.array(
-        [
-            -backward,
-            right - width * backward,
-            -right - width * backward,
-            up - height * backward,
-            -up - height * backward,
-        ]
-    )
-    return inward / np.linalg.norm(inward, axis=1, keepdims=True)
+def _is_elsewhere(
+    model: CompiledModel, sectors: list[tuple[int, Sector]], geoms: np.ndarray, spans: Spans
+) -> np.ndarray:
+    """Returns which of the geoms (n,) touch rooms, but none in a direction in which that room is seen."""
+    reach = model.native.geom_rbound[geoms] + MARGIN_M
+    touches = model.portals.distances(model.data.geom_xpos[geoms, :2]) <= reach[:, None]
+    own = np.full(model.native.ngeom, -1)
+    own[list(model.structure_rooms)] = list(model.structure_rooms.values())
+    is_structure = model.geom_things[geoms] < 0
+    touches[is_structure] = own[geoms[is_structure], None] == np.arange(touches.shape[1])
+    is_seen = ~touches.any(axis=1)
+    for room, sector in sectors:
+        is_seen |= touches[:, room] & sector.holds_any(spans)
+    return ~is_seen

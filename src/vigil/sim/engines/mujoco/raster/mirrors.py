@@ -1,6 +1,5 @@
 """Mirrors: what lies before them is drawn from behind, and laid onto them."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -8,22 +7,11 @@ import numpy as np
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.raster.geometry import Geometry
 from vigil.sim.engines.mujoco.raster.shade import release
-from vigil.sim.engines.mujoco.raster.viewer import NEAR_M, Viewer
+from vigil.sim.engines.mujoco.raster.viewer import NEAR_M, Mirror, Viewer
 
 MAX_MIRRORS = 2
 """The nearest in view mirror; others only shine."""
 _FLAT = 0.99
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Mirror:
-    """A flat surface that mirrors."""
-
-    geom: int
-    point: np.ndarray
-    normal: np.ndarray
-    box: tuple[int, int, int, int]
-    """Left, lower edge, width and height of the part of the frame, in pixels, outside of which it is not seen."""
 
 
 def mirrors_before(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
@@ -52,7 +40,7 @@ def _mirror(model: CompiledModel, geometry: Geometry, geom: int, viewer: Viewer)
     best = int((alike * areas).sum(axis=1).argmax())
     normal = facing[best].astype(np.float64)
     chosen = corners[alike[best]].reshape(-1, 3).astype(np.float64)
-    return Mirror(geom, chosen.mean(axis=0), normal / np.linalg.norm(normal), box_of(points, viewer))
+    return Mirror(geom, chosen.mean(axis=0), normal / np.linalg.norm(normal), box_of(points, viewer), points)
 
 
 def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:

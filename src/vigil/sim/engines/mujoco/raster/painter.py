@@ -10,10 +10,10 @@ from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.compiled.outdoors import SKY_PIXELS, sky
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
-from vigil.sim.engines.mujoco.raster.mirrors import Glass, Mirror
+from vigil.sim.engines.mujoco.raster.mirrors import Glass
 from vigil.sim.engines.mujoco.raster.shade import Canvas, Shade, release
 from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
-from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, Held, Viewer
+from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, Held, Mirror, Viewer
 
 _CLIP_DISTANCE = 0x3000
 """GL_CLIP_DISTANCE0, which moderngl has no name for."""
@@ -38,10 +38,14 @@ class Painter:
         self._surfaces.place(held)
         if held is not None:
             self._surfaces.hold(viewer, held)
-        mirrors = self._surfaces.mirrors(viewer)
+        shown = self._surfaces.shown(viewer)
+        mirrors = self._surfaces.mirrors(viewer, shown)
+        shown = np.setdiff1d(shown, [mirror.geom for mirror in mirrors])
+        mirrored = [self._mirrored(viewer.behind(mirror), mirror) for mirror in mirrors]
+        self._surfaces.light(np.unique(np.concatenate([shown, *(sight for _, sight in mirrored)])))
         glass = self._glass(viewer) if mirrors else None
         if glass is not None:
-            self._reflect(mirrors, glass, viewer, lamp, glows)
+            self._reflect(mirrored, glass, lamp, glows)
         canvas = self._canvas(viewer)
         canvas.drawn.use()
         canvas.drawn.clear(depth=1.0)
@@ -49,7 +53,7 @@ class Painter:
         if glass is not None:
             for mirror, picture in zip(mirrors, glass.pictures, strict=False):
                 self._surfaces.draw_mirrored(mirror, picture, viewer)
-        for _ in self._surfaces.draw(viewer, lamp, glows, [mirror.geom for mirror in mirrors]):
+        for _ in self._surfaces.draw(viewer, shown, lamp, glows):
             self._sky.draw(viewer)
         self._context.copy_framebuffer(canvas.flat, canvas.drawn)
         if not self._has_shade:
@@ -87,19 +91,22 @@ class Painter:
         ]:
             each.release()
 
+    def _mirrored(self, behind: Viewer, mirror: Mirror) -> tuple[Viewer, np.ndarray]:
+        """Returns a camera behind a mirror with the geoms that may be in view."""
+        return behind, np.setdiff1d(self._surfaces.shown(behind), [mirror.geom])
+
     def _reflect(
-        self, mirrors: list[Mirror], glass: Glass, viewer: Viewer, lamp: np.ndarray, glows: list[Glow]
+        self, mirrored: list[tuple[Viewer, np.ndarray]], glass: Glass, lamp: np.ndarray, glows: list[Glow]
     ) -> None:
         """Draws what each mirror shows."""
         self._context.enable_direct(_CLIP_DISTANCE)
         self._context.front_face = "cw"
-        for mirror, flat in zip(mirrors, glass.flat, strict=False):
-            glass.drawn.scissor = mirror.box  # nothing else of it is looked at
+        for (behind, shown), flat in zip(mirrored, glass.flat, strict=False):
+            glass.drawn.scissor = behind.box  # nothing else of it is looked at
             glass.drawn.use()
             glass.drawn.clear(depth=1.0)
             self._begin()
-            behind = viewer.behind(mirror.point, mirror.normal)
-            for _ in self._surfaces.draw(behind, lamp, glows, [mirror.geom]):
+            for _ in self._surfaces.draw(behind, shown, lamp, glows):
                 self._sky.draw(behind)
             self._context.copy_framebuffer(flat, glass.drawn)
         self._context.front_face = "ccw"

@@ -30,9 +30,14 @@ class Pictures:
             self._bytes.append(_fitted(picture).tobytes())
         return self._layers[id(picture)]
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether all layers added so far are on the graphics side."""
+        return self._count == len(self._bytes)
+
     def texture(self, context: Any) -> Any:
         """Returns the array on the graphics side, with all layers added so far."""
-        if self._texture is None or self._count < len(self._bytes):
+        if not self.is_complete:
             if self._texture is not None:
                 self._texture.release()
             self._count = len(self._bytes)

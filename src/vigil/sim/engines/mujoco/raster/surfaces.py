@@ -1,6 +1,7 @@
 """A scene's triangles on the graphics side, and how each kind of surface is drawn."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +13,9 @@ from vigil.sim.engines.mujoco.raster import gaps
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
-from vigil.sim.engines.mujoco.raster.mirrors import Mirror, mirrors_before
+from vigil.sim.engines.mujoco.raster.mirrors import mirrors_before
 from vigil.sim.engines.mujoco.raster.pictures import Pictures
-from vigil.sim.engines.mujoco.raster.viewer import Held, Viewer
+from vigil.sim.engines.mujoco.raster.viewer import Held, Mirror, Viewer
 
 GLOSSY = 0.35
 """From this gloss on a surface shows its surroundings."""
@@ -87,9 +88,12 @@ class Surfaces:
         self._table.write(table.tobytes())
         self._table.use(0)
 
-    def mirrors(self, viewer: Viewer) -> list[Mirror]:
-        """Returns the mirrors that the viewer looks into."""
-        shown = self._shown(viewer)
+    def shown(self, viewer: Viewer) -> np.ndarray:
+        """Returns the geoms that may be in view."""
+        return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~unseen(self._model, viewer))
+
+    def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
+        """Returns the mirrors among the geoms shown that the viewer looks into."""
         away = ((self._model.data.geom_xpos[shown] - viewer.eye) ** 2).sum(axis=1)
         return mirrors_before(self._model, self._geometry, shown[np.argsort(away, kind="stable")], viewer)
 
@@ -103,13 +107,17 @@ class Surfaces:
         picture.use(3)
         array.render(vertices=count, first=start)
 
-    def draw(self, viewer: Viewer, lamp: np.ndarray, glows: list[Glow], without: Iterable[int] = ()) -> Iterator[bool]:
-        """Draws what is solid, then yields for what lies behind everything, then draws what is seen through.
+    def light(self, shown: np.ndarray) -> None:
+        """Takes over the light that falls on geoms now, before they are drawn."""
+        has_new_planes, changed = self._cast(shown)
+        if has_new_planes:
+            self._planes.write(self._lighting.planes.tobytes())
+        self._write_light(changed)
 
-        `without` are geoms to be left out.
+    def draw(self, viewer: Viewer, shown: np.ndarray, lamp: np.ndarray, glows: list[Glow]) -> Iterator[bool]:
+        """Draws what is solid of the geoms shown, then yields for what lies behind everything, then draws what is seen
+        through.
         """
-        shown = np.setdiff1d(self._shown(viewer), list(without))
-        self._follow(shown)
         groups = self._groups(viewer, shown)
         starts = self._write_corners(list(groups.values()))
         pictures.texture(self._context).use(1)
@@ -130,7 +138,7 @@ class Surfaces:
 
     def draw_owners(self, viewer: Viewer) -> None:
         """Draws the number of each geom, whatever it is made of."""
-        ((start, count),) = self._write_corners([self._shown(viewer)])
+        ((start, count),) = self._write_corners([self.shown(viewer)])
         array = self._array("identity.frag")
         array.program["view_projection"].write(_matrix(viewer))
         array.program["geoms"].value = 0
@@ -142,20 +150,18 @@ class Surfaces:
             each.release()
         self._table.release()
 
-    def _follow(self, shown: np.ndarray) -> None:
-        """Takes over the light that falls on geoms now."""
-        has_new_planes, changed = self._lighting.follow(shown)
-        if has_new_planes:
-            self._planes.write(self._lighting.planes.tobytes())
-        self._write_light(changed)
+    def _cast(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
+        """Casts light on geoms, while textures that are new are taken over: light needs no OpenGL."""
+        if pictures.is_complete:
+            return self._lighting.follow(shown)
+        with ThreadPoolExecutor(1) as other:
+            casting = other.submit(self._lighting.follow, shown)
+            pictures.texture(self._context)
+            return casting.result()
 
     def _write_light(self, changed: list[slice]) -> None:
         for part in changed:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
-
-    def _shown(self, viewer: Viewer) -> np.ndarray:
-        """Returns the geoms that may be in view."""
-        return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~unseen(self._model, viewer))
 
     def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[Kind | None, np.ndarray]:
         """Returns the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
@@ -171,7 +177,7 @@ class Surfaces:
         for kind in KINDS:
             belongs = (self._geometry.is_charted[: native.ngeom] == kind.is_charted) & (is_glossy == kind.is_glossy)
             groups[kind] = order[(is_shown & ~is_clear & belongs)[order]]
-        if self._is_holding and viewer.clip is None:
+        if self._is_holding and viewer.mirror is None:
             groups[KINDS[0]] = np.concatenate([self._geometry.hand, groups[KINDS[0]]])
         groups[None] = order[is_clear[order]][::-1]
         return groups

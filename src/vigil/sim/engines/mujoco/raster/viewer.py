@@ -8,6 +8,27 @@ NEAR_M, FAR_M = 0.03, 90.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Mirror:
+    """A flat surface that mirrors, in MuJoCo's frame."""
+
+    geom: int
+    point: np.ndarray
+    """(3,) on it."""
+    normal: np.ndarray
+    """(3,) unit."""
+    box: tuple[int, int, int, int]
+    """Left, lower edge, width and height of the part of the frame, in pixels, outside of which it is not seen."""
+    points: np.ndarray
+    """(n, 3): all of it lies between them."""
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Points (2n, 3) between which what it shows passes: its own, and as it mirrors them."""
+        heights = (self.points - self.point) @ self.normal
+        return np.concatenate([self.points, self.points - 2.0 * heights[:, None] * self.normal])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Viewer:
     """A camera, in MuJoCo's frame."""
 
@@ -18,8 +39,8 @@ class Viewer:
     fovy_deg: float
     width: int
     height: int
-    clip: np.ndarray | None = None
-    """(4,): only points with clip · (x, y, z, 1) > 0 are drawn, by a camera behind a mirror."""
+    mirror: Mirror | None = None
+    """What it looks through from behind; only what is before it is drawn."""
 
     @property
     def slopes(self) -> tuple[float, float]:
@@ -43,11 +64,41 @@ class Viewer:
         place[:3, :3], place[:3, 3] = self.axes.T, -self.axes.T @ self.eye
         return lens @ place
 
-    def behind(self, point: np.ndarray, normal: np.ndarray) -> "Viewer":
-        """Returns the camera as a mirror through a point shows it; what it sees is turned left to right."""
-        turned = np.eye(3) - 2.0 * np.outer(normal, normal)
-        eye = self.eye - 2.0 * float((self.eye - point) @ normal) * normal
-        return replace(self, eye=eye, axes=turned @ self.axes, clip=np.array([*normal, -float(normal @ point)]))
+    @property
+    def clip(self) -> np.ndarray | None:
+        """(4,): only points with clip · (x, y, z, 1) > 0 are drawn, by a camera behind a mirror."""
+        if self.mirror is None:
+            return None
+        return np.array([*self.mirror.normal, -float(self.mirror.normal @ self.mirror.point)])
+
+    @property
+    def box(self) -> tuple[int, int, int, int]:
+        """Left, lower edge, width and height of the part of the picture that is looked at, in pixels."""
+        return (0, 0, self.width, self.height) if self.mirror is None else self.mirror.box
+
+    def sides(self) -> np.ndarray:
+        """Returns planes (n, 4), side · (x, y, z, 1) > 0 for all that is looked at, and its distance in metres."""
+        right, up, backward = self.axes.T
+        size, box = np.array([self.width, self.height]), np.array(self.box)
+        low, high = ((2.0 * at / size - 1.0) * self.slopes for at in (box[:2], box[:2] + box[2:]))
+        inward = np.array(
+            [
+                -backward,
+                right + low[0] * backward,
+                -right - high[0] * backward,
+                up + low[1] * backward,
+                -up - high[1] * backward,
+            ]
+        )
+        inward /= np.linalg.norm(inward, axis=1, keepdims=True)
+        planes = np.column_stack([inward, -inward @ self.eye])
+        return planes if self.clip is None else np.vstack([planes, self.clip])
+
+    def behind(self, mirror: Mirror) -> "Viewer":
+        """Returns the camera as a mirror shows it; what it sees is turned left to right."""
+        turned = np.eye(3) - 2.0 * np.outer(mirror.normal, mirror.normal)
+        eye = self.eye - 2.0 * float((self.eye - mirror.point) @ mirror.normal) * mirror.normal
+        return replace(self, eye=eye, axes=turned @ self.axes, mirror=mirror)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,195 @@
+"""What is left out of a picture because nothing of it can be seen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.sim.engines.mujoco.conftest import block, cube
+from vigil.assets.kernel.asset import Asset, Part
+from vigil.house import MaterialRef
+from vigil.observation import Quality
+from vigil.pose import Pose, Vec3
+from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
+from vigil.sim.engines.mujoco.compiled import frames
+from vigil.sim.engines.mujoco.compiled.model import HIDDEN, CompiledModel, build
+from vigil.sim.engines.mujoco.compiled.portals import Portals, Spans
+from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.engines.mujoco.raster.culling import unseen
+from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
+from vigil.sim.engines.mujoco.raster.viewer import Viewer
+
+EYE_M = 1.5
+DOOR = Hole(0.1, 1.0, 0.0, 2.0)
+
+
+def rooms(*doors: Hole | None) -> Scene:
+    """Returns rooms of 4 m in a row, "a" first, with a hole or none in each wall between two."""
+    plaster = MaterialRef(name="plaster/white")
+    corners = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)])
+    shapes, panels = [], []
+    for number in range(len(doors) + 1):
+        name, shift = "abc"[number], np.array([4.0 * number, 0.0])
+        lamp = Vec3(2.0 + 4.0 * number, 2.4, 2.0)
+        shapes.append(RoomShape(name, "Kitchen", corners + shift, 2.5, plaster, plaster, lamp, (1.0, 1.0, 1.0), 1.0))
+    for number, door in enumerate(doors):
+        x, holes = 4.0 * (number + 1), (() if door is None else (door,))
+        for room, facing in (("abc"[number], -1.0), ("abc"[number + 1], 1.0)):
+            ends = ((x, 0.0), (x, 4.0))
+            panels.append(WallPanel(f"{room}{number}", room, *ends, 0.0, 2.5, (facing, 0.0), plaster, holes))
+    return Scene(rooms=shapes, panels=panels)
+
+
+def seen(scene: Scene, x: float, z: float, height: float = EYE_M) -> set[int]:
+    """Returns which rooms are seen from a place, in any direction; all when nothing is left out."""
+    found = Portals(scene).seen_from(np.array([x, z, height]))
+    return set(range(len(scene.rooms))) if found is None else {room for room, _ in found}
+
+
+def test_rooms_are_seen_through_their_doorways_only() -> None:
+    assert seen(rooms(DOOR), 2.0, 2.0) == {0, 1}
+    assert seen(rooms(DOOR), 4.0, 0.5) == {0, 1}  # in the doorway
+    assert seen(rooms(DOOR), -5.0, 2.0) == {0, 1}  # outside: nothing is left out
+    assert seen(rooms(None), 2.0, 2.0) == {0}
+    assert seen(rooms(None), 3.9, 2.0) == {0}  # near to the wall
+
+
+def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_another() -> None:
+    crossed = rooms(DOOR, Hole(3.0, 3.9, 0.0, 2.0))
+    assert seen(crossed, 3.0, 3.9) == {0, 1}
+    assert seen(crossed, 2.0, 0.2) == {0, 1}
+    assert seen(rooms(DOOR, DOOR), 2.0, 0.5) == {0, 1, 2}
+
+
+def test_a_line_of_sight_rises_no_more_in_the_next_doorway_than_in_the_first() -> None:
+    low, high = Hole(0.1, 1.0, 0.0, 1.6), Hole(0.1, 1.0, 2.2, 2.4)
+    assert seen(rooms(low, high), 1.0, 0.5) == {0, 1}  # under 1.6 m one sees what is at 2.2 m from near by alone
+    assert seen(rooms(low, high), 3.5, 0.5) == {0, 1, 2}
+
+
+def test_from_above_no_room_is_left_out() -> None:
+    model, middle_of_a = build(rooms(None)), frames.points(np.array([2.0, 0.0, 2.0]))
+    for height, shown in ((1.5, {0}), (12.0, {0, 1})):
+        eye = middle_of_a + np.array([0.0, 0.0, height])
+        gone = unseen(model, Viewer(eye, np.eye(3), 100.0, 640, 480))  # it looks straight down
+        assert {room for geom, room in model.structure_rooms.items() if not gone[geom]} == shown
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_is_left_out_to_which_a_line_leads_through_the_doorways(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    portals = Portals(rooms(DOOR, Hole(0.5, 3.5, 0.8, 2.1)))
+    walls = ((4.0, 0.1, 1.0, 0.0, 2.0), (8.0, 0.5, 3.5, 0.8, 2.1))
+    found = 0
+    for _ in range(300):
+        eye, point = rng.uniform((0.0, 0.0, 0.2), (4.0, 4.0, 2.0)), rng.uniform((4.1, 0.0, 0.0), (12.0, 4.0, 2.5))
+        way, room = point - eye, int(point[0] // 4.0)
+        passes = [
+            left < y < right and low < z < high
+            for x, left, right, low, high in walls[:room]
+            for _, y, z in [eye + way * (x - eye[0]) / way[0]]
+        ]
+        if all(passes):
+            found += 1
+            at = Spans.of(eye, point + rng.uniform(-0.2, 0.2, (8, 1, 1)) * way / np.linalg.norm(way))
+            assert any(sector.holds_any(at).all() for other, sector in portals.seen_from(eye) or [] if other == room)
+    assert found > 5
+
+
+def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> None:
+    scene.things[name] = Thing(name, "Cube", cube(0.4, "plastic/#dd1111"), Vec3(x, height, z), Vec3(0.0, 0.0, 0.0))
+
+
+def left_out(model: CompiledModel, looker: Pose) -> set[str]:
+    """Returns the things of which nothing is drawn."""
+    eye, axes = frames.points(np.array(looker.eye)), frames.camera_axes(looker)
+    gone = unseen(model, Viewer(eye, axes, 80.0, 640, 480))
+    return {name for name, placed in model.things.items() if gone[placed.geoms].all()}
+
+
+def test_of_the_next_room_only_what_is_in_line_with_the_doorway_is_drawn() -> None:
+    scene = rooms(DOOR)
+    put(scene, "before the door", 6.0, 0.5)
+    put(scene, "beside the door", 6.0, 3.0)
+    put(scene, "over the door", 4.6, 0.5, 2.4)
+    put(scene, "here", 3.0, 3.0)
+    looker = Pose(position=Vec3(1.0, 0.0, 0.5), rotation=70.0)
+    model = build(scene)
+    assert left_out(model, looker) == {"beside the door", "over the door"}
+    near = Pose(position=Vec3(3.7, 0.0, 0.5), rotation=70.0)
+    assert left_out(model, near) == {"here"}  # in the doorway all of the next room may be seen
+
+
+def mirrored_scene() -> Scene:
+    """Returns two rooms with a mirror of 0.6 m on the wall that is farthest from the door."""
+    scene = rooms(DOOR)
+    pane = Part("pane", block((-0.3, -0.3, -0.01), (0.3, 0.3, 0.01)), "mirror")
+    scene.things["mirror"] = Thing(
+        "mirror",
+        "Mirror",
+        Asset("Mirror", Vec3(0.6, 0.6, 0.02), (pane,), ()),
+        Vec3(0.02, 1.5, 0.6),
+        Vec3(0.0, 90.0, 0.0),
+    )
+    put(scene, "in line", 5.0, 0.5, 1.2)
+    put(scene, "mirrored", 3.5, 0.5, 1.5)
+    put(scene, "beside", 3.5, 3.5, 1.5)
+    put(scene, "in the next room", 5.0, 3.0, 1.5)
+    return scene
+
+
+LOOKER = Pose(position=Vec3(1.2, 0.0, 0.7), rotation=-90.0)
+
+
+def drawn_behind(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, set[str], set[str]]:
+    """Returns a frame, and the things drawn of it as it is and as the mirror shows it."""
+    names: list[set[str]] = []
+
+    def kept(self: Surfaces, viewer: Viewer) -> np.ndarray:
+        found = original(self, viewer)
+        model = self._model
+        names.append({name for name, placed in model.things.items() if np.isin(placed.geoms, found).any()})
+        return found
+
+    original = Surfaces.shown
+    with monkeypatch.context() as patch:
+        patch.setattr(Surfaces, "shown", kept)
+        frame = draw(scene)
+    direct, behind = names
+    return frame, direct, behind
+
+
+def draw(scene: Scene, quality: Quality = "default") -> np.ndarray:
+    engine = MujocoEngine(quality)
+    engine.load(scene)
+    frame = engine.draw(LOOKER, None)
+    engine.close()
+    return frame
+
+
+@pytest.mark.usefixtures("drawing")
+def test_of_a_mirrored_picture_only_what_the_mirror_may_show_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = mirrored_scene()
+    _, direct, behind = drawn_behind(scene, monkeypatch)
+    assert direct == {"mirror"}
+    assert behind == {"mirrored", "in line", "mirror"}
+
+
+@pytest.mark.usefixtures("drawing")
+@pytest.mark.parametrize("quality", ["default", "fast"])
+def test_frames_with_mirrors_are_the_same_with_all_geoms_drawn(quality: Quality, monkeypatch) -> None:
+    scene = mirrored_scene()
+    frame = draw(scene, quality)
+    assert (frame[..., 0] > 1.8 * frame[..., 1]).sum() > 300  # the mirror shows something red
+    monkeypatch.setattr(Surfaces, "shown", lambda self, _: np.flatnonzero(self._model.native.geom_group != HIDDEN))
+    assert np.array_equal(draw(scene, quality), frame)
+
+
+def test_what_has_moved_into_view_is_drawn() -> None:
+    scene = rooms(DOOR)
+    put(scene, "thing", 6.0, 3.0)
+    model, looker = build(scene), Pose(position=Vec3(1.0, 0.0, 0.5), rotation=70.0)
+    assert left_out(model, looker) == {"thing"}
+    model.place(replace(scene.things["thing"], position=Vec3(6.0, 0.5, 0.5)))
+    model.settle()
+    assert not left_out(model, looker)
