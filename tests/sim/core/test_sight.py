@@ -42,7 +42,7 @@ def seen():
     scene = build_scene(trial_house(), AssetDatabase.default())
     engine = FakeEngine()
     engine.load(scene)
-    return scene, engine, Sight(engine, scene.things)
+    return scene, engine, Sight(engine, scene)
 
 
 def every_pixel() -> np.ndarray:
@@ -135,7 +135,7 @@ def test_strictly_visible_needs_enough_of_the_thing():
     apple.position = Vec3(1.4, 1.2, 2.4)  # clear of the table
     engine = FakeEngine()
     engine.load(scene)
-    sight = Sight(engine, scene.things)
+    sight = Sight(engine, scene)
     place = Vec3(4.2, 0, 3.6)
     far = Pose(position=place, rotation=yaw_towards(place, apple.position), horizon=15)
     sighting = sight.see(far, [apple])["Apple|1"]
@@ -212,7 +212,7 @@ def test_what_is_all_of_glass_is_seen():
     lettuce.position, apple.position = Vec3(3.5, 1.2, 3.5), Vec3(3.5, 1.2, 4.0)
     engine = MujocoEngine()
     engine.load(scene)
-    sight = Sight(engine, scene.things)
+    sight = Sight(engine, scene)
     view = Pose(position=Vec3(3.5, 0, 2.5), rotation=0, horizon=15)
     seen = sight.see(view, [lettuce, apple])
     assert seen["Lettuce|1"].visible_px > 1000
@@ -257,14 +257,14 @@ def test_what_was_known_of_a_thing_is_forgotten_once_it_changes():
     scene = build_scene(trial_house(), AssetDatabase.default())
     engine = MujocoEngine()
     engine.load(scene)
-    sight = Sight(engine, scene.things)
+    sight = Sight(engine, scene)
     for thing in [thing for thing in scene.things.values() if thing.is_pickupable or thing.asset.can_open]:
         sight.see(VIEWS[0], [thing])
         position, openness = thing.position, thing.openness
         thing.position, thing.openness = Vec3(position.x, position.y + 0.3, position.z), 1.0 - openness
         engine.update(scene, {thing.id})
         sight.forget()
-        assert sight.see(VIEWS[0], [thing]) == Sight(engine, scene.things).see(VIEWS[0], [thing]), thing.id
+        assert sight.see(VIEWS[0], [thing]) == Sight(engine, scene).see(VIEWS[0], [thing]), thing.id
         thing.position, thing.openness = position, openness
         engine.update(scene, {thing.id})
         sight.forget()
@@ -274,7 +274,7 @@ def test_what_is_in_the_hand_has_no_place_that_is_kept():
     scene = build_scene(trial_house(), AssetDatabase.default())
     engine = MujocoEngine()
     engine.load(scene)
-    sight, apple = Sight(engine, scene.things), scene.things["Apple|1"]
+    sight, apple = Sight(engine, scene), scene.things["Apple|1"]
     apple.is_held = True
     engine.update(scene, {apple.id})
     rays = directions(VIEWS[0], np.array([[320, 240]]))
@@ -286,7 +286,7 @@ def test_what_is_in_the_hand_has_no_place_that_is_kept():
 def test_what_is_seen_may_be_shown_and_is_the_same_after_asking(seen, view):
     scene, engine, sight = seen
     things = list(scene.things.values())
-    asked = Sight(engine, scene.things)
+    asked = Sight(engine, scene)
     for thing_id, sighting in sight.see(view, things).items():
         thing = scene.things[thing_id]
         assert asked.may_show(view, thing, sighting.visible_px)
@@ -295,7 +295,7 @@ def test_what_is_seen_may_be_shown_and_is_the_same_after_asking(seen, view):
 
 def test_no_more_may_be_shown_than_an_outline_has(seen):
     scene, engine, _ = seen
-    sight, fridge = Sight(engine, scene.things), scene.things["Fridge|1"]
+    sight, fridge = Sight(engine, scene), scene.things["Fridge|1"]
     view = VIEWS[1].model_copy(update={"rotation": yaw_towards(VIEWS[1].position, fridge.position)})
     window = window_of(view, boxes_of([fridge]))
     assert window is not None

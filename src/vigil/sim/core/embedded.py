@@ -76,7 +76,7 @@ class EmbeddedSimulator:
         nowhere = Pose(position=Vec3(float(first[0]), 0.0, float(first[1])), rotation=0.0)
         state = SceneState(scene, nowhere, CollisionMap(scene))
         initial = changing_of(scene)
-        self._loaded = _Loaded(house, state, Sight(self._engine, scene.things), initial)
+        self._loaded = _Loaded(house, state, Sight(self._engine, scene), initial)
 
     def prepare(self, house: House) -> None:
         """Builds what of a house is kept for a later `load`, in any thread. Raises HouseError."""

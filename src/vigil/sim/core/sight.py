@@ -8,13 +8,15 @@ sections 2.1 and 4.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from cachetools import LRUCache
 
 from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
-from vigil.scene.things import Thing
+from vigil.scene.portals import Extent, Portals
+from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
 
 WIDTH, HEIGHT = 640, 480
@@ -172,10 +174,10 @@ def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
 class Sight:
     """Counts what the camera sees of a scene's things."""
 
-    def __init__(self, engine: Engine, things: dict[str, Thing]) -> None:
-        self._engine = engine
-        self._things = list(things.values())
-        self._index = {thing_id: index for index, thing_id in enumerate(things)}
+    def __init__(self, engine: Engine, scene: Scene) -> None:
+        self._engine, self._scene = engine, scene
+        self._things = list(scene.things.values())
+        self._index = {thing_id: index for index, thing_id in enumerate(scene.things)}
         self._parts: dict[str, list[Thing]] = {}
         """The drawers of furniture, which are seen as part of it."""
         for thing in self._things:
@@ -187,12 +189,22 @@ class Sight:
         """The corners of the boxes of whole things, as they have been since anything changed."""
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(KEPT_OUTLINES)
         """Outlines of things from poses, as they have been since anything changed."""
+        self._shut_off: dict[tuple[Vec3, str], bool] = {}
+        """From which eyes walls hide which things, since anything changed, and ..."""
+        self._extents: dict[str, Extent] = {}
+        """what things take of the house."""
+
+    @cached_property
+    def _portals(self) -> Portals:
+        return Portals(self._scene)
 
     def forget(self) -> None:
         """Must be called when anything in the scene has changed."""
         self._seen.clear()
         self._boxes.clear()
         self._outlines.clear()
+        self._shut_off.clear()
+        self._extents.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
@@ -228,6 +240,8 @@ class Sight:
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
         """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
+        if self._is_shut_off(eye, thing):
+            return np.zeros(len(rays), dtype=bool)
         within_m = farthest_m(eye, self._boxes_of(thing))
         hits = self._engine.cast(eye, rays, through_glass=through_glass, within_m=within_m)
         is_met = self._is_of(hits.things, thing)
@@ -309,6 +323,18 @@ class Sight:
         if thing.id not in self._boxes:
             self._boxes[thing.id] = boxes_of(self._whole(thing))
         return self._boxes[thing.id]
+
+    def _is_shut_off(self, eye: Vec3, thing: Thing) -> bool:
+        """Whether walls alone hide all of a thing from an eye: this is sooner known than what rays meet."""
+        if (eye, thing.id) not in self._shut_off:
+            if thing.id not in self._extents:
+                corners = np.concatenate(self._boxes_of(thing))[:, [0, 2, 1]]
+                self._extents[thing.id] = self._portals.extent(
+                    corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+                )
+            seen = self._portals.may_see((eye.x, eye.z, eye.y), self._extents[thing.id])
+            self._shut_off[eye, thing.id] = not seen
+        return self._shut_off[eye, thing.id]
 
     def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
         """Returns which of the things that rays met (n,) are a thing, or drawers of it."""

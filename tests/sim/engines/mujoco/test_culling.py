@@ -10,10 +10,11 @@ from vigil.assets.kernel.asset import Asset, Part
 from vigil.house import MaterialRef
 from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
+from vigil.scene.portals import Portals
+from vigil.scene.sectors import Sector, Spans
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import HIDDEN, CompiledModel, build
-from vigil.sim.engines.mujoco.compiled.portals import Portals, Spans
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
@@ -21,6 +22,10 @@ from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 EYE_M = 1.5
 DOOR = Hole(0.1, 1.0, 0.0, 2.0)
+
+
+NO_WALL = Hole(0.0, 4.0, 0.0, 2.5)
+"""Stands for a wall that is missing."""
 
 
 def rooms(*doors: Hole | None) -> Scene:
@@ -32,7 +37,14 @@ def rooms(*doors: Hole | None) -> Scene:
         name, shift = "abc"[number], np.array([4.0 * number, 0.0])
         lamp = Vec3(2.0 + 4.0 * number, 2.4, 2.0)
         shapes.append(RoomShape(name, "Kitchen", corners + shift, 2.5, plaster, plaster, lamp, (1.0, 1.0, 1.0), 1.0))
+    far = 4.0 * len(shapes)
+    around = [((0.0, 0.0), (0.0, 4.0)), ((far, 0.0), (far, 4.0)), ((0.0, 0.0), (far, 0.0)), ((0.0, 4.0), (far, 4.0))]
+    for number, (start, end) in enumerate(around):
+        inward = (far / 2 - (start[0] + end[0]) / 2, 2.0 - (start[1] + end[1]) / 2)
+        panels.append(WallPanel(f"outer{number}", "a", start, end, 0.0, 2.5, inward, plaster))
     for number, door in enumerate(doors):
+        if door is NO_WALL:
+            continue
         x, holes = 4.0 * (number + 1), (() if door is None else (door,))
         for room, facing in (("abc"[number], -1.0), ("abc"[number + 1], 1.0)):
             ends = ((x, 0.0), (x, 4.0))
@@ -42,7 +54,7 @@ def rooms(*doors: Hole | None) -> Scene:
 
 def seen(scene: Scene, x: float, z: float, height: float = EYE_M) -> set[int]:
     """Returns which rooms are seen from a place, in any direction; all when nothing is left out."""
-    found = Portals(scene).seen_from(np.array([x, z, height]))
+    found = Portals(scene).seen_from((x, z, height))
     return set(range(len(scene.rooms))) if found is None else {room for room, _ in found}
 
 
@@ -52,6 +64,13 @@ def test_rooms_are_seen_through_their_doorways_only() -> None:
     assert seen(rooms(DOOR), -5.0, 2.0) == {0, 1}  # outside: nothing is left out
     assert seen(rooms(None), 2.0, 2.0) == {0}
     assert seen(rooms(None), 3.9, 2.0) == {0}  # near to the wall
+
+
+def test_rooms_are_seen_where_no_wall_is_between_them_or_a_low_one() -> None:
+    assert seen(rooms(NO_WALL), 1.0, 2.0) == {0, 1}
+    low = rooms(None)
+    low.panels = [replace(panel, height=1.0) for panel in low.panels]
+    assert seen(low, 1.0, 2.0) == {0, 1}
 
 
 def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_another() -> None:
@@ -92,8 +111,21 @@ def test_nothing_is_left_out_to_which_a_line_leads_through_the_doorways(seed: in
         if all(passes):
             found += 1
             at = Spans.of(eye, point + rng.uniform(-0.2, 0.2, (8, 1, 1)) * way / np.linalg.norm(way))
-            assert any(sector.holds_any(at).all() for other, sector in portals.seen_from(eye) or [] if other == room)
+            assert any(
+                sector.holds_any(at).all() for other, sector in portals.seen_from(tuple(eye)) or [] if other == room
+            )
     assert found > 5
+
+
+def test_directions_to_one_thing_are_those_to_several() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        eye, corners = rng.normal(size=3), rng.normal(rng.normal(0.0, 2.0, (5, 3)), 0.5, (8, 5, 3))
+        spans = Spans.of(eye, corners)
+        for number in range(5):
+            one = Sector.of(eye.tolist(), corners[:, number].tolist())
+            several = spans.start[number], spans.width[number], spans.low[number], spans.high[number]
+            assert (one.start, one.width, one.low, one.high) == pytest.approx(several)
 
 
 def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> None:

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from vigil.assets.kernel.materials import Material
+from vigil.scene.portals import Portals
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import frames, lights, outdoors
 from vigil.sim.engines.mujoco.compiled.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
 from vigil.sim.engines.mujoco.compiled.bounds import Bounds, piecewise_bounds, whole_bounds
 from vigil.sim.engines.mujoco.compiled.materials import MaterialTable
 from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, Triangles, pieces_of
-from vigil.sim.engines.mujoco.compiled.portals import Portals
 from vigil.sim.engines.mujoco.compiled.structure import Shell, shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)

@@ -8,8 +8,9 @@ import itertools
 
 import numpy as np
 
+from vigil.scene.portals import Place
+from vigil.scene.sectors import Sector, Spans
 from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
-from vigil.sim.engines.mujoco.compiled.portals import Sector, Spans
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 MARGIN_M = 0.01
@@ -45,9 +46,15 @@ def _sectors(model: CompiledModel, viewer: Viewer) -> list[tuple[int, Sector]] |
     """Returns in which directions rooms are seen; None when all may be."""
     mirror = viewer.mirror
     if mirror is None:
-        return model.portals.seen_from(viewer.eye)
-    (through,) = Spans.of(viewer.eye, mirror.reach[:, None]).sectors()
-    return model.portals.seen_from(viewer.eye, mirror.point + MARGIN_M * mirror.normal, through)
+        return model.portals.seen_from(_place(viewer.eye))
+    through = Sector.of(viewer.eye.tolist(), mirror.reach.tolist())
+    return model.portals.seen_from(_place(viewer.eye), _place(mirror.point + MARGIN_M * mirror.normal), through)
+
+
+def _place(point: np.ndarray) -> Place:
+    """Returns a point of MuJoCo's frame as a place of the plan."""
+    x, z, height = point.tolist()
+    return x, z, height
 
 
 def _is_elsewhere(

@@ -1,0 +1,94 @@
+"""Directions from an eye: an arc of the plan, and how steeply they rise. Places are (x, z, height)."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+FULL = 2.0 * math.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spans:
+    """The directions in which some things lie from an eye; each of the arrays is (n,)."""
+
+    start: np.ndarray
+    """From this angle in the plan on (radians), over `width`."""
+    width: np.ndarray
+    low: np.ndarray
+    """Between these slopes: metres up a metre in the plan."""
+    high: np.ndarray
+
+    @staticmethod
+    def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
+        """Returns the directions from an eye (3,) to all that lies between the corners (k, n, 3) of each thing."""
+        x, y, z = np.moveaxis(corners - eye, -1, 0)
+        angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
+        turns = (np.arctan2(y, x) - angle + np.pi) % FULL - np.pi
+        first, last = turns.min(axis=0), turns.max(axis=0)
+        is_around = last - first >= np.pi
+        nearest = np.maximum((x * np.cos(angle) + y * np.sin(angle)).min(axis=0), 0.0)
+        nearest[is_around] = 0.0
+        farthest = np.hypot(x, y).max(axis=0)
+        lowest, highest = z.min(axis=0), z.max(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low = np.where(lowest < 0.0, lowest / nearest, lowest / farthest)
+            high = np.where(highest > 0.0, highest / nearest, highest / farthest)
+        return Spans(angle + first, np.where(is_around, FULL, last - first), low, high)
+
+
+@dataclass(frozen=True, slots=True)
+class Sector:
+    """Directions from an eye: an arc of the plan from an angle on (radians), between two slopes."""
+
+    start: float
+    width: float
+    low: float = -math.inf
+    high: float = math.inf
+
+    @staticmethod
+    def of(eye: Iterable[float], corners: Iterable[Iterable[float]]) -> "Sector":
+        """Returns the directions from an eye to all that lies between some corners: `Spans.of` for one thing."""
+        eye_x, eye_y, eye_z = eye
+        ways = [(x - eye_x, y - eye_y, z - eye_z) for x, y, z in corners]
+        middle = sum(x for x, _, _ in ways), sum(y for _, y, _ in ways)
+        angle = math.atan2(middle[1], middle[0])
+        turns = [(math.atan2(y, x) - angle + math.pi) % FULL - math.pi for x, y, _ in ways]
+        first, last = min(turns), max(turns)
+        is_around = last - first >= math.pi
+        along_x, along_y = math.cos(angle), math.sin(angle)
+        nearest = 0.0 if is_around else max(min(x * along_x + y * along_y for x, y, _ in ways), 0.0)
+        farthest = max(math.hypot(x, y) for x, y, _ in ways)
+        lowest, highest = min(z for _, _, z in ways), max(z for _, _, z in ways)
+        return Sector(
+            angle + first,
+            FULL if is_around else last - first,
+            _slope(lowest, nearest if lowest < 0.0 else farthest),
+            _slope(highest, nearest if highest > 0.0 else farthest),
+        )
+
+    def common(self, other: "Sector") -> "Sector | None":
+        """Returns directions that hold all that both have; None when there are none."""
+        low, high = max(self.low, other.low), min(self.high, other.high)
+        if low > high:
+            return None
+        if self.width >= FULL or other.width >= FULL:
+            arc = other if self.width >= FULL else self
+            return Sector(arc.start, arc.width, low, high)
+        first = (other.start - self.start + math.pi) % FULL - math.pi
+        start, end = max(first, 0.0), min(first + other.width, self.width)
+        return Sector(self.start + start, end - start, low, high) if start <= end else None
+
+    def holds_any(self, spans: Spans) -> np.ndarray:
+        """Returns in which of the directions to things (n,) something of this lies."""
+        first = (spans.start - self.start + np.pi) % FULL - np.pi
+        is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= FULL)
+        return (is_across | (self.width >= FULL)) & (spans.low <= self.high) & (spans.high >= self.low)
+
+
+ALL = Sector(0.0, FULL)
+
+
+def _slope(rise: float, away: float) -> float:
+    return rise / away if away > 0.0 else math.copysign(math.inf, rise)
