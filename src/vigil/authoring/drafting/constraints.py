@@ -31,7 +31,7 @@ from vigil.episode import LOOKING_DOWN_DEG, Episode
 from vigil.goals import Constraint
 from vigil.pose import Box, Pose, Vec3, rotate_floor
 from vigil.scene.geometry import box_distances, box_of
-from vigil.scene.outlines import BODY_RADIUS_M, footprint
+from vigil.scene.outlines import BODY_RADIUS_M, floor_corners, footprint
 from vigil.scene.things import Thing
 from vigil.world import ObjectSetup, Placement, Setup
 
@@ -154,12 +154,11 @@ def _barrier(
     free, bare = context.oracle.plan().tight, context.oracle.bare_floor()
     place = start.position.x, start.position.z
     for obstacle in _obstacles(context, target)[:TRIED_OBSTACLES]:
-        for x, z in spots:
-            spot = standing(obstacle, float(x), float(z), 0.0)
-            shape = placed_footprint(obstacle, spot)
-            left = free.difference(shape.buffer(BODY_RADIUS_M))
-            if bare.covers(shape) and is_cut_off(left, place, box_of(target)):
-                blocked = _with(setup, obstacle, spot)
+        shapes = standing_footprints(obstacle, spots, 0.0)
+        for index in np.flatnonzero(shapely.covers(bare, shapes)):
+            left = free.difference(shapes[index].buffer(BODY_RADIUS_M))
+            if is_cut_off(left, place, box_of(target)):
+                blocked = _with(setup, obstacle, standing(obstacle, *spots[index].tolist(), 0.0))
                 can_stand = context.can_begin(blocked)
                 is_met = can_stand and context.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
@@ -202,6 +201,17 @@ def standing(thing: Thing, x: float, z: float, yaw: float) -> Placement:
 def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
     """Returns the floor shape of a placed thing's box."""
     return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
+
+
+def standing_footprints(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
+    """Returns the floor shapes (n,) of a thing that stands at one of the spots (n, 2) each."""
+    corners = floor_corners(Box(center=Vec3(0.0, 0.0, 0.0), size=thing.asset.size, yaw=yaw))
+    return shapely.polygons(_rounded(spots)[:, None] + corners)
+
+
+def _rounded(spots: np.ndarray) -> np.ndarray:
+    """Returns spots (n, 2) as `standing` rounds them."""
+    return np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()]).reshape(-1, 2)
 
 
 def fits_on_floor(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:

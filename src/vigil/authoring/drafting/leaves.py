@@ -15,8 +15,8 @@ from vigil.authoring.drafting.constraints import (
     PartialTask,
     acts_for,
     draft_of,
-    placed_footprint,
     standing,
+    standing_footprints,
 )
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts, is_in_view, is_seen, is_target, setup_for
@@ -27,7 +27,7 @@ from vigil.pose import Pose
 from vigil.scene.geometry import box_of
 from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Setup
+from vigil.world import ObjectSetup, Placement, Setup
 
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Drawer", "Safe", "Stove")
 LIGHT = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
@@ -74,16 +74,26 @@ def _stagings(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
         return
     furniture = context.things(lambda thing: _may_stand_by(context, leaf, thing) and _is_alone(context, thing))
     for thing in furniture[:TRIED_FURNITURE]:
-        for x, z, yaw in _places(context, swung):
-            spot = standing(thing, x, z, yaw)
-            shape = placed_footprint(thing, spot)
-            is_tight = shape.distance(swung) < GAP_M and shape.distance(shut.bare.boundary) < GAP_M
-            if not is_tight or not open_.bare.covers(shape):
-                continue
+        for spot, shape in _tight_spots(context, thing, swung, open_, shut):
             grown = shape.buffer(BODY_RADIUS_M)
             if _is_split(open_.free.difference(grown), shut.free.difference(grown)):
                 yield Setup(objects={**opened, thing.id: ObjectSetup(placement=spot)})
                 break
+
+
+def _tight_spots(
+    context: HouseContext, thing: Thing, swung: BaseGeometry, open_: "_LeafFloor", shut: "_LeafFloor"
+) -> Iterator[tuple[Placement, shapely.Polygon]]:
+    """Yields where a piece of furniture leaves no way round an open leaf, with its shape there, in a random order."""
+    places = _places(context, swung)
+    shapes = np.empty(len(places), dtype=object)
+    for yaw in HEADINGS_DEG:
+        chosen = places[:, 2] == yaw
+        shapes[chosen] = standing_footprints(thing, places[chosen, :2], yaw)
+    left = np.flatnonzero(shapely.distance(shapes, swung) < GAP_M)
+    left = left[shapely.distance(shapes[left], shut.bare.boundary) < GAP_M]
+    for index in left[shapely.covers(open_.bare, shapes[left])]:
+        yield standing(thing, *places[index].tolist()), shapes[index]
 
 
 class _LeafFloor:
@@ -107,12 +117,13 @@ def _is_alone(context: HouseContext, thing: Thing) -> bool:
     return thing.parent is None and not thing.is_pickupable and all(other.parent != thing.id for other in others)
 
 
-def _places(context: HouseContext, swung: BaseGeometry) -> list[tuple[float, float, float]]:
-    """Returns places x, z and a heading around an open leaf, in a random order."""
+def _places(context: HouseContext, swung: BaseGeometry) -> np.ndarray:
+    """Returns places x, z and a heading (n, 3) around an open leaf, in a random order."""
     left, low, right, high = swung.buffer(AROUND_M).bounds
     x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
-    found = [(float(a), float(b), yaw) for a, b in zip(x.ravel(), z.ravel(), strict=True) for yaw in HEADINGS_DEG]
-    return [found[index] for index in context.rng.permutation(len(found))[: TRIED_PLACES * 10]]
+    count = len(HEADINGS_DEG)
+    found = np.column_stack([np.repeat(x.ravel(), count), np.repeat(z.ravel(), count), np.tile(HEADINGS_DEG, x.size)])
+    return found[context.rng.permutation(len(found))[: TRIED_PLACES * 10]]
 
 
 def _is_split(open_: BaseGeometry, shut: BaseGeometry) -> bool:

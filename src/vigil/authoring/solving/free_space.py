@@ -1,6 +1,9 @@
 """Where a body can be in a scene, as polygons for `vigil.authoring.solving.paths`."""
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
@@ -31,36 +34,47 @@ class Obstacles:
         self._floor = whole_floor(scene.rooms)
         self._walls = shapely.unary_union([shape for panel in scene.panels for shape in wall_shapes(panel)])
         self._grown_walls = {radius: self._grown(self._walls, radius) for radius in _RADII}
-        self._things: dict[tuple, dict[float, BaseGeometry]] = {}
+        self._things: dict[tuple, _Kept] = {}
 
     def plan(self) -> WalkableMap:
         """Returns the floor plan of the scene as it is now."""
-        tight, roomy = (self._free(radius) for radius in _RADII)
-        return WalkableMap(roomy, tight)
+        kept = [self._kept(thing) for thing in self._standing()]
+        tight, roomy = (partial(self._free, radius, kept) for radius in _RADII)
+        return WalkableMap(roomy, tight())
 
     def bare(self) -> BaseGeometry:
         """Returns the floor on which nothing stands now."""
-        taken = [shape for thing in self.scene.things.values() if _counts(thing) for shape in thing_shapes(thing)]
+        taken = [shape for thing in self._standing() for shape in self._kept(thing).shapes]
         return self._floor.difference(shapely.unary_union([self._walls, *taken]))
 
-    def _free(self, radius: float) -> BaseGeometry:
-        taken = [self._grown_walls[radius]]
-        for thing in self.scene.things.values():
-            if _counts(thing):
-                key = (thing.id, thing.position, thing.rotation, thing.openness)
-                if key not in self._things:
-                    shape = shapely.unary_union(thing_shapes(thing))
-                    self._things[key] = {each: self._grown(shape, each) for each in _RADII}
-                taken.append(self._things[key][radius])
-        return self._floor.difference(shapely.unary_union(taken))
+    def _standing(self) -> Iterator[Thing]:
+        return (thing for thing in self.scene.things.values() if thing.is_present and not thing.is_held)
+
+    def _free(self, radius: float, kept: list["_Kept"]) -> BaseGeometry:
+        """Returns where the axis of a body of a radius may be."""
+        return self._floor.difference(
+            shapely.unary_union([self._grown_walls[radius], *(each.grown[radius] for each in kept)])
+        )
+
+    def _kept(self, thing: Thing) -> "_Kept":
+        key = thing.id, thing.position, thing.rotation, thing.openness
+        if key not in self._things:
+            shapes = thing_shapes(thing)
+            whole = shapely.unary_union(shapes)
+            self._things[key] = _Kept(shapes, {radius: self._grown(whole, radius) for radius in _RADII})
+        return self._things[key]
 
     @staticmethod
     def _grown(shape: BaseGeometry, radius: float) -> BaseGeometry:
         return shape.buffer(radius, quad_segs=ARC_SEGMENTS)
 
 
-def _counts(thing: Thing) -> bool:
-    return thing.is_present and not thing.is_held
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """A thing on the floor: its shapes, and all of them together grown by the radius of a body."""
+
+    shapes: list[BaseGeometry]
+    grown: dict[float, BaseGeometry]
 
 
 def has_room(free: BaseGeometry, pose: Pose) -> bool:

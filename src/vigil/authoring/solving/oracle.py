@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
+from cachetools import LRUCache
 from scipy.ndimage import distance_transform_edt
 from shapely.geometry.base import BaseGeometry
 
@@ -27,7 +28,8 @@ class Oracle:
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
         self._obstacles: Obstacles | None = None
-        self._plans: dict[tuple, WalkableMap] = {}
+        self._plans: LRUCache[tuple, WalkableMap] = LRUCache(KEPT_PLANS)
+        self._bare: LRUCache[tuple, BaseGeometry] = LRUCache(KEPT_PLANS)
         self._clearance: ClearanceGrid | None = None
 
     @property
@@ -52,25 +54,31 @@ class Oracle:
 
     def plan(self) -> WalkableMap:
         """Returns the floor plan of the scene as it is now."""
-        obstacles = self._current()
-        key = tuple(
-            (thing.id, thing.position, thing.rotation, thing.openness)
-            for thing in self.scene.things.values()
-            if thing.is_present and not thing.is_held
-        )
+        obstacles, key = self._current(), self._arrangement()
         if key not in self._plans:
-            if len(self._plans) >= KEPT_PLANS:
-                self._plans.clear()
             self._plans[key] = obstacles.plan()
         return self._plans[key]
 
     def bare_floor(self) -> BaseGeometry:
         """Returns the floor on which nothing stands now."""
-        return self._current().bare()
+        obstacles, key = self._current(), self._arrangement()
+        if key not in self._bare:
+            self._bare[key] = obstacles.bare()
+        return self._bare[key]
+
+    def _arrangement(self) -> tuple:
+        """Returns where everything stands that takes up floor."""
+        return tuple(
+            (thing.id, thing.position, thing.rotation, thing.openness)
+            for thing in self.scene.things.values()
+            if thing.is_present and not thing.is_held
+        )
 
     def _current(self) -> Obstacles:
         if self._obstacles is None or self._obstacles.scene is not self.scene:
-            self._obstacles, self._plans = Obstacles(self.scene), {}
+            self._obstacles = Obstacles(self.scene)
+            self._plans.clear()
+            self._bare.clear()
         return self._obstacles
 
     def clearance(self) -> ClearanceGrid:

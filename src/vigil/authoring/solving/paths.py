@@ -4,7 +4,7 @@ Knows polygons only, no simulator and no episode. `vigil.authoring.sight` builds
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -26,14 +26,27 @@ Point2 = tuple[float, float]
 class WalkableMap:
     """The places (x, z) where the body's axis may be, as a region and as a grid of cells inside it."""
 
-    def __init__(self, roomy: BaseGeometry, tight: BaseGeometry | None = None, cell_m: float = CELL_M) -> None:
-        """`roomy` keeps a margin from everything; `tight` is what the simulator allows (default: the same)."""
-        self.roomy = roomy
-        self.tight = roomy if tight is None else tight
-        shapely.prepare(self.roomy)
+    def __init__(
+        self,
+        roomy: BaseGeometry | Callable[[], BaseGeometry],
+        tight: BaseGeometry | None = None,
+        cell_m: float = CELL_M,
+    ) -> None:
+        """`roomy`, or what it returns when it is first needed, keeps a margin from everything; `tight` is what the
+        simulator allows (default: the same).
+        """
+        self._given = roomy
+        self.tight = self.roomy if tight is None else tight
         shapely.prepare(self.tight)
         self._cell_m = cell_m
         self._walks: LRUCache[Point2, ShortestPaths] = LRUCache(KEPT_WALKS)
+
+    @cached_property
+    def roomy(self) -> BaseGeometry:
+        """The region that keeps a margin from everything."""
+        region = self._given() if callable(self._given) else self._given
+        shapely.prepare(region)
+        return region
 
     @cached_property
     def cells(self) -> np.ndarray:
