@@ -158,7 +158,8 @@ def _barrier(
         for index in np.flatnonzero(shapely.covers(bare, shapes)):
             left = free.difference(shapes[index].buffer(BODY_RADIUS_M))
             if is_cut_off(left, place, box_of(target)):
-                blocked = _with(setup, obstacle, standing(obstacle, *spots[index].tolist(), 0.0))
+                x, z = spots[index].tolist()
+                blocked = _with(setup, obstacle, standing(obstacle, x, z, 0.0))
                 can_stand = context.can_begin(blocked)
                 is_met = can_stand and context.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
@@ -206,12 +207,8 @@ def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
 def standing_footprints(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
     """Returns the floor shapes (n,) of a thing that stands at one of the spots (n, 2) each."""
     corners = floor_corners(Box(center=Vec3(0.0, 0.0, 0.0), size=thing.asset.size, yaw=yaw))
-    return shapely.polygons(_rounded(spots)[:, None] + corners)
-
-
-def _rounded(spots: np.ndarray) -> np.ndarray:
-    """Returns spots (n, 2) as `standing` rounds them."""
-    return np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()]).reshape(-1, 2)
+    rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()]).reshape(-1, 1, 2)  # as in `standing`
+    return np.asarray(shapely.polygons(rounded + corners))
 
 
 def fits_on_floor(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:

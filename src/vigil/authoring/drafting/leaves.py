@@ -5,6 +5,7 @@ Few leaves do so in a house as it stands, so furniture that nobody can carry off
 
 from collections.abc import Iterator
 from itertools import islice
+from typing import Any
 
 import numpy as np
 import shapely
@@ -83,17 +84,18 @@ def _stagings(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
 
 def _tight_spots(
     context: HouseContext, thing: Thing, swung: BaseGeometry, open_: "_LeafFloor", shut: "_LeafFloor"
-) -> Iterator[tuple[Placement, shapely.Polygon]]:
+) -> Iterator[tuple[Placement, BaseGeometry]]:
     """Yields where a piece of furniture leaves no way round an open leaf, with its shape there, in a random order."""
     places = _places(context, swung)
-    shapes = np.empty(len(places), dtype=object)
+    shapes: Any = np.empty(len(places), dtype=object)
     for yaw in HEADINGS_DEG:
         chosen = places[:, 2] == yaw
         shapes[chosen] = standing_footprints(thing, places[chosen, :2], yaw)
     left = np.flatnonzero(shapely.distance(shapes, swung) < GAP_M)
     left = left[shapely.distance(shapes[left], shut.bare.boundary) < GAP_M]
-    for index in left[shapely.covers(open_.bare, shapes[left])]:
-        yield standing(thing, *places[index].tolist()), shapes[index]
+    for index in left[shapely.covers(open_.bare, shapes[left])].tolist():
+        x, z, yaw = places[index].tolist()
+        yield standing(thing, x, z, yaw), shapes[index]
 
 
 class _LeafFloor:
