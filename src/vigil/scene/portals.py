@@ -28,12 +28,16 @@ WALL_M = 0.1
 """A wall is this near to the edge of its room, ..."""
 SHORT_M = 0.02
 """and shorter by no more than this."""
+STRETCH_M = 0.5
+"""Where walls are missing it is asked so often which rooms are beside."""
 KEPT_EYES = 256
 """From how many places what is seen is kept."""
 
 
 Place = tuple[float, float, float]
 """(x, z, height) in metres."""
+_Bare = tuple[tuple[float, float], tuple[float, float], float, float]
+"""The ends of a hole in the plan, its bottom and its top."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +81,7 @@ class Portals:
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self.top_m = max((room.height for room in scene.rooms), default=0.0)  # an eye above it looks over the walls
         found = [(*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes]
-        found += _gaps(scene)
+        found += [gap for line, height in _gaps(scene) for gap in self._by_sides(line, height)]
         # Both sides of a wall name its holes.
         self._holes = [_Hole(*each, sides) for each in dict.fromkeys(found) if (sides := self._sides(*each[:2]))]
         self._corners = [hole.corners() for hole in self._holes]
@@ -138,6 +142,13 @@ class Portals:
         nearest = away.min(initial=np.inf)
         return np.flatnonzero(away <= nearest + SAME_M).tolist() if nearest < IN_DOORWAY_M else []
 
+    def _by_sides(self, line: shapely.LineString, height: float) -> "Iterator[_Bare]":
+        """Yields the stretches of a line without a wall, each between the same rooms all along."""
+        ends = [(x, z) for x, z in np.round(shapely.get_coordinates(shapely.segmentize(line, STRETCH_M)), 6).tolist()]
+        for _, pieces in itertools.groupby(itertools.pairwise(ends), lambda piece: self._sides(*piece)):
+            first, *others = pieces
+            yield first[0], (others[-1] if others else first)[1], 0.0, height
+
     def _sides(self, start: tuple[float, float], end: tuple[float, float]) -> frozenset[int]:
         line = shapely.LineString([start, end])
         near = np.flatnonzero(shapely.distance(self._rooms, shapely.centroid(line)) < BESIDE_M).tolist()
@@ -152,8 +163,8 @@ def _ends(panel: WallPanel, hole: Hole) -> tuple[tuple[float, float], tuple[floa
     return low, high
 
 
-def _gaps(scene: Scene) -> list[tuple[tuple[float, float], tuple[float, float], float, float]]:
-    """Returns the edges of rooms along which no wall stands from the floor to the ceiling, as holes of that height."""
+def _gaps(scene: Scene) -> Iterator[tuple[shapely.LineString, float]]:
+    """Yields the straight edges of rooms along which no wall stands from the floor to the ceiling, with that height."""
     walls = {
         height: shapely.union_all(
             [
@@ -164,13 +175,11 @@ def _gaps(scene: Scene) -> list[tuple[tuple[float, float], tuple[float, float], 
         )
         for height in {room.height for room in scene.rooms}
     }
-    found = []
     for room in scene.rooms:
         bare = room_floor(room).exterior.difference(walls[room.height])
         for part in shapely.get_parts(bare):
-            corners = [(x, z) for x, z in np.round(shapely.get_coordinates(part), 6).tolist()]
-            found += [(start, end, 0.0, room.height) for start, end in itertools.pairwise(corners)]
-    return found
+            for start, end in itertools.pairwise(shapely.get_coordinates(part).tolist()):
+                yield shapely.LineString([start, end]), room.height
 
 
 def _reached(

@@ -73,6 +73,15 @@ def test_rooms_are_seen_where_no_wall_is_between_them_or_a_low_one() -> None:
     assert seen(low, 1.0, 2.0) == {0, 1}
 
 
+def test_all_rooms_beside_an_edge_without_walls_are_seen() -> None:
+    scene = rooms(None)
+    long = replace(scene.rooms[0], id="long", polygon=np.array([(0.0, 4.0), (8.0, 4.0), (8.0, 8.0), (0.0, 8.0)]))
+    scene.rooms.append(long)
+    scene.panels = [panel for panel in scene.panels if (panel.start[1], panel.end[1]) != (4.0, 4.0)]
+    assert seen(scene, 4.0, 7.0) == {0, 1, 2}
+    assert seen(scene, 1.0, 1.0) == {0, 2}  # no straight line comes back through the same edge
+
+
 def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_another() -> None:
     crossed = rooms(DOOR, Hole(3.0, 3.9, 0.0, 2.0))
     assert seen(crossed, 3.0, 3.9) == {0, 1}
