@@ -10,6 +10,7 @@ from vigil.authoring.drafting.leaves import HEAVY, LIGHT, leaf_in_the_way
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode
+from vigil.errors import EpisodeError
 from vigil.goals import Constraint
 from vigil.house import House
 from vigil.sim.privileged import PrivilegedSimulator
@@ -57,3 +58,21 @@ def test_without_the_furniture_nothing_is_in_the_way(
     bare = {name: change for name, change in draft.setup.objects.items() if change.placement is None}
     free = draft.model_copy(update={"setup": Setup(objects=bare)})
     assert {finding.rule for finding in Validator(simulator).validate(free, house).findings} == {"constraint_stands"}
+
+
+def test_where_nobody_can_stand_once_the_leaf_is_closed_nothing_is_proposed(
+    house: House, simulator: PrivilegedSimulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    context = HouseContext(simulator, house, np.random.default_rng(0))
+    begin, closed = context.begin, []
+
+    def refused(setup: Setup) -> None:
+        if len(setup.objects) > 1 and any(change.openness == 0.0 for change in setup.objects.values()):
+            closed.append(setup)
+            raise EpisodeError("no free place to stand")
+        begin(setup)
+
+    monkeypatch.setattr(context, "begin", refused)
+    begin(Setup())
+    assert not list(leaf_in_the_way(context))
+    assert closed

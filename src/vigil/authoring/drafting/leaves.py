@@ -144,7 +144,9 @@ def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
 
 def _behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
     """Returns a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
-    context.begin(setup.model_copy(update={"objects": {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}}))
+    closed = {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}
+    if not context.can_begin(setup.model_copy(update={"objects": closed})):
+        return None
     shut = context.oracle.plan().tight
     if not context.can_begin(setup):
         return None
