@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting.house_context import SEEN_SHARE, HouseContext
+from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.sights import PORTIONS, SEEN_POINTS, PointCount, seeing_enough
 from vigil.pack import Pack
-from vigil.pose import Vec3
+from vigil.pose import Pose, Vec3
+from vigil.sim.core.sight import Sight
+from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.privileged import PrivilegedSimulator
+from vigil.world import Setup
 
 MOST = 128
 PLACES = [Vec3(float(number), 0.0, 0.0) for number in range(40)]
@@ -67,6 +71,34 @@ def test_a_count_asks_about_no_more_points_than_tell() -> None:
     assert asked == [MOST // PORTIONS]
     assert count.is_at_least(MOST)
     assert sum(asked) == MOST
+
+
+def test_what_walls_hide_no_ray_meets(simulator: PrivilegedSimulator, starter: Pack, monkeypatch) -> None:
+    episode = max(starter.episodes, key=lambda each: len(starter.house_of(each).document.rooms))
+    context = HouseContext(simulator, starter.house_of(episode), np.random.default_rng(0))
+    places = list(context.starts(lambda places: np.ones(len(places), dtype=bool), 12))
+    things = list(context.oracle.scene.things.values())[::3]
+
+    def counts() -> tuple[list[int], int]:
+        """Returns how many points of things are seen from places, and how often rays were cast for it."""
+        cast, found = [], []
+        original = MujocoEngine.cast
+        with monkeypatch.context() as patch:
+            patch.setattr(MujocoEngine, "cast", lambda *args, **options: cast.append(1) or original(*args, **options))
+            for thing in things:
+                points = surface_points(thing, 48)
+                for place in places:
+                    eye = Pose(position=place, rotation=0.0).eye
+                    found.append(int(context.oracle.sees(eye, points, thing.id, through_glass=True).sum()))
+        return found, len(cast)
+
+    known, casts = counts()
+    monkeypatch.setattr(Sight, "_is_shut_off", lambda *_: False)
+    context.begin(Setup())
+    asked, all_casts = counts()
+    assert asked == known
+    assert any(known)
+    assert casts < 0.9 * all_casts
 
 
 def test_a_thing_is_sighted_where_any_point_of_it_is_seen(simulator: PrivilegedSimulator, starter: Pack) -> None:
