@@ -1,54 +1,56 @@
 """What can be seen from a place, by the rooms: that to which a straight line leads through doorways and windows.
 
-Directions are compared, not lines, and leaves stop none, so something is named too much now and then, and nothing too
-little. Places are (x, z) of the plan, or (x, z, height).
+Directions are compared, not lines, leaves stop none, and rooms without a wall between them are one space, so something
+is named too much now and then, and nothing too little. Places are (x, z) of the plan, or (x, z, height).
 """
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from cachetools import LRUCache
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from vigil.scene.outlines import room_floor
 from vigil.scene.sectors import ALL, Sector
-from vigil.scene.things import Hole, Scene, WallPanel
+from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 
 OUTSIDE = -1
+"""Stands for all that is in no room."""
 BESIDE_M = 0.3
 """A hole leads into the rooms that are this near to its middle."""
 IN_DOORWAY_M = 0.4
 """So near to a hole everything may be seen through it."""
-SAME_M = 0.02
-"""An eye is in all rooms that are not this much farther from it than the nearest."""
+IN_ROOM_M = 0.02
+"""What is no farther than this from a room is in it."""
 WALL_M = 0.1
-"""A wall is this near to the edge of its room, ..."""
-SHORT_M = 0.02
-"""and shorter by no more than this."""
+"""A wall is no farther than this from the edge of its room."""
+SLIT_M = 0.02
+"""Where walls leave no more than this of an edge, or of a room's height, they leave nothing."""
 STRETCH_M = 0.5
-"""Where walls are missing it is asked so often which rooms are beside."""
+"""The longest part of an edge without a wall of which one place is asked for the rooms beside."""
 KEPT_EYES = 256
 """From how many places what is seen is kept."""
 
-
 Place = tuple[float, float, float]
 """(x, z, height) in metres."""
-_Bare = tuple[tuple[float, float], tuple[float, float], float, float]
-"""The ends of a hole in the plan, its bottom and its top."""
+_End = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class _Hole:
-    """A hole in a wall, or where there is none."""
+    """A hole in a wall."""
 
-    start: tuple[float, float]
-    end: tuple[float, float]
+    start: _End
+    end: _End
     bottom: float
     top: float
     sides: frozenset[int]
+    """The spaces that it joins."""
 
     def corners(self) -> list[Place]:
         return [(x, z, height) for x, z in (self.start, self.end) for height in (self.bottom, self.top)]
@@ -69,7 +71,7 @@ class Extent:
 
     corners: list[Place]
     rooms: frozenset[int]
-    """Those that it may reach into."""
+    """Those that it may reach into; none when it is outside."""
 
 
 class Portals:
@@ -79,11 +81,15 @@ class Portals:
         self._rooms = [room_floor(room) for room in scene.rooms]
         self._bounds = shapely.bounds(self._rooms).reshape(-1, 2, 2)
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
-        self.top_m = max((room.height for room in scene.rooms), default=0.0)  # an eye above it looks over the walls
-        found = [(*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes]
-        found += [gap for line, height in _gaps(scene) for gap in self._by_sides(line, height)]
+        self._top_m = min((room.height for room in scene.rooms), default=0.0)
+        self._spaces = self._joined([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
+        """The space of each room, and of what is outside at last."""
         # Both sides of a wall name its holes.
-        self._holes = [_Hole(*each, sides) for each in dict.fromkeys(found) if (sides := self._sides(*each[:2]))]
+        found = dict.fromkeys(
+            (*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes
+        )
+        sides = [frozenset(self._spaces[list(self._beside(*each[:2]))].tolist()) for each in found]
+        self._holes = [_Hole(*each, between) for each, between in zip(found, sides, strict=True) if len(between) > 1]
         self._corners = [hole.corners() for hole in self._holes]
         self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(KEPT_EYES)
 
@@ -100,31 +106,41 @@ class Portals:
         return np.asarray(np.hypot(outside[:, 0], outside[:, 1]))
 
     def seen_from(
-        self, eye: Place, entry: Place | None = None, through: Sector = ALL
+        self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
         """Returns in which directions which rooms are seen from an eye, a room as often as there are ways to it.
 
-        None stands for everything: the eye is above the walls or outside. One that looks into a mirror is behind it;
-        its lines enter the house at `entry`, in the directions of the mirror.
+        None stands for everything: the eye is in no room, or may look over walls. One that looks into a mirror is
+        behind it; its lines enter the house at `entries`, in the directions of the mirror.
         """
-        here = self._rooms_at(eye if entry is None else entry)
-        if eye[2] > self.top_m or not here:
+        spaces: set[int] = set()
+        for place in list(entries) or [eye]:
+            here = self._rooms_at(place)
+            if not here:
+                return None
+            spaces.update(self._spaces[here].tolist())
+        if eye[2] > self._top_m:
             return None
         holes = [
             (hole, ALL if hole.distance(eye) < IN_DOORWAY_M else Sector.of(eye, corners))
             for hole, corners in zip(self._holes, self._corners, strict=True)
         ]
-        return [found for room in here for found in _reached(room, through, holes, frozenset())]
+        return [
+            (room, sector)
+            for space in sorted(spaces)
+            for reached, sector in _reached(space, through, holes, frozenset())
+            for room in np.flatnonzero(self._spaces[:-1] == reached).tolist()
+        ]
 
-    def extent(self, low: Place, high: Place) -> "Extent":
+    def extent(self, low: Place, high: Place) -> Extent:
         """Returns what a box along the house's axes takes of a house, for `may_see`."""
-        middle = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2])
-        reach = math.dist(low, high) / 2 + SAME_M
-        touched = np.flatnonzero(self.distances(middle[None])[0] <= reach)
+        away = self.distances(np.array([[(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]]))[0]
+        is_inside = away.min(initial=np.inf) <= IN_ROOM_M
+        reach = math.dist(low, high) / 2 + IN_ROOM_M
         corners = [(x, z, height) for x in (low[0], high[0]) for z in (low[1], high[1]) for height in (low[2], high[2])]
-        return Extent(corners, frozenset(touched.tolist()))
+        return Extent(corners, frozenset(np.flatnonzero(away <= reach).tolist() if is_inside else ()))
 
-    def may_see(self, eye: Place, extent: "Extent") -> bool:
+    def may_see(self, eye: Place, extent: Extent) -> bool:
         """Whether anything of an extent may be seen from an eye."""
         if not extent.rooms or not extent.rooms.isdisjoint(self._rooms_at(eye)):
             return True
@@ -137,25 +153,31 @@ class Portals:
         return any(room in extent.rooms and sector.common(way) is not None for room, sector in sectors)
 
     def _rooms_at(self, place: Place) -> list[int]:
-        """Returns the rooms that a place is in, or nearest to; none outside of the house."""
-        away = self.distances(np.array([place[:2]]))[0]
-        nearest = away.min(initial=np.inf)
-        return np.flatnonzero(away <= nearest + SAME_M).tolist() if nearest < IN_DOORWAY_M else []
+        """Returns the rooms that a place is in."""
+        return np.flatnonzero(self.distances(np.array([place[:2]]))[0] <= IN_ROOM_M).tolist()
 
-    def _by_sides(self, line: shapely.LineString, height: float) -> "Iterator[_Bare]":
-        """Yields the stretches of a line without a wall, each between the same rooms all along."""
-        ends = [(x, z) for x, z in np.round(shapely.get_coordinates(shapely.segmentize(line, STRETCH_M)), 6).tolist()]
-        for _, pieces in itertools.groupby(itertools.pairwise(ends), lambda piece: self._sides(*piece)):
-            first, *others = pieces
-            yield first[0], (others[-1] if others else first)[1], 0.0, height
+    def _joined(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
+        """Returns the number of the space that each room belongs to, and what is outside at last (rooms + 1,).
 
-    def _sides(self, start: tuple[float, float], end: tuple[float, float]) -> frozenset[int]:
-        line = shapely.LineString([start, end])
-        near = np.flatnonzero(shapely.distance(self._rooms, shapely.centroid(line)) < BESIDE_M).tolist()
-        return frozenset(near if len(near) > 1 else [*near, OUTSIDE])
+        Rooms beside an edge (its two ends) without a wall are one space.
+        """
+        beside = [self._beside(*edge) for edge in edges]
+        pairs = [(here, there) for found in beside for here in found for there in found]
+        count = len(self._rooms) + 1
+        first, last = np.array(pairs, dtype=int).reshape(-1, 2).T % count
+        return connected_components(coo_array((np.ones(len(pairs)), (first, last)), shape=(count, count)))[1]
+
+    def _beside(self, start: _End, end: _End) -> set[int]:
+        """Returns the rooms beside a line, with `OUTSIDE` when there is none on one side of its middle."""
+        (x, z), (end_x, end_z) = start, end
+        middle = np.array([(x + end_x) / 2, (z + end_z) / 2])
+        across = np.array([z - end_z, end_x - x]) / max(math.hypot(end_x - x, end_z - z), 1e-9) * BESIDE_M / 2
+        away = self.distances(np.array([middle, middle + across, middle - across]))
+        found = set(np.flatnonzero(away[0] < BESIDE_M).tolist())
+        return found | {OUTSIDE} if (away[1:].min(axis=1) > WALL_M).any() else found
 
 
-def _ends(panel: WallPanel, hole: Hole) -> tuple[tuple[float, float], tuple[float, float]]:
+def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
     """Returns the ends of a hole in the plan, the lower first whichever side of the wall it is told from."""
     start, end = np.array(panel.start), np.array(panel.end)
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
@@ -163,32 +185,32 @@ def _ends(panel: WallPanel, hole: Hole) -> tuple[tuple[float, float], tuple[floa
     return low, high
 
 
-def _gaps(scene: Scene) -> Iterator[tuple[shapely.LineString, float]]:
-    """Yields the straight edges of rooms along which no wall stands from the floor to the ceiling, with that height."""
-    walls = {
-        height: shapely.union_all(
-            [
-                shapely.LineString([panel.start, panel.end]).buffer(WALL_M, quad_segs=1)
-                for panel in scene.panels
-                if panel.bottom < SHORT_M and panel.bottom + panel.height > height - SHORT_M
-            ]
-        )
-        for height in {room.height for room in scene.rooms}
-    }
-    for room in scene.rooms:
-        bare = room_floor(room).exterior.difference(walls[room.height])
-        for part in shapely.get_parts(bare):
-            for start, end in itertools.pairwise(shapely.get_coordinates(part).tolist()):
-                yield shapely.LineString([start, end]), room.height
+def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End, _End]]:
+    """Yields short parts, from end to end, of a room's edges along which no wall stands from floor to ceiling."""
+    whole = [panel for panel in panels if panel.bottom < SLIT_M and panel.bottom + panel.height > room.height - SLIT_M]
+    ends = np.array([(panel.start, panel.end) for panel in whole]).reshape(-1, 2, 2)
+    for start, end in zip(room.polygon, np.roll(room.polygon, -1, axis=0), strict=True):
+        length = float(np.linalg.norm(end - start))
+        along = (end - start) / max(length, 1e-9)
+        way = ends - start
+        is_on = (np.abs(way @ (-along[1], along[0])) <= WALL_M).all(axis=1)
+        covered = np.sort(way[is_on] @ along, axis=1)
+        at = 0.0
+        for first, last in [*covered[np.argsort(covered[:, 0])].tolist(), (length, length)]:
+            bare = min(first, length) - at
+            if bare > SLIT_M:
+                cuts = np.linspace(at, at + bare, 1 + math.ceil(bare / STRETCH_M))
+                yield from itertools.pairwise((x, z) for x, z in (start + cuts[:, None] * along).tolist())
+            at = max(at, last)
 
 
 def _reached(
-    room: int, sector: Sector, holes: list[tuple[_Hole, Sector]], passed: frozenset[int]
+    space: int, sector: Sector, holes: list[tuple[_Hole, Sector]], passed: frozenset[int]
 ) -> Iterator[tuple[int, Sector]]:
-    if room != OUTSIDE:
-        yield room, sector
+    """Yields the spaces that are reached from one in some directions, and in which of them."""
+    yield space, sector
     for hole, directions in holes:
-        common = sector.common(directions) if room in hole.sides else None
+        common = sector.common(directions) if space in hole.sides else None
         if common is not None:
-            for other in hole.sides - passed - {room}:
-                yield from _reached(other, common, holes, passed | {room})
+            for other in hole.sides - passed - {space}:
+                yield from _reached(other, common, holes, passed | {space})

@@ -31,6 +31,8 @@ BEYOND_M = 0.01
 """What a ray that is to meet a thing still looks at behind it."""
 KEPT_POSES = 64
 """From how many poses what was seen is kept while nothing changes."""
+KEPT_EYES = 4096
+"""Of so many pairs of an eye and a thing it is kept, while nothing changes, whether walls hide the thing."""
 KEPT_OUTLINES = 16
 """How many outlines are kept while nothing changes: what may show enough is looked at next."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
@@ -189,7 +191,7 @@ class Sight:
         """The corners of the boxes of whole things, as they have been since anything changed."""
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(KEPT_OUTLINES)
         """Outlines of things from poses, as they have been since anything changed."""
-        self._shut_off: dict[tuple[Vec3, str], bool] = {}
+        self._shut_off: LRUCache[tuple[Vec3, str], bool] = LRUCache(KEPT_EYES)
         """From which eyes walls hide which things, since anything changed, and ..."""
         self._extents: dict[str, Extent] = {}
         """what things take of the house."""
@@ -326,6 +328,8 @@ class Sight:
 
     def _is_shut_off(self, eye: Vec3, thing: Thing) -> bool:
         """Whether walls alone hide all of a thing from an eye: this is sooner known than what rays meet."""
+        if thing.is_held:
+            return False
         if (eye, thing.id) not in self._shut_off:
             if thing.id not in self._extents:
                 corners = np.concatenate(self._boxes_of(thing))[:, [0, 2, 1]]

@@ -73,13 +73,132 @@ def test_rooms_are_seen_where_no_wall_is_between_them_or_a_low_one() -> None:
     assert seen(low, 1.0, 2.0) == {0, 1}
 
 
-def test_all_rooms_beside_an_edge_without_walls_are_seen() -> None:
+def test_rooms_without_a_wall_between_them_are_one_space() -> None:
     scene = rooms(None)
-    long = replace(scene.rooms[0], id="long", polygon=np.array([(0.0, 4.0), (8.0, 4.0), (8.0, 8.0), (0.0, 8.0)]))
+    long = replace(scene.rooms[0], id="long", polygon=np.array([(1.0, 4.0), (6.0, 4.0), (6.0, 8.0), (1.0, 8.0)]))
     scene.rooms.append(long)
+    closed = [((1.0, 4.0), (1.0, 8.0)), ((6.0, 4.0), (6.0, 8.0)), ((1.0, 8.0), (6.0, 8.0))]
+    closed += [((0.0, 4.0), (5.7, 4.0)), ((6.0, 4.0), (8.0, 4.0))]  # but for 0.3 m of the wall to the second room
+    plaster = scene.panels[0].material
     scene.panels = [panel for panel in scene.panels if (panel.start[1], panel.end[1]) != (4.0, 4.0)]
-    assert seen(scene, 4.0, 7.0) == {0, 1, 2}
-    assert seen(scene, 1.0, 1.0) == {0, 2}  # no straight line comes back through the same edge
+    scene.panels += [
+        WallPanel(f"more{number}", "long", start, end, 0.0, 2.5, (0.0, 1.0), plaster)
+        for number, (start, end) in enumerate(closed)
+    ]
+    assert seen(scene, 3.0, 7.0) == {1, 2}
+    assert seen(scene, 1.0, 1.0) == {0}
+    assert seen(scene, 7.0, 1.0) == {1, 2}
+
+
+def test_without_any_inner_wall_a_large_house_is_soon_looked_over() -> None:
+    scene = rooms(*[NO_WALL] * 2)
+    scene.rooms = [
+        replace(scene.rooms[0], id=f"{x} {z}", polygon=scene.rooms[0].polygon + np.array([4.0 * x, 4.0 * z]))
+        for x in range(4)
+        for z in range(4)
+    ]
+    scene.panels = [
+        replace(scene.panels[0], start=start, end=end)
+        for start, end in [
+            ((0.0, 0.0), (0.0, 16.0)),
+            ((16.0, 0.0), (16.0, 16.0)),
+            ((0.0, 0.0), (16.0, 0.0)),
+            ((0.0, 16.0), (16.0, 16.0)),
+        ]
+    ]
+    found = Portals(scene).seen_from((2.0, 2.0, EYE_M))
+    assert found is not None
+    assert sorted(room for room, _ in found) == list(range(16))  # each of them once
+
+
+def test_a_window_beside_a_corner_leads_outside() -> None:
+    """The first and the third room have windows that face each other across what the second leaves free."""
+    scene = rooms(None, None)
+    scene.rooms[1] = replace(scene.rooms[1], polygon=np.array([(4.0, 0.0), (8.0, 0.0), (8.0, 2.0), (4.0, 2.0)]))
+    window = Hole(0.1, 0.9, 0.8, 2.0)  # from 2.1 m on
+    plaster = scene.panels[0].material
+    ends = {"a": ((4.0, 2.0), (4.0, 4.0)), "c": ((8.0, 2.0), (8.0, 4.0))}
+    scene.panels = [panel for panel in scene.panels if panel.room_id not in ends or panel.start[0] not in (4.0, 8.0)]
+    for room, (start, end) in ends.items():
+        low = WallPanel(f"low {room}", room, (start[0], 0.0), start, 0.0, 2.5, (1.0, 0.0), plaster)
+        scene.panels += [low, WallPanel(f"window {room}", room, start, end, 0.0, 2.5, (1.0, 0.0), plaster, (window,))]
+    scene.panels.append(WallPanel("b", "b", (4.0, 2.0), (8.0, 2.0), 0.0, 2.5, (0.0, -1.0), plaster))
+    assert seen(scene, 1.0, 2.6) == {0, 2}
+
+
+def test_nothing_outside_is_left_out() -> None:
+    scene = rooms(DOOR)
+    put(scene, "by the wall", 6.0, 4.3)
+    looker = Pose(position=Vec3(1.0, 0.0, 2.0), rotation=65.0)
+    assert not left_out(build(scene), looker)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_walls_stand_nothing_in_sight_is_left_out(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    scene = random_house(rng)
+    portals = Portals(scene)
+    told = hidden = 0
+    for room in rng.integers(9, size=60).tolist():
+        low = scene.rooms[room].polygon.min(axis=0)
+        eye = np.array([*(low + rng.uniform(0.05, 2.95, 2)), EYE_M])
+        points = np.column_stack([rng.uniform(0.05, 8.95, (60, 2)), rng.uniform(0.1, 2.4, 60)])
+        for point, is_seen in zip(points, in_sight(scene, eye, points).tolist(), strict=True):
+            extent = portals.extent(tuple(point - 0.01), tuple(point + 0.01))
+            may_see = portals.may_see(tuple(eye), extent)
+            assert may_see or not is_seen
+            told, hidden = told + is_seen, hidden + (not may_see)
+    assert told > 300
+    assert hidden > 50
+
+
+def random_house(rng: np.random.Generator) -> Scene:
+    """Returns nine rooms of 3 m, between which stand walls with or without holes, low ones, parts of one, or none."""
+    scene = rooms(None)
+    room, panel = scene.rooms[0], scene.panels[0]
+    square = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0)])
+    corners = [np.array([3.0 * x, 3.0 * z]) for x in range(3) for z in range(3)]
+    panels = [
+        replace(panel, start=start, end=end, holes=())
+        for start, end in [
+            ((0.0, 0.0), (0.0, 9.0)),
+            ((9.0, 0.0), (9.0, 9.0)),
+            ((0.0, 0.0), (9.0, 0.0)),
+            ((0.0, 9.0), (9.0, 9.0)),
+        ]
+    ]
+    for x, z in corners:
+        for start, end in (((x + 3.0, z), (x + 3.0, z + 3.0)), ((x, z + 3.0), (x + 3.0, z + 3.0))):
+            kind = rng.choice(["none", "low", "part", "door", "window", "whole"], p=[0.1, 0.05, 0.05, 0.4, 0.1, 0.3])
+            left = float(rng.uniform(0.02, 2.0))
+            holes = {"door": (Hole(left, left + 0.9, 0.0, 2.0),), "window": (Hole(left, left + 0.9, 0.9, 2.0),)}
+            wall = replace(panel, start=start, end=end, holes=holes.get(kind, ()))
+            if kind == "part":
+                wall = replace(wall, end=tuple(np.array(start) + left / 3.0 * (np.array(end) - start)))
+            if kind != "none":
+                panels.append(replace(wall, height=1.0) if kind == "low" else wall)
+    return Scene(
+        rooms=[replace(room, id=str(number), polygon=square + low) for number, low in enumerate(corners)], panels=panels
+    )
+
+
+def in_sight(scene: Scene, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Returns which points (n, 3) no wall hides from an eye (3,), each as (x, z, height)."""
+    is_seen, way = np.ones(len(points), dtype=bool), points - eye
+    for panel in scene.panels:
+        start, along = np.array(panel.start), np.array(panel.end) - panel.start
+        length = float(np.linalg.norm(along))
+        across = way[:, 0] * along[1] - way[:, 1] * along[0]
+        from_eye = start - eye[:2]
+        share = (from_eye[0] * along[1] - from_eye[1] * along[0]) / across
+        at = length * (from_eye[0] * way[:, 1] - from_eye[1] * way[:, 0]) / across
+        height = eye[2] + share * way[:, 2]
+        meets = (share > 0.0) & (share < 1.0) & (at >= 0.0) & (at <= length)
+        meets &= (height >= panel.bottom) & (height <= panel.bottom + panel.height)
+        for hole in panel.holes:
+            meets &= (at < hole.left) | (at > hole.right) | (height < hole.bottom) | (height > hole.top)
+        is_seen &= ~meets
+    return is_seen
 
 
 def test_a_line_of_sight_through_two_doorways_is_needed_for_a_room_behind_another() -> None:

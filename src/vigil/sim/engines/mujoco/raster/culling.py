@@ -1,4 +1,4 @@
-"""What need not be drawn: geoms beside the view, and those in rooms to which no line of sight leads past them.
+"""What need not be drawn: geoms beside the view, and those to which no line of sight leads through the rooms.
 
 The frame is the same without, but for single pixels along the seams between rooms: there the edge of a next room's wall
 or ceiling lies in this one's, at the same depth, and would now and then win.
@@ -8,7 +8,7 @@ import itertools
 
 import numpy as np
 
-from vigil.scene.portals import Place
+from vigil.scene.portals import IN_ROOM_M, Place
 from vigil.scene.sectors import Sector, Spans
 from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
@@ -48,7 +48,8 @@ def _sectors(model: CompiledModel, viewer: Viewer) -> list[tuple[int, Sector]] |
     if mirror is None:
         return model.portals.seen_from(_place(viewer.eye))
     through = Sector.of(viewer.eye.tolist(), mirror.reach.tolist())
-    return model.portals.seen_from(_place(viewer.eye), _place(mirror.point + MARGIN_M * mirror.normal), through)
+    before = np.unique(mirror.face + MARGIN_M * mirror.normal, axis=0)
+    return model.portals.seen_from(_place(viewer.eye), map(_place, before), through)
 
 
 def _place(point: np.ndarray) -> Place:
@@ -60,9 +61,10 @@ def _place(point: np.ndarray) -> Place:
 def _is_elsewhere(
     model: CompiledModel, sectors: list[tuple[int, Sector]], geoms: np.ndarray, spans: Spans
 ) -> np.ndarray:
-    """Returns which of the geoms (n,) touch rooms, but none in a direction in which that room is seen."""
+    """Returns which of the geoms (n,) are in rooms, but in none that is seen in their direction."""
     reach = model.native.geom_rbound[geoms] + MARGIN_M
-    touches = model.portals.distances(model.data.geom_xpos[geoms, :2]) <= reach[:, None]
+    away = model.portals.distances(model.data.geom_xpos[geoms, :2])
+    touches = (away <= reach[:, None]) & (away.min(axis=1) <= IN_ROOM_M)[:, None]
     own = np.full(model.native.ngeom, -1)
     own[list(model.structure_rooms)] = list(model.structure_rooms.values())
     is_structure = model.geom_things[geoms] < 0

@@ -40,10 +40,11 @@ class Pictures:
         if not self.is_complete:
             if self._texture is not None:
                 self._texture.release()
-            self._count = len(self._bytes)
-            self._texture = context.texture_array((SIDE, SIDE, self._count), 4, b"".join(self._bytes))
+            count = len(self._bytes)
+            self._texture = context.texture_array((SIDE, SIDE, count), 4, b"".join(self._bytes))
             self._texture.build_mipmaps()
             self._texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+            self._count = count
         return self._texture
 
 

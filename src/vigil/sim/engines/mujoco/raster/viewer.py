@@ -22,10 +22,18 @@ class Mirror:
     """(n, 3): all of it lies between them."""
 
     @property
+    def face(self) -> np.ndarray:
+        """Its points (n, 3), each carried straight to the plane that mirrors."""
+        return self.points - self._heights() * self.normal
+
+    @property
     def reach(self) -> np.ndarray:
         """Points (2n, 3) between which what it shows passes: its own, and as it mirrors them."""
-        heights = (self.points - self.point) @ self.normal
-        return np.concatenate([self.points, self.points - 2.0 * heights[:, None] * self.normal])
+        return np.concatenate([self.points, self.points - 2.0 * self._heights() * self.normal])
+
+    def _heights(self) -> np.ndarray:
+        """Returns how far its points are before the plane that mirrors, (n, 1)."""
+        return ((self.points - self.point) @ self.normal)[:, None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
