@@ -4,9 +4,11 @@ import pytest
 import shapely
 
 from vigil.authoring.solving.free_space import Obstacles, is_cut_off
+from vigil.authoring.solving.oracle import Oracle
 from vigil.pack import Pack
 from vigil.pose import Box, Vec3
 from vigil.sim.privileged import PrivilegedSimulator
+from vigil.world import ObjectSetup, Setup
 
 ROOM = shapely.box(0, 0, 6, 4)
 
@@ -41,3 +43,16 @@ def test_planned_places_are_free_in_the_simulator(family: str, starter: Pack, si
         for z in range(1, 20):
             place = Vec3(left + (right - left) * x / 20, 0.0, low + (high - low) * z / 20)
             assert simulator.can_stand(place) or not plan.can_stand((place.x, place.z))
+
+
+def test_a_plan_is_of_the_moment_in_which_it_was_asked_for(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    episode = starter.episodes[0]
+    simulator.load(starter.house_of(episode))
+    simulator.reset(episode.start, Setup())
+    standing = next(thing for thing in simulator.scene().things.values() if thing.category in ("Sofa", "DiningTable"))
+    oracle = Oracle(simulator)
+    plan, floor, asked_at_once = oracle.plan(), oracle.bare_floor(), Oracle(simulator).plan().roomy
+    simulator.reset(episode.start, Setup(objects={standing.id: ObjectSetup(is_absent=True)}))
+    assert plan.roomy.equals(asked_at_once)
+    assert oracle.plan().roomy.area > asked_at_once.area + 0.3
+    assert oracle.bare_floor().area > floor.area + 0.3

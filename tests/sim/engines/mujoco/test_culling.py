@@ -13,12 +13,14 @@ from vigil.pose import Pose, Vec3
 from vigil.scene.portals import Portals
 from vigil.scene.sectors import Sector, Spans
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
+from vigil.sim.core.sight import Sight
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import HIDDEN, CompiledModel, build
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster.culling import unseen
+from vigil.sim.engines.mujoco.raster.mirrors import box_of
 from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
-from vigil.sim.engines.mujoco.raster.viewer import Viewer
+from vigil.sim.engines.mujoco.raster.viewer import Mirror, Viewer
 
 EYE_M = 1.5
 DOOR = Hole(0.1, 1.0, 0.0, 2.0)
@@ -90,6 +92,40 @@ def test_rooms_without_a_wall_between_them_are_one_space() -> None:
     assert seen(scene, 7.0, 1.0) == {1, 2}
 
 
+def test_all_rooms_beside_a_long_edge_without_walls_are_one_space() -> None:
+    scene = rooms(None)
+    long = replace(scene.rooms[0], id="long", polygon=np.array([(1.0, 4.0), (5.0, 4.0), (5.0, 8.0), (1.0, 8.0)]))
+    scene.rooms.append(long)
+    scene.panels = [panel for panel in scene.panels if (panel.start[1], panel.end[1]) != (4.0, 4.0)]
+    closed = [((1.0, 4.0), (1.0, 8.0)), ((5.0, 4.0), (5.0, 8.0)), ((1.0, 8.0), (5.0, 8.0))]
+    scene.panels += [replace(scene.panels[0], start=start, end=end) for start, end in closed]
+    assert seen(scene, 3.0, 7.0) == {0, 1, 2}
+
+
+def test_through_a_mirror_only_what_lies_behind_it_is_seen() -> None:
+    portals, eye, entry = Portals(rooms(DOOR)), (-1.0, 0.5, EYE_M), (0.01, 0.5, EYE_M)
+    towards_door = Sector.of(eye, [(0.0, 0.4, 1.4), (0.0, 0.6, 1.6)])
+    past_it = Sector.of(eye, [(0.0, 1.9, 1.4), (0.0, 2.1, 1.6)])
+    assert portals.seen_from(eye) is None
+    for through, expected in ((towards_door, {0, 1}), (past_it, {0})):
+        found = portals.seen_from(eye, [entry], through)
+        assert found is not None
+        assert {room for room, _ in found} == expected
+
+
+def test_beside_a_mirror_nothing_of_the_mirrored_picture_is_looked_at() -> None:
+    viewer = Viewer(np.zeros(3), np.eye(3), 90.0, 640, 480)  # it looks along -z: 240 pixels for each metre at one
+    square = np.array([(-0.5, -0.5, -2.0), (0.5, -0.5, -2.0), (0.5, 0.5, -2.0), (-0.5, 0.5, -2.0)])
+    mirror = Mirror(0, square.mean(axis=0), np.array([0.0, 0.0, 1.0]), box_of(square, viewer), square)
+    sides = viewer.behind(mirror).sides()
+    inside = {
+        point: bool((sides @ (*point, 1.0) > 0.0).all())
+        for point in [(0.0, 0.0, -1.0), (0.6, 0.0, -1.0), (0.0, 0.0, -2.1)]
+    }
+    assert list(inside.values()) == [True, True, False]  # at 3 m from the eye behind it, 0.75 m aside is in view
+    assert not (sides @ (0.9, 0.0, -1.0, 1.0) > 0.0).all()
+
+
 def test_without_any_inner_wall_a_large_house_is_soon_looked_over() -> None:
     scene = rooms(*[NO_WALL] * 2)
     scene.rooms = [
@@ -115,15 +151,18 @@ def test_a_window_beside_a_corner_leads_outside() -> None:
     """The first and the third room have windows that face each other across what the second leaves free."""
     scene = rooms(None, None)
     scene.rooms[1] = replace(scene.rooms[1], polygon=np.array([(4.0, 0.0), (8.0, 0.0), (8.0, 2.0), (4.0, 2.0)]))
-    window = Hole(0.1, 0.9, 0.8, 2.0)  # from 2.1 m on
+    windows = {"a": Hole(0.02, 0.4, 0.8, 2.0), "c": Hole(0.5, 1.5, 0.8, 2.0)}
     plaster = scene.panels[0].material
     ends = {"a": ((4.0, 2.0), (4.0, 4.0)), "c": ((8.0, 2.0), (8.0, 4.0))}
     scene.panels = [panel for panel in scene.panels if panel.room_id not in ends or panel.start[0] not in (4.0, 8.0)]
     for room, (start, end) in ends.items():
         low = WallPanel(f"low {room}", room, (start[0], 0.0), start, 0.0, 2.5, (1.0, 0.0), plaster)
-        scene.panels += [low, WallPanel(f"window {room}", room, start, end, 0.0, 2.5, (1.0, 0.0), plaster, (window,))]
+        scene.panels += [
+            low,
+            WallPanel(f"window {room}", room, start, end, 0.0, 2.5, (1.0, 0.0), plaster, (windows[room],)),
+        ]
     scene.panels.append(WallPanel("b", "b", (4.0, 2.0), (8.0, 2.0), 0.0, 2.5, (0.0, -1.0), plaster))
-    assert seen(scene, 1.0, 2.6) == {0, 2}
+    assert 2 in seen(scene, 1.0, 2.2)
 
 
 def test_nothing_outside_is_left_out() -> None:
@@ -353,3 +392,20 @@ def test_what_has_moved_into_view_is_drawn() -> None:
     model.place(replace(scene.things["thing"], position=Vec3(6.0, 0.5, 0.5)))
     model.settle()
     assert not left_out(model, looker)
+
+
+def test_rays_are_cast_at_what_has_moved_into_view() -> None:
+    scene = rooms(DOOR)
+    put(scene, "thing", 6.0, 3.0)
+    engine = MujocoEngine("fast")
+    engine.load(scene)
+    sight, thing, eye = Sight(engine, scene), scene.things["thing"], Vec3(1.0, EYE_M, 0.5)
+    met = []
+    for z in (3.0, 0.5, 3.0):
+        thing.position = Vec3(6.0, 0.5, z)
+        engine.update(scene, {"thing"})
+        sight.forget()
+        way = np.array([tuple(thing.position)]) - np.array(tuple(eye))
+        met.append(bool(sight.meets(eye, way / np.linalg.norm(way), thing, through_glass=True)[0]))
+    engine.close()
+    assert met == [False, True, False]
