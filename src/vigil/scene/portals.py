@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from cachetools import LRUCache
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from vigil.scene.outlines import room_floor
 from vigil.scene.sectors import ALL, Sector
@@ -161,11 +159,11 @@ class Portals:
 
         Rooms beside an edge (its two ends) without a wall are one space.
         """
-        beside = [self._beside(*edge) for edge in edges]
-        pairs = [(here, there) for found in beside for here in found for there in found]
-        count = len(self._rooms) + 1
-        first, last = np.array(pairs, dtype=int).reshape(-1, 2).T % count
-        return connected_components(coo_array((np.ones(len(pairs)), (first, last)), shape=(count, count)))[1]
+        numbers = np.arange(len(self._rooms) + 1)
+        for edge in edges:
+            joined = numbers[list(self._beside(*edge))]
+            numbers[np.isin(numbers, joined)] = joined.min()
+        return numbers
 
     def _beside(self, start: _End, end: _End) -> set[int]:
         """Returns the rooms beside a line, with `OUTSIDE` when there is none on one side of its middle."""
