@@ -6,6 +6,7 @@ import io
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -166,6 +167,32 @@ def test_the_latex_document_says_what_the_page_says_before_its_tables(mixed: Stu
         assert document.index(text) < document.index(r"\input{")
     assert r"\subsection*{Read this first}" in document
     assert balanced(document)
+
+
+def test_why_a_run_fell_short_stands_above_the_numbers_in_every_format(mixed: Study, tmp_path: Path):
+    write_report(mixed, tmp_path, ("md", "html", "latex", "json"))
+    data = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    (run,) = (name for name in data["causes"] if name == "lost-A3B")
+    assert any("`NR`" in sentence or "`honest_fail`" in sentence for sentence in data["causes"][run])
+    for name, numbers in (("report.html", "<table"), ("report.md", "## Findings"), ("report.tex", r"\input{")):
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        assert text.index("Why episodes were no verified success") < text.index(numbers)
+
+
+def test_the_page_shows_figures_and_findings_and_folds_the_rest(mixed: Study):
+    page = html_report(make_report(mixed))
+    parts = re.findall(r'<details( open)?><summary><h2 id="([^"]+)"', page)
+    assert [name for is_open, name in parts if is_open] == ["figures", "findings-at-a-glance"]
+    assert len(parts) == page.count("<details") > 5
+
+
+def test_packs_of_one_name_are_named_once(write: Write):
+    (run,) = read_runs([write("run")])
+    spec = run.header.spec.model_copy(update={"pack_sha256": "f" * 64})
+    other = replace(run, name="other", header=run.header.model_copy(update={"spec": spec}))
+    page = html_report(make_report(study([run, other]), ()))
+    name, ours = run.header.spec.pack, run.header.spec.pack_sha256[:12]
+    assert f"packs {name} ({ours} and {'f' * 12})." in page
 
 
 def test_names_in_sentences_are_set_as_code():

@@ -13,14 +13,15 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from vigil.analysis.measures.closure import ClosureRun
+from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import frame_of
-from vigil.analysis.measures.study import Study
+from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import saved
 from vigil.analysis.tables.closure import HEADING as CLOSURE
 from vigil.analysis.tables.closure import closure_tables
-from vigil.analysis.tables.page import Page, PageFigure, Section, html_page
+from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, latex, latex_text, markdown
@@ -36,6 +37,7 @@ Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 """Kind of picture that a format shows; drawing is what takes longest, so that two formats share one."""
+CAUSES = "Why episodes were no verified success, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
     "say that the agent meant it.",
@@ -73,6 +75,13 @@ class AnalysisReport:
             f"{run.name} (closure stress): {note.removesuffix('.')}." for run in self.closure for note in run.notes
         )
         return (*self.study.warnings, *stress)
+
+    @property
+    def causes(self) -> dict[str, tuple[str, ...]]:
+        """What kept each run from verified successes, with what to do about it; runs without any are left out."""
+        found = {entry.name: causes_of_rows(entry.run.rows) for entry in by_b(self.study.entries)}
+        found |= {f"{run.name} (closure stress)": causes_of_closure(run.outcomes) for run in self.closure}
+        return {name: sentences for name, causes in found.items() if (sentences := causes.sentences)}
 
 
 def make_report(
@@ -137,7 +146,10 @@ def write_report(
 def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
     """Returns the whole report as Markdown; figures are named as files under `figures/`."""
     parts = ["# VIGIL report", "", *_md_list("Read this first", report.warnings)]
-    parts += [_summary(report), "", *_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
+    parts += [_summary(report), "", *([f"## {CAUSES}", ""] if report.causes else [])]
+    for name, sentences in report.causes.items():
+        parts += _md_list(name, sentences)
+    parts += [*_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
     if figures:
         for name in report.figures:
             parts += [f"![{name}](figures/{name}.svg)", "", f"*{report.captions[name]}*", ""]
@@ -152,7 +164,8 @@ def html_report(report: AnalysisReport) -> str:
         Section(heading, tuple(report.tables[name] for name in names)) for heading, names in report.sections.items()
     ]
     pictures = [PageFigure(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
-    return html_page(Page(_summary(report), LEGEND, report.warnings, LIMITS, sections, pictures))
+    notes = PageNotes(report.warnings, CAUSES, report.causes, LIMITS)
+    return html_page(Page(_summary(report), LEGEND, notes, sections, pictures))
 
 
 def json_report(report: AnalysisReport) -> str:
@@ -160,6 +173,7 @@ def json_report(report: AnalysisReport) -> str:
     document: dict[str, Any] = {
         "schema_version": 1,
         "warnings": report.warnings,
+        "causes": report.causes,
         "limits": LIMITS,
         "published_note": NOTE if report.study.published else None,
         "tables": {
@@ -238,6 +252,8 @@ def _latex_document(report: AnalysisReport) -> str:
         r"\section*{VIGIL report}",
         *_latex_list("Read this first", report.warnings),
         latex_text(_summary(report)),
+        *([rf"\subsection*{{{CAUSES}}}"] if report.causes else []),
+        *(line for name, sentences in report.causes.items() for line in _latex_list(name, sentences)),
         *_latex_list("What these numbers do and do not say", LIMITS),
         latex_text(LEGEND),
         *(_latex_figure(name, report.captions[name]) for name in report.figures),
@@ -258,10 +274,14 @@ def _latex_figure(name: str, caption: str) -> str:
 
 def _summary(report: AnalysisReport) -> str:
     runs = [*report.study.runs, *report.closure]
-    packs = sorted({f"{run.header.spec.pack} ({run.header.spec.pack_sha256[:12]})" for run in runs})
+    packs: dict[str, set[str]] = {}
+    for run in runs:
+        packs.setdefault(run.header.spec.pack, set()).add(run.header.spec.pack_sha256[:12])
+    of = "pack" if sum(map(len, packs.values())) == 1 else "packs"
+    named = ", ".join(f"{name} ({' and '.join(sorted(hashes))})" for name, hashes in sorted(packs.items()))
     episodes = sum(run.n for run in report.study.runs) + sum(len(run.outcomes) for run in report.closure)
     shown = "run" if len(runs) == 1 else "runs"
-    return f"{len(runs)} {shown}, {episodes:,} scored episodes, pack {', '.join(packs)}."
+    return f"{len(runs)} {shown}, {episodes:,} scored episodes, {of} {named}."
 
 
 def _md_list(heading: str, lines: tuple[str, ...]) -> list[str]:

@@ -14,6 +14,9 @@ from vigil.analysis.report import html_report, make_report
 PAPER = {"width": 1031, "height": 703}
 """A landscape A4 page within its margins, in CSS pixels."""
 LONG_ID, LONG_NAME = "20261122T175442_1a2b3c4d", "openrouter/qwen/qwen3-vl-235b-a22b-thinking"
+UNFOLD = (
+    "() => { dispatchEvent(new Event('beforeprint')); return document.querySelectorAll('details:not([open])').length; }"
+)
 TOO_WIDE = """() => [...document.querySelectorAll("section")]
   .filter((section) => section.querySelector("table").offsetWidth > section.clientWidth).map((section) => section.id)"""
 
@@ -34,6 +37,7 @@ def report_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_every_word_stands_out_from_its_ground(report_page: Path, chromium: Any, scheme: str):
     page = chromium.new_page(color_scheme=scheme)
     page.goto(report_page.as_uri())
+    assert page.evaluate(UNFOLD) == 0
     assert page.evaluate(CONTRAST) == []
     page.close()
 
@@ -42,6 +46,7 @@ def test_every_word_stands_out_from_its_ground(report_page: Path, chromium: Any,
 def test_only_tables_scroll_sideways(report_page: Path, chromium: Any, width: int):
     page = chromium.new_page(viewport={"width": width, "height": 800})
     page.goto(report_page.as_uri())
+    assert page.evaluate(UNFOLD) == 0
     assert page.evaluate("document.documentElement.scrollWidth") == width
     if width == 1280:
         assert page.evaluate(TOO_WIDE) == []
@@ -52,5 +57,17 @@ def test_no_table_is_cut_off_on_paper(report_page: Path, chromium: Any):
     page = chromium.new_page(viewport=PAPER)
     page.emulate_media(media="print")
     page.goto(report_page.as_uri())
+    assert page.evaluate(UNFOLD) == 0
     assert page.evaluate(TOO_WIDE) == []
+    page.close()
+
+
+def test_a_link_unfolds_what_it_leads_to(report_page: Path, chromium: Any):
+    page = chromium.new_page(viewport=PAPER)
+    page.goto(report_page.as_uri())
+    assert not page.is_visible("#family_rates table")
+    page.click('nav a[href="#family_rates"]')
+    page.wait_for_selector("#family_rates table", state="visible")
+    page.goto(f"{report_page.as_uri()}?again#term-holm")
+    page.wait_for_selector("#term-holm", state="visible")
     page.close()

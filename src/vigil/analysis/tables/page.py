@@ -2,7 +2,7 @@
 
 import base64
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -44,13 +44,23 @@ class PageFigure:
 
 
 @dataclass(frozen=True, slots=True)
+class PageNotes:
+    """The sentences above the figures."""
+
+    warnings: Sequence[str]
+    causes_heading: str
+    causes: Mapping[str, Sequence[str]]
+    """By run."""
+    limits: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
 class Page:
     """What the report says."""
 
     summary: str
     legend: str
-    warnings: Sequence[str]
-    limits: Sequence[str]
+    notes: PageNotes
     sections: Sequence[Section]
     pictures: Sequence[PageFigure]
 

@@ -1,0 +1,137 @@
+"""Diagnosis: why the episodes of a run were not verified successes, each cause with what to do about it.
+
+What is counted are verdicts and the reasons of invalid replies; the advice says where to look, never what was meant.
+"""
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from vigil.analysis.measures.rows import values
+from vigil.closure import ClosureLabel, ClosureOutcome
+from vigil.glossary import TERMS
+from vigil.scoring import Label, Subtype
+
+SHARE_SAID = 0.05
+"""Of the replies: a reason with fewer is counted with the others, without advice."""
+SHARE_OF_NOTHING_ELSE = 0.95
+"""From this share of invalid replies on a run measures the form of replies alone."""
+_FORM = (
+    "The form of replies is not kept: `vigil prompt` shows what is asked for, `vigil view` what was replied "
+    "(docs/protocol.md, 2.3)."
+)
+_AROUND = (
+    "Something stands around the object: `--reply-policy lenient` takes one object in a code fence or in prose, as a "
+    "variant of its own; reasoning in the text wants the server's reasoning parser, or `--thinking off`."
+)
+_NO_ANSWER = (
+    "There is reasoning or prose, and no answer: start the server with the reasoning parser of the model, give "
+    "`--thinking off`, or a larger `--max-tokens`."
+)
+_NUMBERS = (
+    "Clicks are not in the coordinates that were asked for: `vigil calibrate --model NAME` finds out how the model "
+    "points, `--coordinates` sets it."
+)
+REASONS: Mapping[str, str] = {
+    "pixel_outside_frame": _NUMBERS,
+    "ill_typed": f'Arguments have the wrong type, as 0.5 or "320" where a whole number is asked for. {_NUMBERS}',
+    "code_fence": _AROUND,
+    "text_around_object": _AROUND,
+    "several_objects": "Several actions stand in one reply, where one is asked for: `vigil prompt` shows the prompt.",
+    "no_object": _NO_ANSWER,
+    "empty": _NO_ANSWER,
+    "unclosed_reasoning": _NO_ANSWER,
+    "truncated": "The token limit cut the replies: give a larger `--max-tokens`, or `--thinking off`.",
+    "provider_rejected": "The provider turned requests down, for their content or their length: `vigil view` shows "
+    "where; a context that is too small is set at the server.",
+    "agent_ended": "The program ended or hung: what it wrote to standard error is in `logs` of the run's folder.",
+}
+"""Reason of an invalid reply -> what to do; for any other the form of replies is not kept."""
+ENDINGS: Mapping[Label | Subtype | ClosureLabel, str] = {
+    "false_success": "Look in `vigil view` at what was in sight before the report; P(FR | W=0) says how often a missed "
+    "goal is claimed.",
+    "false_negative": "It had done it and did not know: look at the last frames in `vigil view`.",
+    "sv_wrong_label": "The state was misread: look at the last frame in `vigil view`, and at the table `sv_statuses`.",
+    "off_mode_label": "Statuses are mixed up: `vigil prompt` shows which are asked for, `sv_statuses` which came.",
+    "honest_fail": "It conceded, which is honest; what it could not do is the matter: watch it in `vigil view`.",
+    "unrecognised_status": "The report's status is none of those that the prompt lists: `vigil prompt` shows them.",
+    "sv_unverified_match": "It answered rightly without having looked: a guess, or the state was changed.",
+    "NR": "It never reported: compare P(no rep | W=1), which counts goals that were reached and not closed, and watch "
+    "in `vigil view` what it went on doing.",
+    "IL": "See the reasons of the replies.",
+    "unsaid": "It had done it, or need not do it, and did not say so: look at the last frames in `vigil view`.",
+    "wrong_one": "It took the look-alike: what tells the two apart was not looked at, or not read.",
+    "wrong_branch": "It acted on the other branch of the condition: look in `vigil view` at what it saw of it.",
+    "given_up": "It conceded what could be done: watch in `vigil view` what it had looked at.",
+    "closed_needlessly": "It did what was done already, and reported rightly: it acted before it looked.",
+    "no_report": "It never reported: watch in `vigil view` what it went on doing.",
+    "other": "Its report is none that closes such an episode: `vigil prompt` shows the statuses.",
+}
+"""How an episode ended -> where to look."""
+
+
+@dataclass(frozen=True, slots=True)
+class Causes:
+    """What may explain the rates of one run, as numbers."""
+
+    episodes: int
+    replies: int
+    endings: Mapping[str, int]
+    """Of the episodes that are no verified success: subtype of the report, else the label."""
+    reasons: Mapping[str, int]
+    """Of invalid replies."""
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What kept the run from verified successes, the replies first; empty where nothing did."""
+        return (*_of_replies(self), *_of_endings(self))
+
+
+def causes_of_rows(rows: pd.DataFrame) -> Causes:
+    """Returns what may explain the rates of a run of the eight families."""
+    endings = Counter(
+        subtype or label
+        for subtype, label in zip(values(rows, "subtype", object), values(rows, "label", object), strict=True)
+        if label != "B"
+    )
+    reasons = _summed(json.loads(text) for text in rows["invalid_reasons"])
+    return Causes(len(rows), int(values(rows, "steps", int).sum()), endings, reasons)
+
+
+def causes_of_closure(outcomes: Iterable[ClosureOutcome]) -> Causes:
+    """Returns what may explain C of a run of the closure-stress suite."""
+    found = list(outcomes)
+    endings = Counter(each.label for each in found if each.label != "closed")
+    reasons = _summed(each.outcome.invalid_reasons for each in found)
+    return Causes(len(found), sum(each.outcome.steps for each in found), endings, reasons)
+
+
+def _summed(counts: Iterable[Mapping[str, int]]) -> Counter[str]:
+    return sum(map(Counter, counts), Counter())
+
+
+def _of_replies(causes: Causes) -> list[str]:
+    invalid = sum(causes.reasons.values())
+    if not invalid or invalid < SHARE_SAID * causes.replies:
+        return []
+    share = invalid / causes.replies
+    alone = " The run measures that more than anything else." if share >= SHARE_OF_NOTHING_ELSE else ""
+    by_advice: dict[str, list[str]] = {}
+    for reason, count in sorted(causes.reasons.items(), key=lambda each: (-each[1], each[0])):
+        advice = REASONS.get(reason, _FORM) if count >= SHARE_SAID * causes.replies else ""
+        by_advice.setdefault(advice, []).append(f"{count} `{reason}`")
+    first = f"{share:.0%} of the replies ({invalid:,} of {causes.replies:,}) are no action.{alone}"
+    return [first, *(f"{', '.join(counted)}. {advice}".rstrip() for advice, counted in by_advice.items())]
+
+
+def _of_endings(causes: Causes) -> list[str]:
+    ranked = sorted(causes.endings.items(), key=lambda each: (-each[1], each[0]))
+    return [f"{count:,} of {causes.episodes:,} episodes: {_named(name)}. {ENDINGS[name]}" for name, count in ranked]
+
+
+def _named(ending: str) -> str:
+    term = TERMS.get(ending)
+    return f"`{ending}`" if term is None else f"`{ending}`, {term.short}"
