@@ -1,6 +1,7 @@
 """A small network learns to point: cloned from demonstrations of a stream, then improved on B by playing.
 
-    pip install 'vigil-bench[gymnasium]' torch
+    pip install 'vigil-bench[gymnasium]'
+    pip install torch --index-url https://download.pytorch.org/whl/cpu      # for processors alone; 200 MB, not 3 GB
     python examples/learn_to_point.py --out runs/pointing
 
 Pointing (family PG) takes two replies: a click on the thing that the instruction names, and a report of success. The
@@ -29,19 +30,42 @@ from io import BytesIO
 from multiprocessing import get_context
 from pathlib import Path
 
-import gymnasium
 import numpy as np
 import pyarrow.parquet as pq
-import torch
 from matplotlib.figure import Figure
 from PIL import Image
-from torch import nn
-from torch.nn import functional
 
-import vigil.integrations.gymnasium  # noqa: F401 - registers Vigil-v0
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import Pack
 from vigil.rates import wilson
+
+
+def read_options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True, help="folder; what it holds already is taken from there")
+    parser.add_argument("--demos", type=int, default=400, help="episodes that are demonstrated (400)")
+    parser.add_argument("--played", type=int, default=500, help="episodes to play (500)")
+    parser.add_argument("--tested", type=int, default=300, help="episodes to test on (300)")
+    parser.add_argument("--epochs", type=int, default=20, help="passes over the demonstrations (20)")
+    parser.add_argument("--every", type=int, default=10, help="epochs between tests (10)")
+    parser.add_argument("--rounds", type=int, default=2, help="rounds of play (2)")
+    parser.add_argument("--processes", type=int, default=2, help="that play (2)")
+    parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    GIVEN = read_options()  # before the libraries that learn are imported: --help is for those without them, too
+
+try:
+    import gymnasium
+    import torch
+    from torch import nn
+    from torch.nn import functional
+
+    import vigil.integrations.gymnasium  # noqa: F401 - registers Vigil-v0
+except ModuleNotFoundError as error:
+    raise SystemExit(f"{error.name} is not installed. The head of this file says how to get it.") from None
 
 STREAM = "stream:21"
 FAMILY = ("--family", "PG", "--difficulty", "easy", "--difficulty", "medium")
@@ -60,8 +84,7 @@ CHUNK = 8
 """Episodes that a process is given at a time: those of one house come after each other, and the house is built once."""
 
 
-def main() -> None:
-    given = read_options()
+def main(given: argparse.Namespace) -> None:
     torch.manual_seed(given.seed)
     began = time.monotonic()
     demos = read_demos(write_demos(given.out / "demos", given.demos))
@@ -380,19 +403,5 @@ def draw(points: Sequence[dict[str, str | float]], file: Path) -> None:
     figure.savefig(file)
 
 
-def read_options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="folder; what it holds already is taken from there")
-    parser.add_argument("--demos", type=int, default=400, help="episodes that are demonstrated (400)")
-    parser.add_argument("--played", type=int, default=500, help="episodes to play (500)")
-    parser.add_argument("--tested", type=int, default=300, help="episodes to test on (300)")
-    parser.add_argument("--epochs", type=int, default=20, help="passes over the demonstrations (20)")
-    parser.add_argument("--every", type=int, default=10, help="epochs between tests (10)")
-    parser.add_argument("--rounds", type=int, default=2, help="rounds of play (2)")
-    parser.add_argument("--processes", type=int, default=2, help="that play (2)")
-    parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
-    return parser.parse_args()
-
-
 if __name__ == "__main__":
-    main()
+    main(GIVEN)

@@ -3,17 +3,23 @@
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import vigil
 from vigil import api
+from vigil.analysis.measures.rows import read_runs
 from vigil.errors import PackMismatch
+from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.saved_run import read_run
+from vigil.summary import summarise
+from vigil.web.library import Library
 
 NAMES = [
     *("Agent", "Env", "Episode", "EpisodeRecord", "Feedback", "House", "Observation", "Outcome", "Pack", "Profile"),
-    *("Reply", "VigilError", "generate_house", "load_pack", "make_env", "play", "read_records", "reply", "settle"),
-    *("summarise", "thor_engine"),
+    *("Reply", "VigilError", "generate_house", "load_pack", "make_env", "play", "read_records", "reply", "save_run"),
+    *("settle", "summarise", "thor_engine"),
 ]
 """What users rely on: a name may come, none may go."""
 
@@ -66,6 +72,26 @@ def test_an_agent_of_ones_own_plays_and_is_judged() -> None:
     outcomes = [vigil.settle(episode, record) for episode, record in zip(episodes, records, strict=True)]
     overall = vigil.summarise(episodes, records)["overall"]
     assert overall["W"] == sum(outcome.W for outcome in outcomes) / 2
+
+
+def test_records_are_written_as_a_run_that_is_read_scored_and_verified(tmp_path: Path) -> None:
+    pack = vigil.load_pack("vigil_smoke")
+    some = pack.episodes[:3]
+    with vigil.make_env(pack, backend="fake") as env:
+        records = [vigil.play(episode, env, LooksRound()) for episode in some]
+    run = vigil.save_run(tmp_path / "run", pack, records, env, agent="looks_round")
+    read = read_run(run)
+    assert (read.notes, read.header.spec.agent, read.header.spec.simulator) == ((), "looks_round", "fake")
+    assert summarise(read.table.settlement()) == vigil.summarise(some, records)
+    assert verify_run(run, VerifySettings()).is_verified
+    (shown,) = Library([tmp_path]).runs()
+    assert shown.fault == ""
+    (rows,) = read_runs([run])
+    assert rows.n == 3
+    with pytest.raises(vigil.VigilError, match="holds a run already"):
+        vigil.save_run(run, pack, records, env, agent="looks_round")
+    with pytest.raises(vigil.VigilError, match="has no episode"):
+        vigil.save_run(tmp_path / "other", vigil.load_pack("starter"), records, env, agent="looks_round")
 
 
 def test_what_fails_in_an_agent_is_an_error_and_no_result() -> None:

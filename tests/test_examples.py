@@ -4,6 +4,7 @@ import ast
 import base64
 import io
 import json
+import os
 import re
 import subprocess
 import sys
@@ -102,3 +103,15 @@ def test_the_page_names_all_places_of_a_kind_of_goal() -> None:
     }
     helpers = {("authoring/ways/goal_wrong_ways.py", name) for name in ("_done_to", "_allows", "_neighbour")}
     assert named - helpers == set(PLACES)
+
+
+def test_the_options_of_the_training_are_explained_without_what_it_needs(tmp_path: Path) -> None:
+    (tmp_path / "torch.py").write_text("raise ModuleNotFoundError('it is not here', name='torch')")
+    words = [sys.executable, str(EXAMPLES / "learn_to_point.py")]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    helped = subprocess.run([*words, "--help"], env=environment, capture_output=True, text=True, check=False)
+    assert (helped.returncode, helped.stderr) == (0, "")
+    assert "--demos" in helped.stdout
+    assert "https://download.pytorch.org/whl/cpu" in helped.stdout
+    begun = subprocess.run([*words, "--out", "x"], env=environment, capture_output=True, text=True, check=False)
+    assert begun.stderr == "torch is not installed. The head of this file says how to get it.\n"

@@ -17,8 +17,8 @@ import vigil
 ROOT = Path(vigil.__file__).parent
 
 BASE = [
-    *("errors", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world", "observation"),
-    *("json_text", "glossary"),
+    *("errors", "imports", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world"),
+    *("observation", "json_text", "glossary"),
     *("reasoning", "actions", "costs", "replies", "kept_reply", "prompt_file", "profile"),
 ]
 """Lowest layer: each may import those before it."""
@@ -53,7 +53,7 @@ ALLOWED: dict[str, set[str]] = {
     "assets": PHYSICS,
     "scene": PHYSICS - {"actions"} | {"assets"},
     "sim": PHYSICS | {"assets", "scene", "observation"},
-    "processes": set(),
+    "processes": {"errors", "imports"},
     "housegen": PHYSICS | {"assets", "scene", "processes"},
     "thor": PHYSICS | {"assets", "scene", "sim", "observation"},
     "agents": {"errors", "observation", "actions", "reasoning", "replies", "profile", "prompt"},

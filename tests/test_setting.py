@@ -38,11 +38,11 @@ def test_values_within_their_bounds_pass(changes: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"count": 0}, "Setting count is 0; it must be 1 or more."),
-        ({"count": 10}, "Setting count is 10; it must be 9 or less."),
-        ({"share": float("nan")}, "Setting share is nan; it must be a finite number."),
-        ({"share": float("inf")}, "Setting share is inf; it must be a finite number."),
-        ({"kind": "squar"}, "Setting kind is 'squar'. Did you mean 'square'? Choose one of: round, square."),
+        ({"count": 0}, "--count is 0; it must be 1 or more."),
+        ({"count": 10}, "--count is 10; it must be 9 or less."),
+        ({"share": float("nan")}, "--share is nan; it must be a finite number."),
+        ({"share": float("inf")}, "--share is inf; it must be a finite number."),
+        ({"kind": "squar"}, "--kind is 'squar'. Did you mean 'square'? Choose one of: round, square."),
     ],
 )
 def test_values_out_of_their_bounds_are_named(changes: dict[str, Any], said: str) -> None:

@@ -22,17 +22,20 @@ from vigil.agents.agent import Agent
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import Episode
-from vigil.errors import VigilError
+from vigil.errors import RecordError, VigilError
 from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.observation import Feedback, Observation, Quality
 from vigil.pack import Pack
 from vigil.profile import Profile
-from vigil.record import EpisodeRecord
+from vigil.record import EPISODES_FILE, EpisodeRecord
 from vigil.record_file import read_records
+from vigil.runner.run_folder import RunFolder
+from vigil.runner.settings import places_of, run_spec
 from vigil.runner.workers import play as playing
+from vigil.runner.workers.messages import SimulatorFacts
 from vigil.scoring import Outcome, settle
-from vigil.sim import make_simulator
+from vigil.sim import BACKENDS, make_simulator
 from vigil.thor.launch import thor_engine
 
 __all__ = [
@@ -54,6 +57,7 @@ __all__ = [
     "play",
     "read_records",
     "reply",
+    "save_run",
     "settle",
     "summarise",
     "thor_engine",
@@ -92,6 +96,36 @@ def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: i
     """
     playing.play(episode, env, agent)
     return env.record(run_id=run_id, epoch=epoch)
+
+
+def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], env: Env, *, agent: str) -> Path:
+    """Writes records of episodes of `pack`, played in `env` by `agent`, as a run, and returns its folder.
+
+    `vigil view`, `score`, `report` and `verify` open it like any other. `folder` is new or empty. Raises SettingError
+    on a record of another pack's episode, RecordError where the folder holds a run.
+    """
+    path, found = Path(folder), list(records)
+    if (path / EPISODES_FILE).exists():
+        raise RecordError(f"Folder {str(path)!r} holds a run already. Choose another one.")
+    spec = run_spec(
+        pack,
+        env.profile,
+        agent=agent,
+        agent_kind="scripted",
+        episode_ids=tuple(sorted({pack.episode(record.episode_id).id for record in found})),
+        epochs=max((record.epoch for record in found), default=1),
+        render_quality="fast" if env.simulator_name.endswith("(fast)") else "default",
+        simulator=next((name for name in BACKENDS if env.simulator_name.startswith(name)), env.simulator_name),
+    )
+    run = RunFolder.create_or_resume(path, spec, pack.episodes, places_of(pack, None))
+    try:
+        run.note_facts(SimulatorFacts(env.simulator_name, ""))
+        for record in found:
+            run.append(record.model_copy(update={"run_id": run.header.run_id}))
+        run.note_end()
+    finally:
+        run.close()
+    return path
 
 
 def reply(skill_name: str, **arguments: Any) -> Reply:

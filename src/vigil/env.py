@@ -62,6 +62,11 @@ class Env:
         self._simulator.close()
 
     @property
+    def simulator_name(self) -> str:
+        """The simulator's name and version, for headers of runs."""
+        return self._simulator.name
+
+    @property
     def end(self) -> End | None:
         """How the episode ended; None while it goes on."""
         return self._end

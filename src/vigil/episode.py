@@ -20,7 +20,10 @@ from vigil.world import Setup
 
 def _known_family(name: str) -> str:
     if name not in FAMILIES:
-        raise ValueError(f"there is no family {name!r}; the families are {', '.join(FAMILIES)}")
+        raise ValueError(
+            f"there is no family {name!r}; the families are {', '.join(FAMILIES)}. One of one's own is known where its "
+            "module is imported: `vigil run --import MODULE`, VIGIL_IMPORT=MODULE for any command"
+        )
     return name
 
 

@@ -26,6 +26,11 @@ def stem_of(name: str) -> str | None:
     return match["stem"] if match else None
 
 
+def other_names(name: str, aliases: Iterable[str]) -> list[str]:
+    """Returns what a pack may be called besides, each once."""
+    return [other for other in dict.fromkeys((stem_of(name), *aliases)) if other and other != name]
+
+
 def version_of(name: str) -> tuple[int, ...]:
     """Returns a name's version, e.g. (1, 1) of `mini_v1_1`; () when it has none."""
     match = _VERSIONED.fullmatch(name)

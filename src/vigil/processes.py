@@ -8,6 +8,8 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing.context import BaseContext
 from typing import Any
 
+from vigil.imports import import_named_modules
+
 
 def context() -> BaseContext:
     """Returns how processes are started: fresh, with nothing of the state of the one that starts them."""
@@ -24,6 +26,7 @@ def worker_pool(workers: int, begin: Callable[..., None] | None = None, *argumen
 
 def _begin(begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
     threading.Thread(target=_end_with_parent, name="end with parent", daemon=True).start()
+    import_named_modules()
     if begin is not None:
         begin(*arguments)
 

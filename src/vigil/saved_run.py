@@ -14,7 +14,7 @@ from vigil.episode import Episode
 from vigil.errors import PackMismatch, RecordError
 from vigil.jsonl import split
 from vigil.pack import Pack, find, frozen_episodes, manifest_sha256
-from vigil.record import EPISODES_FILE, EpisodeRecord, Key, RunHeader, read_header
+from vigil.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Key, RunHeader, read_header
 from vigil.record_file import RowFilter, missing, rows_of
 from vigil.row_check import LeftOut, RowCheck, told
 from vigil.scoring import Outcome
@@ -185,6 +185,22 @@ def open_run(
 def load_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
     """Returns the pack that a run was played on, checked whole. Raises PackMismatch."""
     return Pack.load(pack_folder(header, pack))
+
+
+DEPTH = 3
+"""How deep under a given folder runs are looked for."""
+
+
+def runs_in(folders: Iterable[Path]) -> list[Path]:
+    """Returns the folders of runs among and under those given; one in which there is none stays, to be named."""
+    return [found for folder in folders for found in _runs_under(folder, DEPTH) or [folder]]
+
+
+def _runs_under(folder: Path, depth: int) -> list[Path]:
+    if (folder / HEADER_FILE).exists() or (folder / EPISODES_FILE).exists():
+        return [folder]
+    inner = sorted(each for each in folder.iterdir() if each.is_dir()) if depth and folder.is_dir() else []
+    return [found for each in inner for found in _runs_under(each, depth - 1)]
 
 
 def pack_folder(

@@ -52,6 +52,11 @@ class Declared:
         """Its name for people, in words joined by dashes."""
         return self.setting.name or self.name.replace("_", "-")
 
+    @property
+    def spoken(self) -> str:
+        """Its name in a message: that of its option, where it has one."""
+        return f"--{self.option}" if self.setting.is_option else f"Setting {self.name}"
+
     def value(self, given: Any) -> Any:
         """Returns the setting from what was given for it: the default from nothing. Raises SettingError."""
         if given is None or given == []:
@@ -91,7 +96,7 @@ def check_declared(settings: Any) -> None:
         known = choices(one.kind)
         if known and value not in known:
             hint = did_you_mean(str(value), known)
-            raise SettingError(f"Setting {one.name} is {value!r}.{hint} Choose one of: {', '.join(known)}.")
+            raise SettingError(f"{one.spoken} is {value!r}.{hint} Choose one of: {', '.join(known)}.")
         if isinstance(value, int | float):
             _check_number(one, value)
 
@@ -99,11 +104,11 @@ def check_declared(settings: Any) -> None:
 def _check_number(one: Declared, value: float) -> None:
     least, most = one.setting.least, one.setting.most
     if not math.isfinite(value):
-        raise SettingError(f"Setting {one.name} is {value}; it must be a finite number.")
+        raise SettingError(f"{one.spoken} is {value}; it must be a finite number.")
     if least is not None and value < least:
-        raise SettingError(f"Setting {one.name} is {value}; it must be {least} or more.")
+        raise SettingError(f"{one.spoken} is {value}; it must be {least} or more.")
     if most is not None and value > most:
-        raise SettingError(f"Setting {one.name} is {value}; it must be {most} or less.")
+        raise SettingError(f"{one.spoken} is {value}; it must be {most} or less.")
 
 
 def choices(kind: Any) -> tuple[str, ...]:

@@ -8,8 +8,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from vigil.cli import app
+from vigil.episode import FAMILIES
 from vigil.errors import InputError
 from vigil.pack import Pack, find
+from vigil.pack_names import other_names
 
 
 def vigil(*arguments: str | Path) -> Result:
@@ -26,6 +28,20 @@ def test_packaged_packs_are_listed_with_their_short_names() -> None:
     assert set(rows) == set(lines)
     assert all(Pack.load(short).sha256 == row["sha256"] for row in rows.values() for short in row["also"][-1:])
     assert (rows[mini]["episodes"], rows[mini]["families"]) == (80, 8)
+
+
+def test_levels_and_strata_are_shown_in_their_order() -> None:
+    said = vigil("info", "vigil_mini").output
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in said.splitlines() if line.startswith("│")]
+    assert [row for row in rows if len(row) == 5] == [[family, "3", "3", "2", "2"] for family in FAMILIES]
+    assert next(row[1] for row in rows if row[0] == "rooms").startswith("1 10, 2 13, 3 13")
+    assert "10 2" in next(row[1] for row in rows if row[0] == "rooms")
+    assert json.loads(vigil("info", "vigil_mini", "--json").output)["levels"]["hard"] == 16
+
+
+def test_no_other_name_is_said_twice() -> None:
+    assert other_names("mine_v1", ["mine", "my_own"]) == ["mine", "my_own"]
+    assert other_names("mine", ["mine"]) == []
 
 
 def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:

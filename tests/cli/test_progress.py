@@ -67,14 +67,13 @@ def test_a_pipe_gets_a_line_after_each_period(
     assert [line.split("  ")[0] for line in lines(capsys)] == ["verify: 1/9", "verify: 3/9", "verify: 5/9"]
 
 
-@pytest.mark.parametrize("ticks", [True, False])
-def test_a_terminal_gets_a_bar_with_names_as_they_are(ticks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_gets_a_bar_with_names_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = in_terminal(monkeypatch)
-    with progress("exec:x [/b]", ticks=ticks) as show:
+    with progress("exec:x [/b] :fire:") as show:
         show(1, 2, "errors [/c]")
         show(2, 2, "errors [/c]")
     said = terminal.getvalue()
-    assert "exec:x [/b]" in said
+    assert "exec:x [/b] :fire:" in said
     assert "errors [/c]" in said
     assert "2/2" in said
     assert said.count(HIDE_CURSOR) == said.count(SHOW_CURSOR) == 1
@@ -107,6 +106,58 @@ def test_nothing_is_shown_before_something_is_done(monkeypatch: pytest.MonkeyPat
     with progress("verify"):
         pass
     assert terminal.getvalue() == ""
+
+
+def test_the_time_left_counts_what_was_done_since_the_work_went_on(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = [1000.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now_s[0])
+    with progress("noop") as show:
+        show(90, 100)  # by an earlier session
+        now_s[0] += 700  # longer than any window: one episode after another takes so long
+        show(91, 100)
+        now_s[0] += 100
+        show(92, 100)  # 2 in 800 s
+    assert [line.split("ETA ")[1] for line in lines(capsys)] == ["-", "1:45:00", "53:20"]
+
+
+def test_several_at_once_are_not_taken_for_quick_ones(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now_s[0])
+    with progress("noop") as show:
+        show(0, 16)
+        now_s[0] += 80
+        for done in range(1, 9):  # eight episodes end together
+            show(done, 16)
+        now_s[0] += 80
+        show(9, 16)
+    assert lines(capsys)[-1].endswith("ETA 2:04")
+
+
+def test_work_that_tells_nothing_is_said_to_go_on(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "QUIET_SECONDS", 0.01)
+    said = ""
+    with progress("checks") as show:
+        while "checks: begun" not in said:  # waits for the event
+            said += capfd.readouterr().err
+        show(3, 9, "1 left out")
+        while "(at it for" not in said:
+            said += capfd.readouterr().err
+    assert "checks: 3/9  1 left out  ETA -" in said
+
+
+def test_a_terminal_sees_that_work_has_begun_which_tells_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = in_terminal(monkeypatch)
+    monkeypatch.setattr(module, "QUIET_SECONDS", 0.01)
+    with progress("checks"):
+        while "checks" not in terminal.getvalue():
+            pass
+    assert terminal.getvalue().count(HIDE_CURSOR) == terminal.getvalue().count(SHOW_CURSOR) == 1
 
 
 def test_a_runs_progress_counts_errors_as_done(capsys: pytest.CaptureFixture[str]) -> None:

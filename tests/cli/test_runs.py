@@ -256,3 +256,46 @@ def test_invalid_replies_of_earlier_sessions_count_for_the_warning(vigil: Vigil,
     said = vigil(*words, "--log-dir", tmp_path / "run").err
     assert said.count("WARNING: ") == 1
     assert "40 of 40 replies (100 %) are invalid after 10 episodes" in said
+
+
+def test_both_outputs_in_one_file_stand_in_their_order(command: tuple[str | Path, ...], tmp_path: Path) -> None:
+    main = "from vigil.cli import main; main()"
+    log = tmp_path / "log"
+    with log.open("w") as file:
+        words = [sys.executable, "-c", main, *map(str, command), "--agent", "noop", "--save-frames"]
+        subprocess.run(words, stdout=file, stderr=file, check=True)
+    text_of = log.read_text()
+    assert text_of.index("noop: 0/4") < text_of.index("noop: 4/4") < text_of.index("Records: ")
+
+
+def test_what_is_said_at_once_stands_before_what_comes_later(tmp_path: Path) -> None:
+    program = (
+        "import sys, vigil.cli as cli\n"
+        "def app():\n    print('first')\n    print('second', file=sys.stderr)\n    print('third')\n"
+        "cli.app = app\ncli.main()\n"
+    )
+    with (tmp_path / "log").open("w") as file:
+        subprocess.run([sys.executable, "-c", program], stdout=file, stderr=file, check=True)
+    assert (tmp_path / "log").read_text().split() == ["first", "second", "third"]
+
+
+def test_a_name_in_a_table_stays_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    table = text.Table("agent", title="exec:a :fire: [b]")
+    table.add_row("exec:x :smile: [red]y[/red]")
+    text.print_fitting(lambda _: table)
+    said = capsys.readouterr().out
+    assert "exec:x :smile: [red]y[/red]" in said
+    assert "exec:a :fire: [b]" in said
+
+
+def test_a_folder_of_runs_stands_for_its_runs(vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path) -> None:
+    for agent in ("noop", "always_success"):
+        assert vigil(*command[:-1], tmp_path / "runs" / agent, "--agent", agent).code == 0
+    for verb in (("score",), ("report",)):
+        said = vigil(*verb, tmp_path / "runs")
+        assert said.code == 0
+        assert "noop" in said.out
+        assert "always_success" in said.out
+    assert "'plane'" not in vigil("figure", "plane", tmp_path / "runs", "--out", tmp_path / "plane.png").err
+    (tmp_path / "none").mkdir()
+    assert "has no run.json" in vigil("report", tmp_path / "none").err

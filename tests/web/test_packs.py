@@ -11,9 +11,10 @@ from vigil.agents.picture import decode
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.pack import Pack, find, frozen_episodes, manifest_of, manifest_sha256, packaged_names
 from vigil.runner.workers.messages import RenderSettings
+from vigil.strata import in_order
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
-from vigil.web.packs import SAMPLES, card_of, family_rows, in_order, other_strata
+from vigil.web.packs import SAMPLES, card_of, family_rows, level_strata, other_strata
 from vigil.web.view import make_view
 
 
@@ -78,6 +79,15 @@ def test_sizes_stand_in_their_order() -> None:
     assert list(in_order(named)) == ["under 3 m", "3 to 4 m", "over 4 m"]
     assert list(in_order(dict.fromkeys(("large", "medium", "small"), 1))) == ["small", "medium", "large"]
     assert list(in_order({"turn_on": 1, "pick": 2})) == ["pick", "turn_on"]
+    assert list(in_order({"1": 1, "10": 1, "2": 1})) == ["1", "2", "10"]  # rooms
+
+
+def test_levels_stand_among_the_strata_where_a_pack_has_them() -> None:
+    packs = Library([], ["vigil_mini", "starter"]).packs
+    assert level_strata(packs["vigil_mini_v2_1"]) == {
+        "level of difficulty": {"easy": 24, "medium": 24, "hard": 16, "extreme": 16}
+    }
+    assert level_strata(packs["starter"]) == {}
 
 
 def test_a_card_is_text_whatever_is_in_it(tmp_path: Path) -> None:

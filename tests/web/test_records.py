@@ -128,7 +128,9 @@ def test_a_run_of_another_pack_says_which(runs: Path, tmp_path: Path) -> None:
     assert "--pack" in run.fault
 
 
-def test_a_runs_pack_is_read_only_inside_of_the_folders(runs: Path, pack: Pack, tmp_path: Path) -> None:
+def test_a_runs_pack_is_read_where_it_was_noted_and_only_if_it_is_the_runs(
+    runs: Path, pack: Pack, tmp_path: Path
+) -> None:
     root = tmp_path / "root"
     header_file = Path(shutil.copytree(runs / "random", root / "run")) / "run.json"
     inside = Path(shutil.copytree(pack.folder, root / "packs" / "tiny"))
@@ -140,6 +142,9 @@ def test_a_runs_pack_is_read_only_inside_of_the_folders(runs: Path, pack: Pack, 
     (inside / MANIFEST).symlink_to(outside)
     assert "--pack" in Library([root]).run("run").fault
     header["host"]["pack_folder"] = str(pack.folder)
+    header_file.write_text(json.dumps(header))
+    assert Library([root]).run("run").table is not None
+    header["spec"]["pack_sha256"] = "0" * 64
     header_file.write_text(json.dumps(header))
     assert "--pack" in Library([root]).run("run").fault
 

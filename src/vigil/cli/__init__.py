@@ -1,6 +1,7 @@
 """The command `vigil`: each verb parses its arguments and calls one function."""
 
 import errno
+import io
 import os
 import sys
 from typing import Annotated
@@ -10,6 +11,7 @@ import typer
 from vigil import __version__
 from vigil.cli.verbs import Verbs
 from vigil.errors import InfrastructureError, VigilError
+from vigil.imports import import_named_modules
 
 BAD_INPUT = 2
 FAILED = 1
@@ -37,11 +39,14 @@ def _before_a_verb(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Takes the options before a verb."""
+    """Takes the options before a verb, and imports what the environment names."""
+    import_named_modules()
 
 
 def main() -> None:
     """Runs the command line. Exits with 0, 1 (it failed), 2 (bad input) or 130 (interrupted)."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # so that a file of both outputs has them in their order
     try:
         app()
     except InfrastructureError as error:

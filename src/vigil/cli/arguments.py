@@ -6,12 +6,35 @@ from typing import Annotated
 import typer
 
 from vigil.authoring.drafting.procthor import DATASET
+from vigil.imports import VARIABLE, import_modules
+from vigil.saved_run import runs_in
+
+
+def _imported(names: list[str] | None) -> list[str] | None:
+    """Imports at once: options that come after it may name what the modules register."""
+    import_modules(names or ())
+    return names
+
 
 PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 RunArgument = Annotated[Path, typer.Argument(help="Folder of a run.")]
-RunArguments = Annotated[list[Path], typer.Argument(help="Folders of runs.")]
+RunArguments = Annotated[
+    list[Path], typer.Argument(help="Folders of runs, or folders with runs in them.", callback=runs_in)
+]
 OneHouse = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
 Robust = Annotated[bool, typer.Option("--robust", help="Also ask that a body that errs succeeds: seconds an episode.")]
+Imports = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--import",
+        metavar="MODULE",
+        help="Import this first, for families and things that it registers; may be repeated. For other commands: "
+        f"{VARIABLE}.",
+        is_eager=True,
+        callback=_imported,
+        show_default=False,
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")]

@@ -193,7 +193,8 @@ def build(
     verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
     if suite is not None:
         asked = suite_request(pack_request, tasks_named(kind or [], per_family))
-        build_suite(out, files, asked, given, verification)
+        with progress("checks"):
+            build_suite(out, files, asked, given, verification)
         return
     _freeze(out, files, given, pack_request, verification, kept=old)
 
@@ -397,7 +398,8 @@ def _make_suite(
     with progress("houses") as show:
         file = draft_suite(out, sources, pack_request, verification, shown_on(show))
     drafts_summary(file)
-    return build_suite(out, [file], suite_request(pack_request, tasks), given, verification)
+    with progress("checks"):
+        return build_suite(out, [file], suite_request(pack_request, tasks), given, verification)
 
 
 def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:

@@ -26,13 +26,15 @@ from vigil.cli.text import console, say
 from vigil.closure import SUITE
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
+from vigil.levels import LEVELS, levels_of
 from vigil.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
-from vigil.pack_names import stem_of
+from vigil.pack_names import other_names
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.sim import make_simulator
 from vigil.sim.thor.differences import EXPLAINED
 from vigil.sim.thor.start import ENGINE_VARIABLE, OWN
+from vigil.strata import in_order
 
 
 def list_packs(as_json: AsJson = False) -> None:
@@ -41,7 +43,7 @@ def list_packs(as_json: AsJson = False) -> None:
     rows = [
         {
             "name": name,
-            "also": [short for short in (stem_of(name), *manifest.meta.get("aliases", ())) if short],
+            "also": other_names(name, manifest.meta.get("aliases", ())),
             "version": manifest.version,
             "episodes": manifest.episodes,
             "families": len(manifest.families),
@@ -67,13 +69,16 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
     say(loaded.manifest.version_notes)
     if as_json:
         solutions = {"steps": steps_of(loaded), "skills": skill_shares(loaded)}
-        print(json.dumps({**loaded.manifest.model_dump(mode="json"), "sha256": loaded.sha256, "solutions": solutions}))
+        levels = Counter(each.level for each in levels_of(loaded.folder).values())
+        facts = {"sha256": loaded.sha256, "solutions": solutions, "levels": levels}
+        print(json.dumps({**loaded.manifest.model_dump(mode="json"), **facts}))
         return
     manifest = loaded.manifest
     print(f"{manifest.name} (version {manifest.version}): {manifest.episodes} episodes in {manifest.houses} houses")
     print(f"made with rules {manifest.versions.rules}, shapes {manifest.versions.shapes}")
     print(f"sha256 {loaded.sha256}; all {len(manifest.files)} files as frozen")
     _print_families(loaded)
+    _print_levels(loaded)
     strata = manifest.meta.get("strata")
     if strata is not None:
         _print_strata(strata)
@@ -103,12 +108,25 @@ def _print_families(pack: Pack) -> None:
     console().print(table)
 
 
+def _print_levels(pack: Pack) -> None:
+    """Prints how many episodes of each family are of each level, where the pack holds levels."""
+    levels = levels_of(pack.folder)
+    if not levels:
+        return
+    counts = Counter((episode.family, levels[episode.id].level) for episode in pack.episodes if episode.id in levels)
+    table = Table("family", *LEVELS)
+    for family in (family for family in FAMILIES if any(counts[family, level] for level in LEVELS)):
+        table.add_row(family, *(str(counts[family, level]) for level in LEVELS))
+    console().print(table)
+
+
 def _print_strata(strata: dict) -> None:
     table = Table("of", "counts")
-    named = {**strata["families"], **{name: strata[name] for name in ("rooms", "house_sizes", "categories")}}
+    named = {family: strata["families"][family] for family in FAMILIES if family in strata["families"]}
+    named |= {name: strata[name] for name in ("rooms", "house_sizes", "categories")}
     named["not found by turning"] = strata["not_found_by_turning"]
     for name, counts in named.items():
-        table.add_row(name, ", ".join(f"{key} {count}" for key, count in counts.items()))
+        table.add_row(name, ", ".join(f"{key} {count}" for key, count in in_order(counts).items()))
     console().print(table)
 
 

@@ -3,12 +3,13 @@
 import math
 import sys
 import textwrap
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from vigil.cli.text import console, duration, percent
 from vigil.runner.progress import OnProgress
@@ -16,8 +17,8 @@ from vigil.runner.progress import Progress as RunProgress
 
 PLAIN_SECONDS = 10.0
 """Between two plain lines at least, but for the last."""
-SPEED_SECONDS = 600.0
-"""The time left is estimated from what was done in so many seconds."""
+QUIET_SECONDS = 25.0
+"""Work that tells nothing is said to go on about so often."""
 TROUBLE_CHARS = 70
 
 
@@ -27,35 +28,76 @@ class Show(Protocol):
     def __call__(self, done: int, total: int, facts: str = "") -> None: ...  # noqa: D102
 
 
-@contextmanager
-def progress(label: str, *, ticks: bool = True) -> Iterator[Show]:
-    """Yields what is told how many of how many are done; nothing is shown before that.
+class _Told:
+    """What was told last, and since when; shown as plain lines."""
 
-    Without `ticks` a bar changes only when something is told: no thread draws it, so that the process may fork.
-    """
+    def __init__(self, label: str) -> None:
+        self._label = label
+        self._began_s = time.monotonic()
+        self._line_s = -math.inf
+        self._first: tuple[float, int] | None = None
+        """When something was told for the first time, and how much was done already: by an earlier session."""
+        self._text = ""
+
+    def take(self, done: int, total: int, facts: str) -> str:
+        """Takes in how much is done, and returns the time left, estimated from what was done since the first time."""
+        now_s = time.monotonic()
+        if self._first is None:
+            self._first = now_s, done
+        first_s, before = self._first
+        each_s = (now_s - first_s) / (done - before) if done > before else None
+        left = "0:00" if done >= total else duration(None if each_s is None else each_s * (total - done))
+        self._text = "  ".join(filter(None, (f"{self._label}: {done}/{total}", facts, f"ETA {left}")))
+        return left
+
+    def print_line(self, least_s: float, more: str = "") -> None:
+        """Prints where the work stands, unless that was done less than so many seconds ago."""
+        now_s = time.monotonic()
+        if now_s - self._line_s >= least_s:
+            self._line_s = now_s
+            print(self._text + more, file=sys.stderr, flush=True)
+
+    def print_sign_of_life(self) -> None:
+        """Prints that the work goes on, unless something was printed lately."""
+        since = duration(time.monotonic() - self._began_s)
+        self.print_line(QUIET_SECONDS, f"  (at it for {since})" if self._text else f"{self._label}: begun {since} ago")
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Show]:
+    """Yields what is told how many of how many are done; nothing is shown before that, or before it takes long."""
     output = console(stderr=True)
     is_live = sys.stderr.isatty() and output.is_interactive
     bar = Progress(
         TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
-        TextColumn("{task.fields[facts]}", markup=False), TextColumn("ETA"), TimeRemainingColumn(), TimeElapsedColumn(),
-        console=output, speed_estimate_period=SPEED_SECONDS, redirect_stdout=sys.stdout.isatty(), disable=not is_live,
-        auto_refresh=ticks,
+        TextColumn("{task.fields[facts]}", markup=False), TextColumn("ETA {task.fields[left]}"), TimeElapsedColumn(),
+        console=output, redirect_stdout=sys.stdout.isatty(), disable=not is_live,
     )  # fmt: skip
-    task = bar.add_task(label, total=None, facts="")
-    last_s = -math.inf
+    task = bar.add_task(label, total=None, facts="", left="-")
+    told = _Told(label)
+    is_over, order = threading.Event(), threading.Lock()
 
     def show(done: int, total: int, facts: str = "") -> None:
-        nonlocal last_s
+        left = told.take(done, total, facts)
         bar.start()
-        bar.update(task, completed=done, total=total, facts=facts, refresh=not ticks)
-        if not is_live and (done >= total or time.monotonic() - last_s >= PLAIN_SECONDS):
-            last_s = time.monotonic()
-            parts = (f"{label}: {done}/{total}", facts, f"ETA {duration(bar.tasks[0].time_remaining)}")
-            print("  ".join(filter(None, parts)), file=sys.stderr, flush=True)
+        bar.update(task, completed=done, total=total, facts=facts, left=left)
+        if not is_live:
+            told.print_line(0.0 if done >= total else PLAIN_SECONDS)
 
+    def keep_alive() -> None:
+        while not is_over.wait(QUIET_SECONDS):
+            with order:
+                if is_live and not is_over.is_set():
+                    bar.start()
+                elif not is_over.is_set():
+                    told.print_sign_of_life()
+
+    threading.Thread(target=keep_alive, name=f"progress of {label}", daemon=True).start()
     try:
         yield show
     finally:
+        with order:
+            is_over.set()
         if bar.live.is_started:
             bar.stop()
 

@@ -22,7 +22,7 @@ from vigil.levels import read_levels
 from vigil.pack import Pack
 from vigil.runner.shared_settings import AssetFile, PackPlace
 from vigil.runner.workers.frames import first_frames, frames_of
-from vigil.saved_run import load_pack, pack_folder
+from vigil.saved_run import load_pack, pack_folder, runs_in
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
@@ -172,8 +172,9 @@ def _kind_of(out: Path, name: str) -> str:
 def _settled_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> list[Run]:
     if not folders:
         raise SettingError(f"The figure {name!r} is drawn from runs: give their folders.")
-    order = [folder.resolve() for folder in folders]
-    return sorted(read_runs(folders, pack), key=lambda run: order.index(run.folder))
+    given = runs_in(folders)
+    order = [folder.resolve() for folder in given]
+    return sorted(read_runs(given, pack), key=lambda run: order.index(run.folder))
 
 
 def _trajectory(

@@ -10,7 +10,7 @@ import typer
 from vigil.agents.choose import is_known
 from vigil.agents.scripted import SCRIPTS
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
-from vigil.cli.arguments import RunArgument
+from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import label_of, print_families
@@ -35,11 +35,14 @@ Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders 
 def run(
     settings: RunSettings,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say calls and tokens, play nothing.")] = False,
+    imports: Imports = None,
 ) -> None:
     """Examples:
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
+    vigil run --import my_families --pack my_pack --agent solver --log-dir runs/own
     """
+    del imports  # done when it was read
     settings = _with_agent(settings)
     say(manifest_of(settings.pack).version_notes)
     if dry_run:

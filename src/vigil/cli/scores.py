@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
-from rich.markup import escape
 from rich.table import Table
 
 from vigil.cli.arguments import AsJson, RunArguments
@@ -100,7 +99,7 @@ def print_families(name: str, settlement: Settlement) -> None:
     summary = summarise(settlement)
 
     def build(is_full: bool) -> Table:
-        table = _rates_table(f"{escape(name)}: %", "family", is_full)
+        table = _rates_table(f"{name}: %", "family", is_full)
         for family, rates in summary["families"].items():
             table.add_row(family, *_cells(rates, is_full))
         table.add_section()
@@ -125,7 +124,7 @@ def _print_comparison(settled: list[tuple[str, Settlement]]) -> None:
     def overall(is_full: bool) -> Table:
         table = _rates_table("All episodes, %", "agent", is_full)
         for name, summary in rows:
-            table.add_row(escape(name), *_cells(summary["overall"], is_full))
+            table.add_row(name, *_cells(summary["overall"], is_full))
         return table
 
     def families(is_full: bool) -> Table:
@@ -134,7 +133,7 @@ def _print_comparison(settled: list[tuple[str, Settlement]]) -> None:
         for family in FAMILIES:
             table.add_column(family, justify="right", no_wrap=True)
         for name, summary in rows:
-            table.add_row(escape(name), *[_pair(summary["families"].get(family), is_full) for family in FAMILIES])
+            table.add_row(name, *[_pair(summary["families"].get(family), is_full) for family in FAMILIES])
         return table
 
     print_fitting(overall)

@@ -13,9 +13,10 @@ COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
 
 
 def console(stderr: bool = False) -> Console:
-    """Returns a console that does not fold tables when the output is no terminal."""
+    """Returns a console that shows text as it is, and does not fold tables when the output is no terminal."""
     stream = sys.stderr if stderr else sys.stdout
-    return Console(stderr=stderr, width=None if stream.isatty() else PIPED_WIDTH, highlight=False)
+    width = None if stream.isatty() else PIPED_WIDTH
+    return Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
 
 
 def say(notes: Iterable[str]) -> None:

@@ -154,7 +154,7 @@ class RunSettings:
         try:
             check_template(self.prompt_template)
         except ValueError as error:
-            raise SettingError(f"Setting prompt_template: {error}") from None
+            raise SettingError(f"The prompt file: {error}") from None
 
     @property
     def player(self) -> str:

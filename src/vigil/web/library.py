@@ -1,7 +1,7 @@
 """The library: the runs and packs that the pages may show, found once under the folders that were given.
 
 Addresses name runs and packs by short names that were handed out here, never by paths; nothing outside of the given
-folders (and the packaged packs) is read, also not through links.
+folders is read, also not through links, but for packs: the packaged ones, and a run's own, which its hash identifies.
 """
 
 import hashlib
@@ -248,9 +248,8 @@ class Library:
             ) from None
 
     def _may_read(self, pack: Path) -> bool:
-        """Whether a pack lies in a folder that was given, and does not link out of itself."""
-        is_given = any(is_inside(pack, root) for root in (PACKAGED, *self._roots))
-        return is_given and is_inside(pack / MANIFEST, pack)
+        """Whether a pack does not link out of itself; that it is the run's own, its hash says."""
+        return is_inside(pack / MANIFEST, pack)
 
     def _open_pack(self, folder: Path, sha256: str | None = None) -> ShownPack:
         folder = folder.resolve()

@@ -17,9 +17,11 @@ from vigil.authoring.packing.dataset_card import CARD
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import PackMismatch
 from vigil.goals import goal_words
+from vigil.levels import LEVELS, levels_of
 from vigil.pack import evenly, manifest_of, manifest_sha256
-from vigil.pack_names import stem_of
+from vigil.pack_names import other_names
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.strata import in_order
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library, ShownPack, is_inside
 from vigil.web.site import page
@@ -34,7 +36,6 @@ _STRATA = {
     "categories": "category of the target",
 }
 """What a manifest counts beside the families, in words."""
-_SIZE = {"under": 0, "small": 0, "over": 2, "large": 2}
 
 
 def add_pack_pages(
@@ -58,7 +59,7 @@ def add_pack_pages(
             pack=shown,
             manifest=manifest,
             families=family_rows(shown.episodes.values(), manifest.meta),
-            strata=other_strata(manifest.meta),
+            strata={**other_strata(manifest.meta), **level_strata(shown)},
             samples=samples_of(shown.episodes.values()),
             specs=FAMILIES,
             goal_words=goal_words,
@@ -82,7 +83,7 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
     """Returns a pack's line in the list; a pack that cannot be read says why."""
     try:
         manifest = manifest_of(folder)
-        also = [name for name in (stem_of(manifest.name), *manifest.meta.get("aliases", ())) if name]
+        also = other_names(manifest.name, manifest.meta.get("aliases", ()))
         return {"slug": slug, "manifest": manifest, "also": also, "sha256": manifest_sha256(folder), "fault": ""}
     except PackMismatch as error:
         return {"slug": slug, "manifest": None, "also": [], "sha256": "", "fault": str(error)}
@@ -114,15 +115,16 @@ def _counted(names: Iterable[str | None]) -> dict[str, int]:
     return Counter(name for name in names if name)
 
 
-def in_order(named: dict[str, int]) -> dict[str, int]:
-    """Returns counts by size, the smallest first, and by name; manifests have them by name alone."""
-    return dict(sorted(named.items(), key=lambda each: (_SIZE.get(each[0].partition(" ")[0], 1), each[0])))
-
-
 def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
     """Returns what else a manifest counts, by its name in words."""
     strata = meta.get("strata", {})
     return {words: in_order(strata[name]) for name, words in _STRATA.items() if strata.get(name)}
+
+
+def level_strata(pack: ShownPack) -> dict[str, dict[str, int]]:
+    """Returns how many episodes are of each level, where the pack holds levels."""
+    counts = Counter(each.level for each in levels_of(pack.folder).values())
+    return {"level of difficulty": {level: counts[level] for level in LEVELS}} if counts else {}
 
 
 def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:

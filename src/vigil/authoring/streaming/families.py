@@ -1,11 +1,13 @@
 """The families that a stream can hold: those of the package, and registered ones with what drafts their episodes."""
 
+import os
 from collections.abc import Mapping
 
 from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
 from vigil.authoring.streaming.difficulty import MOST_ACTIONS
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
+from vigil.imports import VARIABLE
 
 _own: set[Family] = set()
 
@@ -41,9 +43,10 @@ def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family,
             )
     chosen = asked or tuple(family for family in FAMILIES if family in GRAMMAR)
     own = [family for family in chosen if family in _own]
-    if own and workers:
+    if own and workers and VARIABLE not in os.environ:
         raise SettingError(
-            f"Family {', '.join(own)} is registered in this process alone; background processes do not know it. Give "
-            "the stream workers=0, or ask for the package's families."
+            f"Family {', '.join(own)} is registered in this process alone; background processes do not know it. Have "
+            f"every process import what registers it ({VARIABLE}=MODULE), make the houses in this one (workers 0), or "
+            "ask for the package's families."
         )
     return chosen

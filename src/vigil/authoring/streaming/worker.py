@@ -14,12 +14,14 @@ from typing import BinaryIO
 
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
 from vigil.errors import SimulatorError, VigilError
+from vigil.imports import import_named_modules
 
 Asked = tuple[StreamSettings, int]
 
 
 def main() -> None:
     """Serves until the input ends."""
+    import_named_modules()
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no answer
         asked: queue.SimpleQueue[Asked] = queue.SimpleQueue()

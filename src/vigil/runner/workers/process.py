@@ -20,6 +20,7 @@ from typing import Any, Protocol
 
 from vigil.actions import Reply
 from vigil.errors import SettingError, SimulatorError
+from vigil.imports import VARIABLE
 from vigil.runner.workers.messages import AboutToShowFrame, Failed, Heartbeat, Plan, Proceed, Request
 from vigil.sim.protocol import WORKER_NUMBER
 
@@ -126,6 +127,8 @@ class Worker:
         self._plan = plan
         self._patience_s = settings.patience_s
         self._environment = {"LP_NUM_THREADS": str(settings.threads), WORKER_NUMBER: str(number)}
+        if VARIABLE in os.environ:  # a node of a cluster has an environment of its own
+            self._environment[VARIABLE] = os.environ[VARIABLE]
         self._log = settings.logs / f"{name}.log" if settings.logs else None
         self._start = settings.start
         self._generation = 0

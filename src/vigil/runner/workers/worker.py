@@ -26,6 +26,7 @@ from vigil.env import Env
 from vigil.episode import Episode
 from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.house import House
+from vigil.imports import import_named_modules
 from vigil.observation import Observation
 from vigil.pack import Pack
 from vigil.record import EpisodeRecord
@@ -290,4 +291,5 @@ def _end_with_main_process(fd: int, leaving: threading.Event) -> None:
 
 if __name__ == "__main__":
     faulthandler.enable()
+    import_named_modules()
     serve(Connection(int(sys.argv[1])))

@@ -46,7 +46,7 @@ def blocked_start(start: Pose, house_name: str) -> EpisodeError:
     x, _, z = start.position
     return EpisodeError(
         f"House {house_name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every room. Choose a "
-        "start from the free places (`can_stand`)."
+        "start on the free floor: `vigil houses show` draws it."
     )
 
 

@@ -1,0 +1,51 @@
+"""Imports: modules of one's own that register families, categories or drafts, in this process and those it starts.
+
+Names stand in an environment variable, which every process that VIGIL starts inherits and reads before anything else.
+"""
+
+import importlib
+import os
+import sys
+from collections.abc import Iterable
+
+from vigil.errors import SettingError
+
+VARIABLE = "VIGIL_IMPORT"
+"""Names of modules, with commas between."""
+
+
+def import_modules(names: Iterable[str]) -> None:
+    """Imports modules, here and at the start of every process begun from now on. Raises SettingError.
+
+    Modules are looked for in the folder that one stands in too, as `python -m` does.
+    """
+    if (here := os.getcwd()) not in sys.path and "" not in sys.path:
+        sys.path.append(here)
+    wanted = [*_named(), *names]
+    for name in wanted:
+        try:
+            importlib.import_module(name)
+        except ModuleNotFoundError as error:
+            raise SettingError(_not_found(name, error)) from None
+    if wanted:
+        os.environ[VARIABLE] = ",".join(dict.fromkeys(wanted))
+
+
+def import_named_modules() -> None:
+    """Imports the modules that the environment names. Raises SettingError."""
+    if _named():
+        import_modules(())
+
+
+def _named() -> list[str]:
+    return [name.strip() for name in os.environ.get(VARIABLE, "").split(",") if name.strip()]
+
+
+def _not_found(name: str, error: ModuleNotFoundError) -> str:
+    if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
+        hint = f" Give the module's name, without .py: {name.removesuffix('.py')}." if name.endswith(".py") else ""
+        return (
+            f"There is no module {name!r} to import: neither installed nor in {os.getcwd()!r}.{hint} It was named by "
+            f"--import or {VARIABLE}."
+        )
+    return f"Module {name!r}, which --import or {VARIABLE} names, needs {error.name!r}, which is not installed here."
