@@ -31,6 +31,11 @@ def other_names(name: str, aliases: Iterable[str]) -> list[str]:
     return [other for other in dict.fromkeys((stem_of(name), *aliases)) if other and other != name]
 
 
+def version_words(name: str, version: str) -> str:
+    """Returns a pack's version as its name says it, else as its manifest does."""
+    return ".".join(map(str, version_of(name))) or version
+
+
 def version_of(name: str) -> tuple[int, ...]:
     """Returns a name's version, e.g. (1, 1) of `mini_v1_1`; () when it has none."""
     match = _VERSIONED.fullmatch(name)

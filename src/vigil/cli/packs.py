@@ -28,7 +28,7 @@ from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
 from vigil.levels import LEVELS, levels_of
 from vigil.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
-from vigil.pack_names import other_names
+from vigil.pack_names import other_names, version_words
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.sim import make_simulator
@@ -44,7 +44,7 @@ def list_packs(as_json: AsJson = False) -> None:
         {
             "name": name,
             "also": other_names(name, manifest.meta.get("aliases", ())),
-            "version": manifest.version,
+            "version": version_words(name, manifest.version),
             "episodes": manifest.episodes,
             "families": len(manifest.families),
             "houses": manifest.houses,
@@ -74,7 +74,8 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
         print(json.dumps({**loaded.manifest.model_dump(mode="json"), **facts}))
         return
     manifest = loaded.manifest
-    print(f"{manifest.name} (version {manifest.version}): {manifest.episodes} episodes in {manifest.houses} houses")
+    version = version_words(manifest.name, manifest.version)
+    print(f"{manifest.name} (version {version}): {manifest.episodes} episodes in {manifest.houses} houses")
     print(f"made with rules {manifest.versions.rules}, shapes {manifest.versions.shapes}")
     print(f"sha256 {loaded.sha256}; all {len(manifest.files)} files as frozen")
     _print_families(loaded)

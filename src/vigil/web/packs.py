@@ -19,7 +19,7 @@ from vigil.errors import PackMismatch
 from vigil.goals import goal_words
 from vigil.levels import LEVELS, levels_of
 from vigil.pack import evenly, manifest_of, manifest_sha256
-from vigil.pack_names import other_names
+from vigil.pack_names import other_names, version_words
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.strata import in_order
 from vigil.web.drawing import RenderService
@@ -58,6 +58,7 @@ def add_pack_pages(
             title=manifest.name,
             pack=shown,
             manifest=manifest,
+            version=version_words(manifest.name, manifest.version),
             families=family_rows(shown.episodes.values(), manifest.meta),
             strata={**other_strata(manifest.meta), **level_strata(shown)},
             samples=samples_of(shown.episodes.values()),
@@ -84,7 +85,9 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
     try:
         manifest = manifest_of(folder)
         also = other_names(manifest.name, manifest.meta.get("aliases", ()))
-        return {"slug": slug, "manifest": manifest, "also": also, "sha256": manifest_sha256(folder), "fault": ""}
+        version = version_words(manifest.name, manifest.version)
+        facts = {"manifest": manifest, "also": also, "version": version, "sha256": manifest_sha256(folder)}
+        return {"slug": slug, **facts, "fault": ""}
     except PackMismatch as error:
         return {"slug": slug, "manifest": None, "also": [], "sha256": "", "fault": str(error)}
 

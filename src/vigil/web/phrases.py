@@ -15,6 +15,28 @@ CATEGORIES = {
     "post_attainment_drift": "post-attainment drift",
     "missed_execution": "missed execution",
 }
+INTENTS = {
+    "ground": "point at it",
+    "open_access": "open",
+    "close_access": "close",
+    "activate": "turn on",
+    "deactivate": "turn off",
+    "pick": "pick up",
+    "place": "put here what I hold",
+    "drop": "drop what I hold",
+}
+"""What a person who plays can do with a thing."""
+STATUSES = {
+    "success": "I have done what was asked",
+    "fail": "I cannot do it",
+    "unsafe": "it would not be safe",
+    "invalid": "it makes no sense here, or cannot be done",
+    "on": "asked about a state: it is on",
+    "off": "asked about a state: it is off",
+    "open": "asked about a state: it is open",
+    "closed": "asked about a state: it is closed",
+}
+"""What a report's status says, to a person who plays."""
 ENDS = {
     "report": "it reported",
     "fail_no_report": "it used up its steps without a report",

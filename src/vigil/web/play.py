@@ -6,8 +6,9 @@ from fastapi import Body, FastAPI, Request
 from fastapi.responses import HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from vigil.actions import INTENTS, STATUSES
+from vigil.actions import INTENTS
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.web import phrases
 from vigil.web.play_session import PlaySession
 from vigil.web.site import Address, make_site, page
 
@@ -29,7 +30,8 @@ def make_play(play_session: PlaySession, address: Address | None = None) -> Fast
 
     @site.get("/", response_class=HTMLResponse)
     def play(request: Request) -> Response:
-        values = {"intents": INTENTS, "statuses": STATUSES, "width": FRAME_WIDTH, "height": FRAME_HEIGHT}
+        aimed = {name: phrases.INTENTS[name] for name, spec in INTENTS.items() if spec.needs_pixel}
+        values = {"intents": aimed, "statuses": phrases.STATUSES, "width": FRAME_WIDTH, "height": FRAME_HEIGHT}
         return page("play.html", title="Play", **values)
 
     @site.get("/state")

@@ -33,6 +33,16 @@ class RunRow:
 
 
 @dataclass(frozen=True, slots=True)
+class RunGroup:
+    """The runs of one pack in the table of runs: only those are ranked among each other."""
+
+    pack: str
+    sha256: str
+    """Empty for runs whose header cannot be read."""
+    rows: list[RunRow]
+
+
+@dataclass(frozen=True, slots=True)
 class Segment:
     """A piece of a stacked bar, in the chart's units."""
 
@@ -88,6 +98,23 @@ def run_rows(runs: Iterable[ShownRun], family: str, sort: str, descending: bool)
     with_rate = [row for row in rows if row.rates is not None and row.rates[sort] is not None]
     without = [row for row in rows if row not in with_rate]
     return sorted(with_rate, key=lambda row: row.rates[sort] if row.rates else 0.0, reverse=descending) + without
+
+
+def by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
+    """Returns the rows pack by pack, by the packs' names, each in the order given; unreadable runs come last."""
+    found: dict[tuple[bool, str, str], list[RunRow]] = {}
+    for row in rows:
+        spec = None if row.run.header is None else row.run.header.spec
+        key = (True, "", "") if spec is None else (False, spec.pack, spec.pack_sha256)
+        found.setdefault(key, []).append(row)
+    return [RunGroup(name, sha256, found[is_last, name, sha256]) for is_last, name, sha256 in sorted(found)]
+
+
+def first_pair(groups: Sequence[RunGroup]) -> tuple[str, ...]:
+    """Returns the short names of the two runs to offer for comparison: of one pack, if there are two; else the first."""
+    readable = [[row.run.slug for row in group.rows if row.run.table is not None] for group in groups]
+    together = next((slugs for slugs in readable if len(slugs) > 1), [slug for slugs in readable for slug in slugs])
+    return tuple(together[:2])
 
 
 def _run_row(run: ShownRun, family: str) -> RunRow:

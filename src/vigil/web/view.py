@@ -23,7 +23,7 @@ from vigil.web.packs import add_pack_pages
 from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
 from vigil.web.site import Address, make_site, page
-from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, compare, run_rows, tally_of
+from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, by_pack, compare, first_pair, run_rows, tally_of
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
 NEWEST = 8
@@ -61,6 +61,8 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         rows = run_rows(found, family, sort, dir != "asc")
         state = min((run.state for run in found), key=STATES.index, default="ended")
         asked = {"sort": sort, "dir": dir, "family": family, "families": FAMILIES, "columns": RATE_COLUMNS}
+        groups = by_pack(rows)
+        asked |= {"groups": groups, "pair": first_pair(groups)}
         return page("runs.html", headers=tag, title="Runs", rows=rows, state=state, tag=tag["ETag"], **asked)
 
     @site.get("/runs/{slug}", response_class=HTMLResponse)

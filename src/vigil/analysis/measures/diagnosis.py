@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from vigil.analysis.measures.rows import values
-from vigil.closure import ClosureLabel, ClosureOutcome
+from vigil.closure import ClosureOutcome
 from vigil.glossary import TERMS
-from vigil.scoring import Label, Subtype
 
 SHARE_SAID = 0.05
 """Of the replies: a reason with fewer is counted with the others, without advice."""
@@ -50,7 +49,7 @@ REASONS: Mapping[str, str] = {
     "agent_ended": "The program ended or hung: what it wrote to standard error is in `logs` of the run's folder.",
 }
 """Reason of an invalid reply -> what to do; for any other the form of replies is not kept."""
-ENDINGS: Mapping[Label | Subtype | ClosureLabel, str] = {
+ENDINGS: Mapping[str, str] = {
     "false_success": "Look in `vigil view` at what was in sight before the report; P(FR | W=0) says how often a missed "
     "goal is claimed.",
     "false_negative": "It had done it and did not know: look at the last frames in `vigil view`.",

@@ -59,10 +59,10 @@
     at("prompt").textContent = found.prompt;
     const said = found.feedback;
     const words = [];
-    if (said && said.too_far) words.push("too far");
-    if (said && said.path_blocked) words.push("path blocked");
+    if (said && said.too_far) words.push("It is too far away to reach.");
+    if (said && said.path_blocked) words.push("Something is in the way.");
     at("feedback").hidden = words.length === 0;
-    at("feedback").textContent = words.join(", ");
+    at("feedback").textContent = words.join(" ");
   }
 
   function reply(skill_name, given) {

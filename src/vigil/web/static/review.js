@@ -59,7 +59,10 @@
     image.width = 160;
     image.height = 120;
     image.loading = "lazy";
-    at("around").append(image);
+    const place = document.createElement("span");
+    place.className = "drawn";
+    place.append(image);
+    at("around").append(place);
   }
   for (const node of document.querySelectorAll(".plan [data-id]")) if (data.ids.includes(node.dataset.id)) node.classList.add("found");
 

@@ -130,17 +130,17 @@
     list.replaceChildren();
     const world = hidden.worlds[now];
     const row = hidden.rows[now];
-    if (step) fact(list, "effect", step.hidden.effect || "–");
+    if (step) fact(list, "what the action did", step.hidden.effect || "–");
     if (row) {
       const progress = row.progress === null ? "" : `, progress ${row.progress.toFixed(2)}`;
-      fact(list, "after it", `the goal ${row.W ? "holds" : "does not hold"}${row.strict ? ", strictly too" : ""}${progress}`);
+      fact(list, "goal after this step", `${row.W ? "it holds" : "it does not hold"}${row.strict ? ", strictly too" : ""}${progress}`);
     }
-    if (hidden.first_row !== null) fact(list, "first held", hidden.first_row === 0 ? "at the start" : `after step ${hidden.first_row}`);
+    if (hidden.first_row !== null) fact(list, "goal first held", hidden.first_row === 0 ? "at the start" : `after step ${hidden.first_row}`);
     if (!world) return;
-    if (world.distance_m !== null) fact(list, "target then", `${world.distance_m.toFixed(2)} m, ${world.visible_px} px in view`);
-    if (world.held) fact(list, "in hand then", world.held);
+    if (world.distance_m !== null) fact(list, "target after this step", `${world.distance_m.toFixed(2)} m away, ${world.visible_px} px in view`);
+    if (world.held) fact(list, "in hand after this step", world.held);
     const stood = hidden.worlds[now - 1];
-    fact(list, "seen from", `x ${stood.x.toFixed(2)}, z ${(-stood.y).toFixed(2)}, heading ${stood.yaw.toFixed(0)}°, pitch ${stood.horizon.toFixed(0)}°`);
+    fact(list, "camera before this step", `x ${stood.x.toFixed(2)}, z ${(-stood.y).toFixed(2)}, heading ${stood.yaw.toFixed(0)}°, pitch ${stood.horizon.toFixed(0)}°`);
   }
 
   function showProgress() {
