@@ -1,6 +1,6 @@
 """Two small runs on the engine-free backend, served on loopback; and a browser, where there is one."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -67,6 +67,11 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
             assert record.end != "error", record.error
             rows.write(dump_line(record))
     return folder
+
+
+@pytest.fixture(scope="session")
+def run_maker() -> Callable[..., Path]:
+    return make_run
 
 
 @pytest.fixture(scope="session")

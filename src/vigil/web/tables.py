@@ -111,7 +111,7 @@ def by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
 
 
 def first_pair(groups: Sequence[RunGroup]) -> tuple[str, ...]:
-    """Returns the short names of the two runs to offer for comparison: of one pack, if there are two; else the first."""
+    """Returns the short names of the two runs to offer for comparison: of one pack, if there are two there."""
     readable = [[row.run.slug for row in group.rows if row.run.table is not None] for group in groups]
     together = next((slugs for slugs in readable if len(slugs) > 1), [slug for slugs in readable for slug in slugs])
     return tuple(together[:2])
