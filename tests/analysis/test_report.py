@@ -462,3 +462,14 @@ def test_what_really_answered_stands_beside_what_was_asked_for(write: Write) -> 
     )
     assert (row.cells["api"], row.cells["answered"]) == ("vllm/alias", "alias-2026, alias-2027")
     assert row.cells["thinking"] == "not said; reasoning came"
+
+
+def test_a_long_name_leaves_room_for_the_bars(write: Write):
+    name = "vllm/a-model-with-a-name-of-many-parts-235B-A22B-thinking-and-more-of-it-still"
+    figure = FIGURES["belief_closure"](study(read_runs([write("run", agent=name)])))
+    assert figure is not None
+    saved(figure, "svg")
+    left, right = figure.axes[:2]
+    assert left.get_tightbbox().x1 <= right.get_window_extent().x0 + 60
+    (label,) = left.get_yticklabels()
+    assert max(map(len, label.get_text().split("\n"))) <= 40

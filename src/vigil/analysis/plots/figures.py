@@ -3,6 +3,7 @@
 Each takes a Study and returns a matplotlib Figure; None when the runs have nothing to show in it.
 """
 
+import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -35,6 +36,7 @@ from vigil.analysis.plots.style import (
 )
 
 MIN_SHARE_WITH_NUMBER = 6.0
+_NAME_CHARS = 40
 _WIDTH = 8.6
 _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed by a matching report (%)"
 
@@ -227,7 +229,9 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> 
 
 
 def _name_rows(axes: Axes, names: Sequence[str]) -> None:
-    axes.set_yticks(range(len(names)), names)
+    """Names the rows; a long name is folded, since it would take the room of the bars."""
+    folded = [name if len(name) <= _NAME_CHARS else "\n".join(textwrap.wrap(name, _NAME_CHARS)) for name in names]
+    axes.set_yticks(range(len(names)), folded)
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(names) - 0.5, -0.5)
 
