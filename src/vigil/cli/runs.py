@@ -40,7 +40,6 @@ def run(
     """Examples:
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
-    vigil run --import my_families --pack my_pack --agent solver --log-dir runs/own
     """
     del imports  # done when it was read
     settings = _with_agent(settings)
