@@ -6,6 +6,7 @@ import pytest
 from vigil.actions import InteractPixel, Navigate, ParsedReply, Report
 from vigil.agents.choose import is_known, make_agent
 from vigil.agents.scripted import PROSE, REPORT_PROBABILITY, SCRIPTS, scripted_agent
+from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
 from vigil.observation import Observation
 from vigil.profile import Profile
@@ -38,6 +39,30 @@ def test_claims_success_within_the_smallest_budget(name: str) -> None:
     actions = [parse(text).action for text in replies(name, SMALLEST_BUDGET)]
     assert Report(status="success", summary="Done.") in actions
     assert all(isinstance(action, Navigate) for action in actions[:-1]) or name == "always_success"
+
+
+@pytest.mark.parametrize(("name", "family"), [("explore", "VS"), ("click_around", "AI"), ("point", "PG")])
+def test_a_blind_agent_reports_within_the_budget_of_its_family(name: str, family: Family) -> None:
+    actions = [parse(text).action for text in replies(name, FAMILIES[family].max_steps)]
+    assert isinstance(actions[-1], Report)
+    assert not isinstance(actions[0], Report)
+
+
+@pytest.mark.parametrize(
+    ("instruction", "intent"),
+    [
+        ("Please open the cabinet closest to the countertop.", "open_access"),
+        ("The fridge has to be closed.", "close_access"),
+        ("Turn the floor lamp on.", "activate"),
+        ("Could you light the candle in the living room?", "activate"),
+        ("Put out the candle.", "deactivate"),
+        ("Switch off the laptop.", "deactivate"),
+        ("The bowl closest to the countertop has to be picked up.", "pick"),
+    ],
+)
+def test_blind_clicks_carry_the_intent_that_the_words_ask_for(instruction: str, intent: str) -> None:
+    actions = [parse(text).action for text in replies("click_around", 22, instruction=instruction)]
+    assert {action.intent for action in actions if isinstance(action, InteractPixel)} == {intent}
 
 
 def test_sweep_sees_all_around() -> None:

@@ -1,24 +1,49 @@
 """Scripted agents without any sight: they do not even look at the frame.
 
 They bound what a metric can be worth: an agent that never acts, acts at random, walks blindly, or claims
-success at once. None of them knows its budget, so those that report do so within the smallest one (5 steps).
+success at once. Most report within the smallest budget (5 steps); `explore` and `click_around` use the published
+budget of the family that each is made for. The rule `not_blind_luck` tries their moves, too.
 """
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterator
 from typing import Any, get_args
 
 import numpy as np
 
-from vigil.actions import Intent, LookDirection, NavigateMode, Reply, Status
+from vigil.actions import Intent, InteractPixel, LookDirection, Navigate, NavigateMode, Reply, Status
 from vigil.errors import SettingError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 
 REPORT_PROBABILITY = 0.05
 PROSE = "I would turn to the right and have a look around first."
 
-Script = Callable[[np.random.Generator], Iterator[str]]
+TURNING = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4))
+WALKING = tuple(Navigate(mode="forward", magnitude=3) for _ in range(4))
+_AHEAD, _ASIDE = Navigate(mode="forward", magnitude=40), Navigate(mode="turn_right", magnitude=135)
+EXPLORING = (*TURNING[:3], *(8 * (_AHEAD, _ASIDE)))
+"""Looks all around, then walks to the next obstacle and turns by 135 degrees, again and again. Of the eight sequences
+of turns and walks tried on 125 searches it found the most: 53 % were in view at some time within the 20 steps."""
+BEST_PIXEL = (368, 272)
+"""The one pixel (x, y) of the first frame on which the most of 125 pointing targets lay: 17 %."""
+POINTING = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
+CLICK_ROW_Y = 272
+CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
+"""Ten pixels across the frame. Clicked from 1 m and from 2 m ahead of the start they met 15 % of 125 targets that are
+in view and out of reach at the start, the most of the pairs of rows and distances tried within 25 steps."""
+_INTENT_WORDS: dict[Intent, str] = {
+    "deactivate": r"\boff\b|\bstop|\bextinguish|\bput out\b",
+    "close_access": r"\bclos(e|ed|ing)\b|\bshut",
+    "open_access": r"\bopen",
+    "activate": r"\bon\b|\bstart|\blight\b",
+}
+"""Intent -> words of an instruction that ask for it, looked for in this order; without any of them it asks for `pick`.
+"""
+
+Script = Callable[[np.random.Generator, str], Iterator[str]]
+"""Makes an agent's replies from a random generator and the instruction."""
 
 
 class ScriptedAgent:
@@ -33,7 +58,7 @@ class ScriptedAgent:
     def start(self, instruction: str) -> None:
         """Starts the script anew; its randomness is a function of the seed and the instruction alone."""
         digest = hashlib.sha256(f"{self._seed}\n{instruction}".encode()).digest()
-        self._replies = self._script(np.random.default_rng(int.from_bytes(digest[:16], "big")))
+        self._replies = self._script(np.random.default_rng(int.from_bytes(digest[:16], "big")), instruction)
 
     def act(self, observation: Observation) -> Reply:
         """Returns the script's next reply."""
@@ -48,12 +73,40 @@ def _report(status: str = "success", summary: str = "Done.") -> str:
     return _skill("report", status=status, summary=summary)
 
 
-def _noop(_: np.random.Generator) -> Iterator[str]:
+def _text(action: Navigate | InteractPixel) -> str:
+    said = action.model_dump(exclude={"skill_name"}, exclude_none=True)
+    if isinstance(action, Navigate):
+        said["magnitude"] = int(action.magnitude)
+    return _skill(action.skill_name, **said)
+
+
+def _then_success(actions: tuple[Navigate | InteractPixel, ...]) -> Iterator[str]:
+    yield from map(_text, actions)
+    while True:
+        yield _report()
+
+
+def clicking(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
+    """Returns clicks along one row of the frame from two places ahead, with the intent that the words ask for."""
+    intent = _intent_of(instruction.lower())
+    clicks = tuple(InteractPixel(intent=intent, x=x, y=CLICK_ROW_Y) for x in CLICK_ROW_X)
+    ahead = Navigate(mode="forward", magnitude=4)
+    return (ahead, *clicks, ahead, *clicks)
+
+
+def _intent_of(words: str) -> Intent:
+    for intent, asked in _INTENT_WORDS.items():
+        if re.search(asked, words):
+            return intent
+    return "pick"
+
+
+def _noop(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _skill("interact_pixel", intent="drop")
 
 
-def _random(rng: np.random.Generator) -> Iterator[str]:
+def _random(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _random_report(rng) if rng.random() < REPORT_PROBABILITY else _random_action(rng)
 
@@ -80,48 +133,34 @@ def _random_action(rng: np.random.Generator) -> str:
     return _skill("navigate", mode=mode, magnitude=int(rng.integers(1, most + 1)))
 
 
-def _sweep(_: np.random.Generator) -> Iterator[str]:
-    for _turn in range(4):
-        yield _skill("navigate", mode="turn_right", magnitude=90)
-    while True:
-        yield _report()
-
-
-def _forward(_: np.random.Generator) -> Iterator[str]:
-    for _walk in range(4):
-        yield _skill("navigate", mode="forward", magnitude=3)
-    while True:
-        yield _report()
-
-
-def _centre(_: np.random.Generator) -> Iterator[str]:
+def _centre(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     for intent in ("ground", "open_access", "activate", "pick"):
         yield _skill("interact_pixel", intent=intent, x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
     while True:
         yield _report()
 
 
-def _always_success(_: np.random.Generator) -> Iterator[str]:
+def _always_success(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _report()
 
 
-def _always_fail(_: np.random.Generator) -> Iterator[str]:
+def _always_fail(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _report("fail")
 
 
-def _always_invalid(_: np.random.Generator) -> Iterator[str]:
+def _always_invalid(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _report("invalid")
 
 
-def _coin(rng: np.random.Generator) -> Iterator[str]:
+def _coin(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _report(("success", "fail")[int(rng.integers(2))])
 
 
-def _malformed(_: np.random.Generator) -> Iterator[str]:
+def _malformed(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield PROSE
 
@@ -129,8 +168,11 @@ def _malformed(_: np.random.Generator) -> Iterator[str]:
 SCRIPTS: dict[str, Script] = {
     "noop": _noop,
     "random": _random,
-    "sweep": _sweep,
-    "forward": _forward,
+    "sweep": lambda _, instruction: _then_success(TURNING),
+    "forward": lambda _, instruction: _then_success(WALKING),
+    "explore": lambda _, instruction: _then_success(EXPLORING),
+    "click_around": lambda _, instruction: _then_success(clicking(instruction)),
+    "point": lambda _, instruction: _then_success(POINTING),
     "centre": _centre,
     "always_success": _always_success,
     "always_fail": _always_fail,

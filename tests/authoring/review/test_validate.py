@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from vigil.actions import Action, Look, Navigate, Report
+from vigil.agents.scripted import BEST_PIXEL, TURNING, WALKING
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.review import validate as validation
-from vigil.authoring.review.blind_trials import TURNING, WALKING, blind_trials
+from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import OTHER_RULES, Finding, Validator, reason_of, validate_pack
 from vigil.episode import Episode
@@ -209,10 +210,47 @@ def test_what_an_agent_without_sight_completes_is_found(starter: Pack, simulator
 
 
 def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None:
-    turned_to = [bool(set(TURNING) & set(tried)) for tried in blind_trials(first_of(starter, "VS", "turn"))]
-    assert turned_to == [False, False]
-    assert len(blind_trials(first_of(starter, "VS", "walk"))) == 3
-    assert blind_trials(first_of(starter, "SV")) == []
+    searched = first_of(starter, "VS", "turn")
+    for is_draft in (False, True):
+        trials = blind_trials(searched, is_draft=is_draft)
+        assert [bool(set(TURNING) & set(tried)) for tried in trials] == [False, False]
+        assert blind_trials(first_of(starter, "SV"), is_draft=is_draft) == []
+    assert len(blind_trials(first_of(starter, "VS", "walk"), is_draft=False)) == 3
+
+
+@pytest.mark.parametrize(
+    ("family", "template", "moves"), [("VS", "walk", 19), ("DA", None, 11), ("PG", None, 1), ("AI", None, 22)]
+)
+def test_drafts_are_held_to_the_strongest_blind_agent_of_their_family(
+    family: str, template: str | None, moves: int, starter: Pack
+) -> None:
+    episode = first_of(starter, family, template)
+    added = set(blind_trials(episode, is_draft=True)) - set(blind_trials(episode, is_draft=False))
+    assert [len(tried) - 1 for tried in added] == [moves]
+    assert all(len(tried) <= episode.max_steps for tried in added)
+
+
+@pytest.mark.parametrize("family", ["SI", "SM", "CR"])
+def test_what_is_out_of_view_or_barred_is_not_clicked_on_blindly(family: str, starter: Pack) -> None:
+    episode = first_of(starter, family)
+    assert blind_trials(episode, is_draft=True) == blind_trials(episode, is_draft=False)
+
+
+def test_a_draft_that_one_blind_click_completes_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    """A start from which the target lies under the one pixel that the blind agent clicks on."""
+    found: dict[bool, set[str]] = {True: set(), False: set()}
+    for good in [episode for episode in starter.episodes if episode.family == "PG"]:
+        house = starter.house_of(good)
+        simulator.load(house)
+        for angle in range(-45, 46, 3):
+            episode = turned(good, angle)
+            simulator.reset(episode.start, episode.setup)
+            if simulator.object_at(*BEST_PIXEL) == good.goal.object_id:
+                for is_draft, broken in found.items():
+                    broken |= rules_broken(Validator(simulator, is_draft=is_draft), episode, house, None)
+                break
+    assert "not_blind_luck" in found[True]
+    assert "not_blind_luck" not in found[False]
 
 
 @pytest.mark.parametrize("family", ["PG", "AI", "SI", "SM", "CR"])
@@ -220,7 +258,7 @@ def test_what_walking_cannot_change_is_tried_by_waiting_alone(
     family: str, starter: Pack, simulator: PrivilegedSimulator
 ) -> None:
     episode = first_of(starter, family)
-    (waiting,) = blind_trials(episode)
+    (waiting,) = blind_trials(episode, is_draft=False)
     tries = [waiting, *((*moves, *waiting) for moves in (TURNING, WALKING))]
     validator = Validator(simulator)
     records = [validator.play(episode, starter.house_of(episode), tried) for tried in tries]

@@ -16,7 +16,7 @@ from vigil.versions import reads_schema
 
 BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
-BLIND = ("noop", "random", "sweep", "forward", "centre", "always_success")
+BLIND = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
 AGENTS = (*BLIND, "never_report", "premature", "solver")
 """In the order of the table; those after the blind ones see hidden state."""
 MOST_W_OF_A_BLIND_AGENT = 0.40
