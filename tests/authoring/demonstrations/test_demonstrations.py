@@ -15,9 +15,12 @@ from PIL import Image
 
 from vigil.actions import ParsedReply, Reply, Report
 from vigil.agents.model import Message
+from vigil.authoring.demonstrations.columns import columns_of
 from vigil.authoring.demonstrations.play import Demonstrator, Example
+from vigil.authoring.demonstrations.rows import row_of
 from vigil.authoring.demonstrations.write import check_source, write_demonstrations
-from vigil.authoring.streaming.stream import Stream, StreamItem
+from vigil.authoring.streaming.houses import StreamHouseMaker, StreamSettings
+from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
 from vigil.errors import SettingError, SimulatorError
 from vigil.freezing import freeze
 from vigil.profile import ACTION_FEEDBACK, Profile
@@ -81,6 +84,21 @@ def test_answers_are_the_solver_s_actions_with_a_sentence(
                 assert parsed.action == action.model_copy(update={"summary": said})
             else:
                 assert parsed.action == action  # pixels too, which went through 1000 parts of the frame
+
+
+def test_rows_say_where_the_solver_goes_by_what_no_frame_has_shown(
+    examples: dict[str, list[Example]], player: Demonstrator
+) -> None:
+    """All of these three families have their target in view at the start; a search has not."""
+    assert not any(example.is_privileged for found in examples.values() for example in found)
+    made = StreamHouseMaker(StreamSettings(7, ("VS",))).made(15)
+    for item in items_in([made]):
+        shown = demonstrated(player.examples(item))
+        marks = [example.is_privileged for example in shown]
+        assert (marks[0], marks[-1]) == (True, False)
+        assert marks == sorted(marks, reverse=True)  # once seen, it has been seen
+        assert all(row_of(example).columns["is_privileged"] == mark for example, mark in zip(shown, marks, strict=True))
+        assert [columns_of(example)["is_privileged"] for example in shown] == marks
 
 
 def test_a_correction_has_the_same_request_and_a_false_report(examples: dict[str, list[Example]]) -> None:

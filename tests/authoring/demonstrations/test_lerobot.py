@@ -24,6 +24,7 @@ from vigil.replies import parse_reply
 
 PROFILE = Profile(name=ACTION_FEEDBACK)
 CAMERA = "observation.images.ego"
+NEXT = ("next.reward", "next.done")
 POSITION = ["timestamp", "frame_index", "episode_index", "index", "task_index"]
 PAGE = (Path(__file__).parents[3] / "docs" / "stream.md").read_text(encoding="utf-8")
 
@@ -69,7 +70,7 @@ def test_files_and_columns_are_as_the_format_says(folder: Path) -> None:
     assert (folder / info["data_path"].format(chunk_index=0, file_index=0)).exists()
     features = info["features"]
     assert list(features) == frames.column_names
-    assert list(features) == [CAMERA, "observation.state", "action", "thought", "next.reward", "next.done", *POSITION]
+    assert list(features) == [CAMERA, "observation.state", "action", "thought", "is_privileged", *NEXT, *POSITION]
     assert features[CAMERA] == {"dtype": "image", "shape": [480, 640, 3], "names": ["height", "width", "channels"]}
     assert features["observation.state"]["names"] == ["too_far", "path_blocked"]
     assert features["action"] == {"dtype": "float32", "shape": [8], "names": list(ACTION_NAMES)}
@@ -79,6 +80,7 @@ def test_files_and_columns_are_as_the_format_says(folder: Path) -> None:
         "observation.state": "fixed_size_list<element: float>[2]",
         "action": "fixed_size_list<element: float>[8]",
         "thought": "string",
+        "is_privileged": "bool",
         "next.reward": "float",
         "next.done": "bool",
         "timestamp": "float",

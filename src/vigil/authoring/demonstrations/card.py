@@ -36,8 +36,9 @@ VIGIL is among them.
 
 ## How they were made
 - Houses and episodes are generated; every solution was validated by replaying it, and played again for these rows.
-- Actions are the solver's, which knows the hidden world: it walks straight to what it has not seen yet. It does not
-  search as one must who does not know.
+- Actions are the solver's, which knows the hidden world: it turns and walks straight to what it has not seen yet, and
+  does not search. `is_privileged` marks these rows: no player could know that direction. Leave them out, or do not
+  count their loss, where a policy is to learn from what it sees.
 - Thoughts and reports are sentences of a few fixed forms. They call things what the instruction calls them; "I see"
   stands where at least 40 pixels of a thing are in the frame within 6 m, "I do not see" where none is.
 - Every report in an answer is true: the scoring of VIGIL calls it so. {false_reports}
@@ -59,6 +60,7 @@ in evaluation |
 | `rejected` | of a correction: the false report, which the answer is to be preferred to |
 | `fault` | `premature_success` (the goal does not hold yet), `wrong_state` (the other label), `false_fail` (giving up \
 when it is done) |
+| `is_privileged` | true where the answer moves towards a thing that no frame so far has shown |
 | `id`, `episode_id`, `family`, `difficulty`, `step` | where the row is from; ids name the target: never show them to \
 a model |""",
     "false_reports": "Every rejected one was scored too, and is false.",
@@ -73,6 +75,7 @@ dataset of the library LeRobot, format v3.0.""",
 | `observation.state` | in the profile with feedback alone: `too_far` and `path_blocked` of the action before |
 | `action` | eight numbers, named in `meta/info.json` and told below; what the skill does not take is 0 |
 | `thought` | a sentence that goes with the action; of a report, its summary |
+| `is_privileged` | true where the action moves towards a thing that no frame so far has shown |
 | `next.reward`, `next.done` | 1 and true at the report, which ends the episode and is true; 0 and false before |
 | `task_index` | the instruction, by its number in `meta/tasks.parquet`; LeRobot adds its text as `task` |
 | `timestamp`, `frame_index`, `episode_index`, `index` | where the row stands; a step counts as a second |
@@ -99,7 +102,7 @@ def card_of(facts: Mapping[str, Any], table: str) -> str:
         stream=facts["stream"],
         table=table,
         episodes=sum(facts["episodes"].values()),
-        rows=_table(facts["rows"]),
+        rows=_table({**facts["rows"], "of these privileged": facts["privileged_rows"]}),
         families=_table(facts["episodes"]),
         quality=facts["quality"],
         **{name: text.format(**told) for name, text in texts.items()},

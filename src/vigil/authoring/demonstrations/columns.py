@@ -46,6 +46,7 @@ def features_of(*, has_feedback: bool) -> dict[str, Feature]:
         **state,
         "action": _feature("float32", ACTION_NAMES),
         "thought": _feature("string"),
+        "is_privileged": _feature("bool"),
         "next.reward": _feature("float32"),
         "next.done": _feature("bool"),
         "timestamp": _feature("float32"),
@@ -81,6 +82,7 @@ def columns_of(example: Example) -> dict[str, Any]:
         **state,
         "action": numbers_of(example.action),
         "thought": example.thought,
+        "is_privileged": example.is_privileged,
     }
 
 

@@ -11,7 +11,7 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from vigil.actions import Action, Coordinates, InteractPixel, Reply, Report, Status
+from vigil.actions import Action, Coordinates, InteractPixel, Look, Navigate, Reply, Report, Status
 from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import Picture, encode
 from vigil.assets.sizes import AssetDatabase
@@ -50,6 +50,9 @@ class Example:
     thought: str
     answer: str
     """Thought and action, as a model writes them."""
+    is_privileged: bool
+    """Whether the solver goes by hidden state here: it moves towards a thing of which no frame so far shows anything.
+    """
     rejected: str | None = None
     fault: Fault | None = None
 
@@ -123,16 +126,26 @@ class Demonstrator:
                 action=said,
                 thought=thought,
                 answer=self._answer(said, thought),
+                is_privileged=isinstance(said, Navigate | Look) and not self._has_been_seen(index, record),
             )
             found.append(example)
             conversation.add(feedback, example.answer)
             observation = self._env.step(Reply(text=example.answer))
         return found
 
+    def _has_been_seen(self, index: int, record: EpisodeRecord) -> bool:
+        """Whether the frames up to a step's show, or the hand holds, what its action is about."""
+        about = self._about(index, record)
+        states = [world.objects[about] for world in record.worlds[: index + 1]]
+        return any(state.visible_px or state.is_held for state in states)
+
+    def _about(self, index: int, record: EpisodeRecord) -> str:
+        return _subject_id(record, index, self._phrases, self._now().episode.goal.object_id)
+
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
         """Returns an action, a report with what it says, and a thought, from what the frame before it shows."""
         world, goal = record.worlds[index], self._now().episode.goal
-        about = _subject_id(record, index, self._phrases, goal.object_id)
+        about = self._about(index, record)
         pixels = self._simulator.pixels_of(about)
         x = float(pixels[:, 0].mean()) if len(pixels) else None
         subject = subject_in(world.objects[about], self._phrases[about], x)

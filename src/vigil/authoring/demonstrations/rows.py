@@ -28,12 +28,19 @@ _TEXT_FEATURE = {"dtype": "string", "_type": "Value"}
 FEATURES: dict[str, Any] = {
     **dict.fromkeys(_TEXTS, _TEXT_FEATURE),
     "step": {"dtype": "int64", "_type": "Value"},
+    "is_privileged": {"dtype": "bool", "_type": "Value"},
     "messages": [{"role": _TEXT_FEATURE, "content": [{"type": _TEXT_FEATURE, "text": _TEXT_FEATURE}]}],
     "images": [{"_type": "Image"}],
 }
 """Of the columns, as HF `datasets` writes them into a file."""
 SCHEMA = pa.schema(
-    [*((name, pa.string()) for name in _TEXTS), ("step", pa.int64()), ("messages", _MESSAGES), ("images", _IMAGES)],
+    [
+        *((name, pa.string()) for name in _TEXTS),
+        ("step", pa.int64()),
+        ("is_privileged", pa.bool_()),
+        ("messages", _MESSAGES),
+        ("images", _IMAGES),
+    ],
     metadata={"huggingface": json.dumps({"info": {"features": FEATURES}})},
 )
 
@@ -59,6 +66,7 @@ def row_of(example: Example) -> Row:
         "fault": example.fault,
         "rejected": example.rejected,
         "step": example.step,
+        "is_privileged": example.is_privileged,
         "messages": [*map(_message, example.messages), _message(Message("assistant", example.answer))],
     }
     return Row(columns, f"{IMAGES}/{frame}.{example.picture.format}", example.picture)

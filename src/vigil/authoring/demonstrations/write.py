@@ -54,13 +54,14 @@ def write_demonstrations(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise SettingError(f"{str(out)!r} is not empty, or no folder. Write into a new one.")
     chosen = FORMS[form]
-    rows, episodes = Counter[str](), Counter[str]()
+    rows, episodes, privileged = Counter[str](), Counter[str](), 0
     with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
         with closing(chosen.rows(folder)) as writer:
             for item in islice(items, count):
                 found = player.examples(item, with_corrections=chosen.has_corrections)
                 writer.add(found)
                 rows.update(example.fault or "demonstration" for example in found)
+                privileged += sum(example.is_privileged for example in found)
                 episodes[item.episode.family] += 1
                 on_episode(episodes.total())
         if episodes.total() < count:
@@ -74,6 +75,7 @@ def write_demonstrations(
             "prompt_sha256": policy_sha256(profile),
             "episodes": dict(sorted(episodes.items())),
             "rows": dict(sorted(rows.items())),
+            "privileged_rows": privileged,
         }
         (folder / FACTS).write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
         (folder / CARD).write_text(card_of(facts, chosen.table), encoding="utf-8")
