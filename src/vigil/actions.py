@@ -217,6 +217,8 @@ class Reply(_Action):
     finish_reason: str | None = None
     """In the provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
     reasoning_chars: int = 0
+    tool_call: str | None = None
+    """Name of the tool that the server says the model called in the place of an answer."""
     usage: Usage | None = None
     seconds: float = 0.0
     provider_rejected: bool = False

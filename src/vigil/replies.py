@@ -28,6 +28,7 @@ from vigil.actions import (
     SkillName,
     Status,
 )
+from vigil.endings import is_cut
 from vigil.json_text import JsonFault, decode
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.reasoning import is_unclosed, split_reasoning
@@ -35,8 +36,6 @@ from vigil.reasoning import is_unclosed, split_reasoning
 MAX_REPLY_BYTES = 64 * 1024
 """Of the answer: everything but the reasoning, white space included."""
 MAX_LENIENT_TRIES = 64
-CUT_REASONS = frozenset({"length", "max_tokens", "model_length", "max_output_tokens", "model_context_window_exceeded"})
-"""Finish reasons that mean: cut by the token limit. Each provider has a word of its own."""
 
 _BRACE = re.compile(r"[{}]")
 _FENCE = re.compile(r"```[A-Za-z0-9_+-]*[ \t]*\r?\n?(.*?)```", re.DOTALL)
@@ -64,13 +63,20 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
     if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
         return _invalid(_too_long(reply.cut.answer_bytes))
     parsed = parse(reply.text, coordinates, policy)
-    if reply.reasoning_chars and isinstance(parsed, InvalidAction) and parsed.reason == "empty":
-        detail = f"all {reply.reasoning_chars} characters came as reasoning, and no answer followed"
-        parsed = parsed.model_copy(update={"detail": detail})
-    is_cut = (reply.finish_reason or "").casefold() in CUT_REASONS
-    if is_cut and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
+    if isinstance(parsed, InvalidAction) and parsed.reason == "empty":
+        parsed = parsed.model_copy(update={"detail": _why_empty(reply)})
+    if is_cut(reply.finish_reason) and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
         return parsed.model_copy(update={"reason": "truncated", "detail": f"{parsed.reason} {parsed.detail}".strip()})
     return parsed
+
+
+def _why_empty(reply: Reply) -> str:
+    """Returns what came in the place of an answer; empty where nothing did."""
+    if reply.tool_call is not None:
+        return f"the server sent a tool call ({_shown(reply.tool_call)}) in the place of text"
+    if reply.reasoning_chars:
+        return f"all {reply.reasoning_chars} characters came as reasoning, and no answer followed"
+    return ""
 
 
 def parse(

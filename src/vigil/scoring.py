@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vigil.actions import InteractPixel, Report, SkillName, Status
+from vigil.endings import is_cut
 from vigil.episode import FAMILIES, Episode, Family, Size, Tier
 from vigil.errors import RecordError
 from vigil.goal_check import GoalCheck, check, label_at_reset
 from vigil.goals import STATE_LABELS, TOLERANCE, ReportStatus
 from vigil.record import End, EpisodeRecord, StepRecord
-from vigil.replies import CUT_REASONS
 
 Label = Literal["B", "FR", "NR", "IL", "Other"]
 Subtype = Literal[
@@ -290,8 +290,7 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict:
 
 
 def _is_truncated(step: StepRecord) -> bool:
-    is_cut = (step.reply.finish_reason or "").casefold() in CUT_REASONS
-    return is_cut and step.invalid is not None and step.invalid.kind == "protocol_failure"
+    return is_cut(step.reply.finish_reason) and step.invalid is not None and step.invalid.kind == "protocol_failure"
 
 
 def _kinds(steps: Sequence[StepRecord]) -> dict[ActionKind, int]:

@@ -14,15 +14,11 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vigil.actions import Usage
+from vigil.endings import ending_of
+from vigil.runner.models.error_texts import sentence_in, status_in
 
 Wire = Literal["chat", "responses", "anthropic", "google"]
 """OpenAI's chat completions, OpenAI's responses, Anthropic's messages, Google's generateContent."""
-
-_FILTERED = frozenset(
-    {"content_filter", "refusal", "SAFETY", "RECITATION", "BLOCKLIST", "PROHIBITED_CONTENT", "SPII", "IMAGE_SAFETY"}
-)
-"""Finish reasons that mean: the provider stopped the model because of content."""
-
 
 class NoAnswer(Exception):
     """A body holds no reply. `status` is that of an error which came with HTTP 200."""
@@ -38,7 +34,9 @@ class Answer:
 
     parts: list[str] = field(default_factory=list)
     refusals: list[str] = field(default_factory=list)
-    reasoning_chars: int = 0
+    reasoning: list[str] = field(default_factory=list)
+    tool_call: str | None = None
+    """Name of the first tool that the model is said to have called."""
     finish_reason: str | None = None
     usage: Usage | None = None
     model: str | None = None
@@ -59,11 +57,6 @@ class Answer:
             return text
         return text.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")
 
-    @property
-    def is_filtered(self) -> bool:
-        """Whether the provider stopped the model because of content."""
-        return self.finish_reason in _FILTERED
-
 
 def read_answer(wire: Wire, body: bytes) -> Answer:
     """Returns the reply in a body. Raises NoAnswer.
@@ -73,9 +66,8 @@ def read_answer(wire: Wire, body: bytes) -> Answer:
     answer = Answer()
     read = _READERS[wire]
     for part in _documents(body):
-        error = part.get("error")
-        if error:
-            raise _error(error)
+        if part.get("error") or _failed_status(part):
+            raise _error(part)
         try:
             read(answer, part)
         except (TypeError, KeyError, AttributeError, IndexError) as fault:
@@ -126,11 +118,14 @@ def _dicts(found: Any) -> list[dict[str, Any]]:
     return found
 
 
-def _error(error: Any) -> NoAnswer:
-    fields = error if isinstance(error, dict) else {"message": error}
-    code = fields.get("code")
-    message = str(fields.get("message") or json.dumps(error))[:1000]
-    return NoAnswer(f"HTTP 200 with an error: {message}", code if isinstance(code, int) else None)
+def _error(found: Any) -> NoAnswer:
+    return NoAnswer(f"HTTP 200 with an error: {sentence_in(found)}", status_in(found))
+
+
+def _failed_status(part: dict[str, Any]) -> bool:
+    """Whether a part is a failure in MiniMax's form, which has a message beside it all the same."""
+    status = part.get("base_resp")
+    return isinstance(status, dict) and status.get("status_code") not in (None, 0)
 
 
 def _shown(body: bytes) -> str:
@@ -146,8 +141,8 @@ def _chat(answer: Answer, part: dict[str, Any]) -> None:
     answer.usage = _usage(part.get("usage"), "prompt_tokens", "completion_tokens") or answer.usage
     choices = [choice for choice in part.get("choices") or [] if not choice.get("index")]
     for choice in choices:
-        if choice.get("error") or choice.get("finish_reason") == "error":
-            raise _error(choice.get("error") or "the server says that the answer ended in an error")
+        if choice.get("error"):
+            raise _error(choice)
         is_whole = "delta" not in choice
         message = choice["message"] if is_whole else choice["delta"] or {}
         if not isinstance(message, dict):
@@ -155,8 +150,9 @@ def _chat(answer: Answer, part: dict[str, Any]) -> None:
         answer.is_begun = True
         _content(answer, message.get("content"))
         _add(answer.refusals, message.get("refusal"))
-        answer.reasoning_chars += _reasoning_length(message)
-        answer.finish_reason = choice.get("finish_reason") or answer.finish_reason
+        answer.reasoning.append(_reasoning_beside(message))
+        answer.tool_call = answer.tool_call or _tool_in(message)
+        answer.finish_reason = _finish_reason(choice) or answer.finish_reason
         answer.is_ended = answer.is_ended or is_whole or answer.finish_reason is not None
 
 
@@ -175,22 +171,49 @@ def _content(answer: Answer, content: Any) -> None:
             case "refusal":
                 _add(answer.refusals, part["refusal"])
             case "thinking" | "reasoning" | "reasoning_text" | "summary_text":
-                answer.reasoning_chars += _length(part)
+                answer.reasoning.append(_reasoning_of(part))
+            case "tool_use" | "function_call":
+                answer.tool_call = answer.tool_call or _name(part.get("name")) or "unnamed"
 
 
-def _reasoning_length(message: dict[str, Any]) -> int:
-    """Returns the length of the reasoning beside a message. Several servers send the same text in two fields."""
+def _reasoning_beside(message: dict[str, Any]) -> str:
+    """Returns the reasoning beside a message. Several servers send the same text in two fields."""
     fields = (message.get("reasoning_content"), message.get("reasoning"))
     text = next((one for one in fields if isinstance(one, str) and one), None)
     if text is not None:
-        return len(text)
+        return text
     details = message.get("reasoning_details")
-    return sum(_length(one) for one in details if isinstance(one, dict)) if isinstance(details, list) else 0
+    return "".join(_reasoning_of(one) for one in details if isinstance(one, dict)) if isinstance(details, list) else ""
 
 
-def _length(part: dict[str, Any]) -> int:
+def _reasoning_of(part: dict[str, Any]) -> str:
     inner = part.get("thinking") or part.get("reasoning") or part.get("text") or part.get("summary") or ""
-    return len(inner) if isinstance(inner, str) else sum(len(one.get("text") or "") for one in inner)
+    return inner if isinstance(inner, str) else "".join(one.get("text") or "" for one in inner)
+
+
+def _tool_in(message: dict[str, Any]) -> str | None:
+    """Returns the name of the tool that a message of OpenAI's calls, the older way included."""
+    calls = message.get("tool_calls")
+    first = calls[0] if isinstance(calls, list) and calls else None
+    called = first.get("function") if isinstance(first, dict) else message.get("function_call")
+    if isinstance(called, dict):
+        return _name(called.get("name")) or "unnamed"
+    return None if first is None else "unnamed"
+
+
+def _finish_reason(choice: dict[str, Any]) -> str | None:
+    """Returns why an answer ended: in the words of whoever a router passed it on from, where these say of a failure."""
+    own = _word(choice.get("finish_reason"))
+    beside = choice.get("provider_specific_fields")
+    native = choice.get("native_finish_reason") or (isinstance(beside, dict) and beside.get("native_finish_reason"))
+    return _word(native) if ending_of(_word(native)) in ("filtered", "failed") else own
+
+
+def _word(found: Any) -> str | None:
+    """Returns a finish reason as a text; SGLang's own are objects with a type."""
+    if isinstance(found, dict):
+        found = found.get("type")
+    return None if found in (None, "", False) else str(found)[:200]
 
 
 def _responses(answer: Answer, part: dict[str, Any]) -> None:
@@ -202,7 +225,7 @@ def _responses(answer: Answer, part: dict[str, Any]) -> None:
         return  # the last event holds the whole response
     response = part["response"] if is_event else part
     if response.get("error"):
-        raise _error(response["error"])
+        raise _error(response)
     status, output = response.get("status"), response["output"]
     answer.model = _name(response.get("model"))
     cut = (response.get("incomplete_details") or {}).get("reason")
@@ -213,7 +236,9 @@ def _responses(answer: Answer, part: dict[str, Any]) -> None:
             _content(answer, item["content"])
         elif item["type"] == "reasoning":
             pieces = [*(item.get("content") or []), *(item.get("summary") or [])]
-            answer.reasoning_chars += sum(map(_length, pieces))
+            answer.reasoning += map(_reasoning_of, pieces)
+        elif item["type"] == "function_call":
+            _content(answer, item)
     answer.is_begun = bool(output) or cut is not None
     answer.finish_reason = cut or status
     answer.usage = _usage(response.get("usage"), "input_tokens", "output_tokens")
@@ -235,7 +260,7 @@ def _anthropic(answer: Answer, part: dict[str, Any]) -> None:
             if delta["type"] == "text_delta":
                 _add(answer.parts, delta["text"])
             elif delta["type"] == "thinking_delta":
-                answer.reasoning_chars += len(delta["thinking"])
+                answer.reasoning.append(delta["thinking"])
         case "message_delta":
             answer.finish_reason = part["delta"].get("stop_reason") or answer.finish_reason
             answer.is_ended = answer.finish_reason is not None
@@ -273,7 +298,9 @@ def _google(answer: Answer, part: dict[str, Any]) -> None:
         content = candidate.get("content")
         for piece in (content or {}).get("parts") or []:
             if piece.get("thought") is True:
-                answer.reasoning_chars += len(piece.get("text") or "")
+                answer.reasoning.append(piece.get("text") or "")
+            elif isinstance(piece.get("functionCall"), dict):
+                answer.tool_call = answer.tool_call or _name(piece["functionCall"].get("name")) or "unnamed"
             else:
                 _add(answer.parts, piece.get("text"))
         answer.finish_reason = candidate.get("finishReason") or answer.finish_reason

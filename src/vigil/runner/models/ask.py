@@ -20,9 +20,11 @@ from tenacity import (
 
 from vigil.actions import Reply
 from vigil.agents.model import Message
+from vigil.endings import ending_of
 from vigil.errors import ModelAPIError
 from vigil.reasoning import split_reasoning
 from vigil.runner.models.answers import Answer, NoAnswer, Wire, read_answer
+from vigil.runner.models.context import OVERFLOW
 
 Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Sends messages to a model and returns its reply. Raises ModelAPIError; of a rejection, RequestRejected."""
@@ -33,11 +35,14 @@ MAX_REJECTIONS = 3
 PASSING_STATUS = frozenset({408, 409, 425, 429})
 """HTTP errors below 500 that may be gone the next time."""
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
-_CONTEXT = re.compile(r"context.?(length|window)|max_model_len", re.IGNORECASE)
+_TOLD_WITHOUT = 400
+"""The status of an error that came with HTTP 200 and tells none."""
+_OVERFLOW_STATUS = _REJECTION_STATUS | {500}
+"""llama.cpp and Ollama have sent 500 for a request that is longer than the context."""
 _LENGTH_OR_CONTENT = re.compile(
     r"maximum.{0,20}(prompt|input|sequence).{0,10}length|request (entity )?too large|request_too_large|"
     r"\b(prompt|input|messages?|request)\b.{0,40}(too (long|large|many tokens)|longer than|exceed)|"
-    r"content.?(policy|filter|management)|data_inspection|inappropriate content|usage polic|"
+    r"content.?(policy|filter|management)|data_inspection|inappropriate content|usage polic|\bsensitive\b|high risk|敏感|"
     r"\b(prompt|input|request|image|messages?|content)\b.{0,80}(flagged|blocked|violat)|"
     r"(safety|moderation) (system|filter|policy)",
     re.IGNORECASE | re.DOTALL,
@@ -72,10 +77,10 @@ def is_rejection(status: int | None, message: str) -> bool:
 
     In doubt it does not: what is taken for the infrastructure's failure is played again, and scored then.
     """
+    if status in _OVERFLOW_STATUS and OVERFLOW.search(message):
+        return True
     if status not in _REJECTION_STATUS:
         return False
-    if _CONTEXT.search(message):
-        return True
     return _LENGTH_OR_CONTENT.search(message) is not None and not _NOT_THE_AGENTS.search(message)
 
 
@@ -84,12 +89,26 @@ def answer_in(wire: Wire, body: bytes) -> Answer:
     try:
         answer = read_answer(wire, body)
     except NoAnswer as fault:
-        if is_rejection(fault.status, str(fault)):
+        if is_rejection(fault.status or _TOLD_WITHOUT, str(fault)):
             raise AttemptFailed(str(fault), is_rejection=True) from fault
         raise AttemptFailed(str(fault), can_retry=True) from fault
-    if answer.is_filtered:
-        raise AttemptFailed(f"{answer.finish_reason}: {answer.text[:200]}", is_rejection=True)
+    check_ending(answer.finish_reason, answer.text, answer.tool_call)
     return answer
+
+
+def check_ending(finish_reason: str | None, text: str, tool_call: str | None) -> None:
+    """Raises AttemptFailed when an answer ended by no doing of the model's.
+
+    So it did when its finish reason says so, and when that is none that is known and nothing usable was said.
+    """
+    ending = ending_of(finish_reason)
+    if ending == "filtered":
+        raise AttemptFailed(f"{finish_reason}: {text[:200]}", is_rejection=True)
+    if ending == "failed":
+        raise AttemptFailed(f"HTTP 200 with an answer that ended in {finish_reason!r}: {text[:200]!r}", can_retry=True)
+    if ending is None and tool_call is None and not split_reasoning(text)[0].strip():
+        word = "without a finish reason" if finish_reason is None else f"with the finish reason {finish_reason!r}"
+        raise AttemptFailed(f"HTTP 200 with an answer that has no text, {word}", can_retry=True)
 
 
 def reply_of(answer: Answer, seconds: float) -> Reply:
@@ -99,7 +118,8 @@ def reply_of(answer: Answer, seconds: float) -> Reply:
         text=text,
         reply_source="server",
         finish_reason=answer.finish_reason,
-        reasoning_chars=answer.reasoning_chars + split_reasoning(text)[1],
+        reasoning_chars=sum(map(len, answer.reasoning)) + split_reasoning(text)[1],
+        tool_call=answer.tool_call,
         usage=answer.usage,
         seconds=seconds,
     )

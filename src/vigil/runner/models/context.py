@@ -14,13 +14,18 @@ PICTURE_TOKENS = (300, 1300)
 REPLY_TOKENS = (40, 400)
 """One JSON object with a thought; reasoning models may take many times more."""
 CONTEXT_OPTIONS = "vLLM: --max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH"
+OVERFLOW = re.compile(
+    r"context.?(length|window|size)|max_model_len|maximum model length|exceed_context|context limit|"
+    r"must have less than \d+ tokens|max_new_tokens` must be <=|model token limit|tokens_limit_reached|"
+    r"range of input length|max(imum)? (message|prompt|input) (tokens|length)|when context the overflows",
+    re.IGNORECASE,
+)
+"""What servers say of a request that is longer than the context, and of nothing else."""
 ABOUT_CONTEXT = re.compile(
-    r"context.?(length|window|size)|max_model_len|tokens?\b.{0,40}(exceed|maximum|limit)|exceed.{0,60}tokens?\b|"
+    rf"{OVERFLOW.pattern}|tokens?\b.{{0,40}}(exceed|maximum|limit)|exceed.{{0,60}}(tokens?|length)\b|"
     r"longer than|too (long|many tokens)",
     re.IGNORECASE | re.DOTALL,
 )
-FULL_CONTEXT = frozenset({"model_context_window_exceeded", "model_length"})
-"""Finish reasons that mean: the context was full."""
 
 
 def tokens_of(messages: Sequence[Message]) -> int:

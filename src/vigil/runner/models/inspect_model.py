@@ -39,10 +39,12 @@ from vigil.runner.models.ask import (
     RetryPolicy,
     Send,
     answer_in,
+    check_ending,
     is_rejection,
     reply_of,
     with_retries,
 )
+from vigil.runner.models.error_texts import sentence_of
 from vigil.runner.models.observed import Observed
 from vigil.runner.models.preflight import check_model
 from vigil.runner.models.providers import provider_hint
@@ -139,7 +141,7 @@ def sender(model: Model, config: GenerateConfig | None = None, observed: Observe
                 raise
             except Exception as error:
                 if not _is_answered(exchanges):
-                    raise _trouble(model, error) from error
+                    raise _trouble(model, error, exchanges) from error
                 output = None
         if output is not None and not _is_answered(exchanges):
             reply = _library_reply(output)
@@ -170,11 +172,16 @@ def _chat_message(message: Message) -> ChatMessage:
     return ChatMessageUser(content=content)
 
 
-def _trouble(model: Model, error: Exception) -> AttemptFailed:
+def _trouble(model: Model, error: Exception, exchanges: Sequence[Exchange]) -> AttemptFailed:
     cause = error.__cause__ if type(error).__name__ == "RetryError" else None
     root = cause if isinstance(cause, Exception) else error
-    status = getattr(root, "status_code", None)
-    message = getattr(root, "provider_message", None) or str(root) or type(root).__name__
+    last = exchanges[-1] if exchanges else None
+    status = last.status if last is not None and last.status else getattr(root, "status_code", None)
+    if last is not None and last.status and last.body:
+        said, message = f"HTTP {status}", sentence_of(bytes(last.body))
+    else:
+        said = type(root).__name__
+        message = getattr(root, "provider_message", None) or str(root) or said
     if is_rejection(status, message):
         return AttemptFailed(message, is_rejection=True)
     library = type(root).__module__.partition(".")[0]
@@ -183,7 +190,7 @@ def _trouble(model: Model, error: Exception) -> AttemptFailed:
     can_retry = model.should_retry(root) or is_transport or is_passing
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     hint = f". {KEY_HINT}." if status == 401 else ""
-    return AttemptFailed(f"{type(root).__name__}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
+    return AttemptFailed(f"{said}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
 
 
 def _library_reply(output: ModelOutput) -> Reply:
@@ -191,14 +198,17 @@ def _library_reply(output: ModelOutput) -> Reply:
     if output.empty:
         raise AttemptFailed("The provider's answer holds no reply.", can_retry=True)
     is_refused_request = output.stop_reason == "model_length" and output.usage is None
-    if output.stop_reason == "content_filter" or is_refused_request:
+    if is_refused_request:
         raise AttemptFailed(output.completion, is_rejection=True)
+    tool_call = next((call.function for call in output.message.tool_calls or ()), None)
+    check_ending(output.stop_reason, output.completion, tool_call)
     parts = output.message.content
     reasoning = [] if isinstance(parts, str) else [part for part in parts if isinstance(part, ContentReasoning)]
     return Reply(
         text=output.completion,
         reply_source="library",
         finish_reason=output.stop_reason,
+        tool_call=tool_call,
         reasoning_chars=sum(len(part.reasoning) for part in reasoning),
         usage=_usage(output.usage),
         seconds=output.time or 0.0,

@@ -5,11 +5,12 @@ from datetime import UTC, datetime
 
 from vigil.actions import Reply
 from vigil.agents.model import Conversation, Message
+from vigil.endings import ending_of
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.profile import Profile
 from vigil.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.models.context import ABOUT_CONTEXT, FULL_CONTEXT, size_hint
+from vigil.runner.models.context import ABOUT_CONTEXT, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode
 from vigil.runner.workers.process import WorkerLost
@@ -58,7 +59,7 @@ async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) ->
             hint = f" {size_hint(messages)}" if ABOUT_CONTEXT.search(str(error)) else ""
             raise RequestRejected(f"{error}{hint}") from error
         return Reply(text="", finish_reason="rejected", provider_rejected=True)
-    if not has_replied and (reply.finish_reason or "").casefold() in FULL_CONTEXT:
+    if not has_replied and ending_of(reply.finish_reason) == "full":
         raise RequestRejected(f"The first answer ended with {reply.finish_reason}. {size_hint(messages)}")
     return reply
 

@@ -1,0 +1,91 @@
+"""What an error answer says, wherever its JSON holds it.
+
+Providers agree on nothing here: the sentence is a string under `error`, in `error.message`, in a list around either, in
+`detail`, in `message` beside `error: true`, in a status of the provider's own, or in JSON within a string.
+"""
+
+import json
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+MAX_CHARS = 1000
+_HOLDERS = ("error", "errors", "base_resp", "response", "metadata", "status", "body", "cause", "innererror")
+"""Fields whose objects may hold a sentence; of their strings, `error` alone is one."""
+_SENTENCES = ("message", "msg", "error_message", "errormessage", "error_msg", "status_msg", "error_description")
+"""Fields whose texts are sentences."""
+_DETAILS = ("detail", "details", "raw", "reason", "title", "description")
+"""Fields that say more than a sentence above them, or the same."""
+_CODES = ("code", "type", "error_type", "status_code")
+_MAX_DEPTH = 8
+_MAX_SENTENCES = 20
+
+
+def sentence_of(body: bytes) -> str:
+    """Returns what the body of an error answer says; a body in no known form is itself what it says."""
+    text = body.decode("utf-8", "replace").strip()
+    return sentence_in(_json_in(text) or text)
+
+
+def sentence_in(found: Any) -> str:
+    """Returns what JSON of an error says, at most MAX_CHARS of it: its sentences, and a code in words behind them."""
+    sentences: list[str] = []
+    for sentence in islice(_sentences(found, _MAX_DEPTH), _MAX_SENTENCES):
+        if sentence and not any(sentence in before for before in sentences):
+            sentences = [before for before in sentences if before not in sentence] + [sentence]
+    said = " - ".join(sentences) or (found if isinstance(found, str) else json.dumps(found, ensure_ascii=False))
+    codes = [code for code in dict.fromkeys(islice(_codes(found, _MAX_DEPTH), _MAX_SENTENCES)) if code not in said]
+    return said[:MAX_CHARS] + (f" ({', '.join(codes)})" if codes and sentences else "")
+
+
+def status_in(found: Any) -> int | None:
+    """Returns the HTTP status that JSON of an error tells; None where it tells none."""
+    if isinstance(found, list):
+        return next((status for one in found if (status := status_in(one)) is not None), None)
+    if not isinstance(found, dict):
+        return None
+    for name in ("code", "status", "status_code", "http_status"):
+        told = found.get(name)
+        if isinstance(told, int | str) and str(told).isdecimal() and 400 <= int(told) <= 599:
+            return int(told)
+    return next((status for name in _HOLDERS if (status := status_in(found.get(name))) is not None), None)
+
+
+def _sentences(found: Any, depth: int) -> Iterator[str]:
+    """Yields the sentences in a value that is one, or may hold some."""
+    if depth == 0:
+        return
+    if isinstance(found, str):
+        inner = _json_in(found)
+        yield from [" ".join(found.split())] if inner is None else _sentences(inner, depth - 1)
+    elif isinstance(found, list):
+        for one in found:
+            yield from _sentences(one, depth - 1)
+    elif isinstance(found, dict):
+        fields = {str(name).casefold(): value for name, value in found.items()}
+        for name in (*_SENTENCES, *_HOLDERS, *_DETAILS):
+            value = fields.get(name)
+            if name not in _HOLDERS or name == "error" or isinstance(value, dict | list):
+                yield from _sentences(value, depth - 1)
+
+
+def _codes(found: Any, depth: int) -> Iterator[str]:
+    """Yields the codes of an error that are words, e.g. `context_length_exceeded`."""
+    if isinstance(found, list):
+        for one in found:
+            yield from _codes(one, depth - 1)
+    elif isinstance(found, dict) and depth > 0:
+        yield from (code for name in _CODES if isinstance(code := found.get(name), str) and not code.isdecimal())
+        for name in _HOLDERS:
+            yield from _codes(found.get(name), depth - 1)
+
+
+def _json_in(text: str) -> Any:
+    """Returns the object or list that a text is; None for any other text."""
+    if not text.lstrip().startswith(("{", "[")):
+        return None
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict | list) else None
