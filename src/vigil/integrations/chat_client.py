@@ -14,6 +14,7 @@ from openai import APIConnectionError, APIStatusError, AsyncOpenAI
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.runner.models.ask import PASSING_STATUS, AttemptFailed, Send, answer_in, is_rejection, reply_of
+from vigil.runner.models.error_texts import sentence_of
 
 
 def chat_message(message: Message) -> dict[str, Any]:
@@ -33,7 +34,7 @@ def chat_sender(client: AsyncOpenAI, model: str) -> Send:
         try:
             answered = await client.chat.completions.with_raw_response.create(model=model, messages=chat)
         except APIStatusError as error:
-            raise _refused(error.status_code, error.message) from error
+            raise _refused(error.status_code, sentence_of(error.response.content) or error.message) from error
         except APIConnectionError as error:
             raise AttemptFailed(f"{error} {error.__cause__ or ''}".strip(), can_retry=True) from error
         answer = answer_in("chat", answered.http_response.content)

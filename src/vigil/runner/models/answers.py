@@ -20,6 +20,7 @@ from vigil.runner.models.error_texts import sentence_in, status_in
 Wire = Literal["chat", "responses", "anthropic", "google"]
 """OpenAI's chat completions, OpenAI's responses, Anthropic's messages, Google's generateContent."""
 
+
 class NoAnswer(Exception):
     """A body holds no reply. `status` is that of an error which came with HTTP 200."""
 

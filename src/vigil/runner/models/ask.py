@@ -25,6 +25,7 @@ from vigil.errors import ModelAPIError
 from vigil.reasoning import split_reasoning
 from vigil.runner.models.answers import Answer, NoAnswer, Wire, read_answer
 from vigil.runner.models.context import OVERFLOW
+from vigil.runner.models.hints import hint_for
 
 Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Sends messages to a model and returns its reply. Raises ModelAPIError; of a rejection, RequestRejected."""
@@ -170,7 +171,9 @@ def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:
                 else:
                     failures += 1
                     if not trouble.can_retry or failures > retry_policy.retries:
-                        raise ModelAPIError(f"{trouble} (after {failures} attempts)") from trouble
+                        hint = hint_for(str(trouble))
+                        advice = f". {hint}." if hint else ""
+                        raise ModelAPIError(f"{trouble} (after {failures} attempts){advice}") from trouble
                 raise
 
         retrying = AsyncRetrying(

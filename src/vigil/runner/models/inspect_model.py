@@ -45,6 +45,8 @@ from vigil.runner.models.ask import (
     with_retries,
 )
 from vigil.runner.models.error_texts import sentence_of
+from vigil.runner.models.hints import hint_for
+from vigil.runner.models.network import proxy_note
 from vigil.runner.models.observed import Observed
 from vigil.runner.models.preflight import check_model
 from vigil.runner.models.providers import provider_hint
@@ -93,7 +95,7 @@ class Endpoint:
             return model
         except Exception as error:
             hint = provider_hint(self.serving.name)
-            raise SettingError(f"Model {self.serving.name!r} cannot be used: {_plain(error)}{hint}") from error
+            raise SettingError(f"Model {self.serving.called!r} cannot be used: {_plain(error)}{hint}") from error
 
     def shown(self, model: Model) -> Model:
         """Returns what Inspect may log of `model`: the same, with its address and settings as the run header has them.
@@ -181,16 +183,28 @@ def _trouble(model: Model, error: Exception, exchanges: Sequence[Exchange]) -> A
         said, message = f"HTTP {status}", sentence_of(bytes(last.body))
     else:
         said = type(root).__name__
-        message = getattr(root, "provider_message", None) or str(root) or said
+        message = getattr(root, "provider_message", None) or _with_causes(root) or said
     if is_rejection(status, message):
         return AttemptFailed(message, is_rejection=True)
     library = type(root).__module__.partition(".")[0]
     is_transport = isinstance(root, _TRANSPORT_ERRORS) or library in _HTTP_LIBRARIES
     is_passing = status in PASSING_STATUS or (isinstance(status, int) and 300 <= status < 400)
-    can_retry = model.should_retry(root) or is_transport or is_passing
+    can_retry = (model.should_retry(root) or is_transport or is_passing) and hint_for(message) is None
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     hint = f". {KEY_HINT}." if status == 401 else ""
+    proxy = proxy_note(model.api.base_url or "") if status is None else ""
+    hint = f"{hint} ({proxy})" if proxy else hint
     return AttemptFailed(f"{said}: {message}"[:1000] + hint, can_retry=can_retry, wait_s=wait_s)
+
+
+def _with_causes(error: BaseException) -> str:
+    """Returns what an error says and the errors beneath it: that of a connection says nothing by itself."""
+    said: list[str] = []
+    cause: BaseException | None = error
+    while cause is not None and len(said) < 5:
+        said += [text] if (text := str(cause)) and not any(text in before for before in said) else []
+        cause = cause.__cause__ or cause.__context__
+    return ": ".join(text.rstrip(".") for text in said)
 
 
 def _library_reply(output: ModelOutput) -> Reply:

@@ -19,6 +19,7 @@ from vigil.profile import ImageFormat, Profile
 from vigil.replies import parse_reply
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import ABOUT_CONTEXT, CONTEXT_OPTIONS, size_hint
+from vigil.runner.models.hints import hint_for
 from vigil.runner.models.serving import KEY_HINT
 
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
@@ -30,6 +31,7 @@ _WHAT_TO_DO = (
     "Check that the model takes images and that the server passes them on, or skip this check with --no-preflight "
     "(`inspect eval`: -T preflight=false)."
 )
+_CHECK_NAME_AND_KEY = "Check that it is served there under that name, and the key in the environment."
 _GO_ON = (
     "Mend it, or go on all the same with --anyway (`inspect eval`: -T anyway=true): every such reply is then an "
     "invalid action."
@@ -88,9 +90,10 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
         raise ModelAPIError(f"Model {model!r} was shown a picture of a number. {error}. {_WHAT_TO_DO}") from error
     except ModelAPIError as error:
         where = f" at {address}" if address else ""
+        advice = "" if hint_for(str(error)) else f" {_CHECK_NAME_AND_KEY} {KEY_HINT}."
         raise ModelAPIError(
-            f"Model {model!r}{where} did not answer the call before the run: {error}. Check that it is served there "
-            f"under that name, and the key in the environment. {KEY_HINT}. Then give the same command again."
+            f"Model {model!r}{where} did not answer the call before the run: {str(error).rstrip('.')}.{advice} Then give "
+            "the same command again."
         ) from error
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
         raise ModelAPIError(

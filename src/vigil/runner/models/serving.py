@@ -12,6 +12,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from vigil.errors import SettingError
+from vigil.runner.models.network import check_network, past_proxies
 from vigil.runner.models.providers import ANY_SERVICE, Named, Provider, named, provider_hint
 from vigil.runner.models.redaction import is_secret, without_forms, without_login
 
@@ -67,9 +68,10 @@ class Serving:
         return f"{self.asked_for!r} at {where}, {key}"
 
     def check(self) -> None:
-        """Raises SettingError when the provider's client, or the key that it wants, is not there."""
+        """Raises SettingError when the provider's client, or the key that it wants, is not there, nor a way to it."""
         if self.missing:
             raise SettingError(self.missing)
+        check_network(self.base_url or "")
 
     @property
     def missing(self) -> str:
@@ -150,12 +152,14 @@ def _unknown(model: str) -> str:
 def only_its_key(found: Serving) -> Iterator[None]:
     """Takes all secrets out of the environment for as long as a model is served from an address not its provider's.
 
-    Several clients take a key from there by themselves, even where they are given another.
+    Several clients take a key from there by themselves, even where they are given another. For a server on this machine
+    proxies go as well.
     """
     hidden = [name for name in os.environ if is_secret(name) or name in _ACCOUNTS] if found.is_foreign else []
     kept = {name: os.environ.pop(name) for name in hidden}
     try:
-        yield
+        with past_proxies(found.base_url or ""):
+            yield
     finally:
         os.environ.update(kept)
 

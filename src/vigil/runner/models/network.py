@@ -1,0 +1,93 @@
+"""What the environment says of the way to a server: proxies and certificates, checked before a client reads them.
+
+Libraries take them from variables by themselves, and fail without naming one.
+"""
+
+import os
+import ssl
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from ipaddress import ip_address
+from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import getproxies, proxy_bypass
+
+from vigil.errors import SettingError
+from vigil.runner.models.redaction import without_login
+
+_SCHEMES = ("http", "https", "socks5", "socks5h")
+_PROXIES = {"http": "HTTP_PROXY", "https": "HTTPS_PROXY", "all": "ALL_PROXY"}
+_ADVICE = "Unset it, or correct it, and give the same command again."
+
+
+def check_network(address: str) -> None:
+    """Raises SettingError, with the variable and its value, when no client can be made for an address as things are."""
+    _check_certificates()
+    if is_loopback(address):
+        return
+    for kind, url in getproxies().items():
+        if kind in _PROXIES:
+            _check_proxy(_variable(_PROXIES[kind]), url)
+
+
+@contextmanager
+def past_proxies(address: str) -> Iterator[None]:
+    """Takes the proxies out of the environment for as long as a server on this machine is asked."""
+    names = [case for name in _PROXIES.values() for case in (name, name.lower())] if is_loopback(address) else []
+    kept = {name: os.environ.pop(name) for name in names if name in os.environ}
+    try:
+        yield
+    finally:
+        os.environ.update(kept)
+
+
+def proxy_note(address: str) -> str:
+    """Returns in words through which proxy requests to an address go; empty when they go past any."""
+    parts = urlsplit(address)
+    proxies = getproxies()
+    kind = parts.scheme if parts.scheme in proxies else "all"
+    if kind not in proxies or is_loopback(address) or proxy_bypass(parts.hostname or ""):
+        return ""
+    return f"it went through the proxy of {_variable(_PROXIES[kind])} ({without_login(proxies[kind])})"
+
+
+def is_loopback(address: str) -> bool:
+    """Whether an address is this machine's own."""
+    host = urlsplit(address).hostname or ""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost" or host.endswith(".localhost")
+
+
+def _check_proxy(variable: str, url: str) -> None:
+    shown, scheme = without_login(url), urlsplit(url).scheme if "://" in url else "http"
+    if scheme not in _SCHEMES:
+        raise SettingError(
+            f"{variable} is {shown!r}, a proxy of a kind that is not known. Write http://, https://, socks5:// or "
+            f"socks5h:// in front of its host. {_ADVICE}"
+        )
+    if scheme.startswith("socks") and find_spec("socksio") is None:
+        raise SettingError(
+            f"{variable} is {shown!r}, and a proxy of SOCKS needs a package that is not installed: pip install socksio. "
+            f"Or unset {variable}."
+        )
+
+
+def _check_certificates() -> None:
+    log = os.environ.get("SSLKEYLOGFILE")
+    if log and not os.access(log if os.path.exists(log) else os.path.dirname(log) or ".", os.W_OK):
+        raise SettingError(f"SSLKEYLOGFILE is {log!r}, which cannot be written. {_ADVICE}")
+    file = os.environ.get("SSL_CERT_FILE")
+    if file:
+        try:
+            ssl.create_default_context(cafile=file)
+        except (OSError, ssl.SSLError) as error:
+            what = "does not exist" if not Path(file).exists() else f"holds no certificates ({error})"
+            raise SettingError(f"SSL_CERT_FILE is {file!r}, which {what}. {_ADVICE}") from None
+
+
+def _variable(name: str) -> str:
+    """Returns the variable as it is written in the environment: libraries read it in lower case too, and first."""
+    return name.lower() if os.environ.get(name.lower()) else name
