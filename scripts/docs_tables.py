@@ -11,6 +11,7 @@ from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.authoring.ways.limited import LIMITED
 from vigil.cli.models import LISTED, keys_of, switch_of
+from vigil.endings import FINISH_REASONS, MEANINGS, REFERENCES
 from vigil.exports.steps import STEP_COLUMNS
 from vigil.glossary import SECTIONS
 from vigil.integrations.gymnasium import Options
@@ -54,8 +55,29 @@ def providers() -> str:
 
 def coordinates() -> str:
     """Returns how models point, by name."""
-    rows = [(f"`{pattern.replace('|', chr(92) + '|')}`", f"`{mode}`") for pattern, mode in COORDINATES_BY_MODEL]
-    return _markdown(("in the name, case ignored", "coordinates"), rows)
+    rows = [
+        (f"`{one.pattern.replace('|', chr(92) + '|')}`", f"`{one.coordinates}`", _linked(one.source))
+        for one in COORDINATES_BY_MODEL
+    ]
+    return _markdown(("in the name, case ignored", "coordinates", "source"), rows)
+
+
+def finish_reasons() -> str:
+    """Returns what each finish reason means, and who sends it."""
+    rows = []
+    for ending, meaning in MEANINGS.items():
+        said = [(word, one.senders) for word, one in FINISH_REASONS.items() if one.ending == ending]
+        rows.append((ending, "; ".join(f"`{word}` ({senders})" for word, senders in said), meaning))
+    return _markdown(("meaning", "words, case ignored (who sends them)", "counts as"), rows)
+
+
+def finish_reason_sources() -> str:
+    """Returns where providers list their finish reasons."""
+    return _markdown(("sender", "its list"), [(name, f"<{address}>") for name, address in REFERENCES.items()])
+
+
+def _linked(source: str) -> str:
+    return f"<{source}>" if source.startswith("https://") else source
 
 
 def aliases() -> str:
@@ -143,6 +165,8 @@ def glossary() -> str:
 TABLES: dict[str, Callable[[], str]] = {
     "providers": providers,
     "coordinates": coordinates,
+    "finish_reasons": finish_reasons,
+    "finish_reason_sources": finish_reason_sources,
     "aliases": aliases,
     "columns": columns,
     "step_columns": step_columns,

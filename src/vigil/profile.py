@@ -4,7 +4,7 @@ Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproduc
 """
 
 import re
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -14,6 +14,8 @@ from vigil.prompt_file import check_template, variant_of
 PromptVariant = Literal["default", "neutral_report"]
 """The paper's own; any other prompt is of a file, and named after its text."""
 ImageFormat = Literal["png", "jpeg"]
+SystemRole = Literal["system", "user"]
+"""As what the system prompt is sent: a message of its own, or the beginning of the first message of the user."""
 
 ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
 BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
@@ -44,6 +46,7 @@ class Profile(BaseModel):
     coordinates: Coordinates = "pixel"
     reply_policy: ReplyPolicy = "strict"
     image_format: ImageFormat = "png"
+    system_role: SystemRole = "system"
     history_turns: int = Field(default=HISTORY_TURNS, ge=0)
     history_reply_chars: int = Field(default=HISTORY_REPLY_CHARS, ge=1)
 
@@ -69,18 +72,30 @@ class Profile(BaseModel):
         return self.prompt_template is not None
 
 
-COORDINATES_BY_MODEL: tuple[tuple[str, Coordinates], ...] = (
-    (r"qwen2(\.5)?-?vl", "pixel"),
-    (r"mimo-embodied", "pixel"),
-    (r"qwen3(\.\d+)?", "normalized_1000"),
-    (r"robobrain2\.5", "normalized_1000"),
-    (r"rynnbrain", "normalized_1000"),
-    (r"internvl", "normalized_1000"),
-    (r"gemini", "normalized_1000"),
-    (r"doubao|seed-?1", "normalized_1000"),
-    (r"glm-4\.\d+v", "normalized_1000"),
-    (r"claude", "pixel"),
-    (r"gpt-\d", "pixel"),
+class ModelCoordinates(NamedTuple):
+    """How models point whose names hold a pattern, and who says so."""
+
+    pattern: str
+    coordinates: Coordinates
+    source: str
+
+
+COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
+    ModelCoordinates(r"qwen2[._]5-?vl", "pixel", "https://github.com/QwenLM/Qwen3-VL/issues/676"),
+    ModelCoordinates(r"qwen2-?vl", "normalized_1000", "https://arxiv.org/abs/2409.12191"),
+    ModelCoordinates(r"mimo-embodied", "pixel", "not stated; as Qwen2.5-VL, whose encoder it has"),
+    ModelCoordinates(r"qwen3(\.\d+)?", "normalized_1000", "https://github.com/QwenLM/Qwen3-VL/issues/1927"),
+    ModelCoordinates(r"robobrain2\.5", "normalized_1000", "https://arxiv.org/abs/2601.14352"),
+    ModelCoordinates(r"rynnbrain", "normalized_1000", "its base is Qwen3-VL: its README"),
+    ModelCoordinates(
+        r"internvl", "normalized_1000", "https://internvl.readthedocs.io/en/latest/get_started/chat_data_format.html"
+    ),
+    ModelCoordinates(r"gemini", "normalized_1000", "https://ai.google.dev/gemini-api/docs/image-understanding"),
+    ModelCoordinates(r"doubao|seed-?1", "normalized_1000", "https://arxiv.org/abs/2505.07062"),
+    ModelCoordinates(r"glm-4\.\d+v|glm-[5-9](\.\d+)?v", "normalized_1000", "https://github.com/zai-org/GLM-V"),
+    ModelCoordinates(r"deepseek-?vl2", "normalized_1000", "https://github.com/deepseek-ai/DeepSeek-VL2/issues/100"),
+    ModelCoordinates(r"claude", "pixel", "https://platform.claude.com/docs/en/build-with-claude/vision-coordinates"),
+    ModelCoordinates(r"gpt-\d", "pixel", "https://platform.openai.com/docs/guides/tools-computer-use"),
 )
 """Published table: the first pattern found in a model's name (case-folded) decides; `pixel` without one."""
 
@@ -93,4 +108,4 @@ def coordinates_for(model: str) -> Coordinates:
 def known_coordinates(model: str) -> Coordinates | None:
     """Returns the mode that the table has for `model`, or None."""
     name = model.casefold()
-    return next((mode for pattern, mode in COORDINATES_BY_MODEL if re.search(pattern, name)), None)
+    return next((one.coordinates for one in COORDINATES_BY_MODEL if re.search(one.pattern, name)), None)

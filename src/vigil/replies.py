@@ -320,6 +320,12 @@ def _ill_typed(argument: Argument, value: Any) -> _Fault:
     return _Fault("malformed_action", "ill_typed", f"{argument.name}: {type(value).__name__}")
 
 
+def points_otherwise(invalid: InvalidAction) -> bool:
+    """Whether an invalid action points, but in fractions or outside of the frame: in other coordinates, it seems."""
+    is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
+    return is_fraction or invalid.reason == "pixel_outside_frame"
+
+
 def _fold(word: str) -> str:
     return word.strip().casefold()
 

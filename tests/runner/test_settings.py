@@ -39,6 +39,7 @@ IDENTITY: dict[str, dict[str, Any]] = {
     "model_args": {"model_args": {"strict": True}},
     "extra_body": {"extra_body": {"top_k": 20}},
     "image_format": {"image_format": "jpeg"},
+    "system_role": {"system_role": "user"},
     "render_quality": {"render_quality": "fast"},
     "backend": {"backend": "fake"},
     "seed": {"seed": 1},

@@ -4,7 +4,7 @@ No client lives here: `vigil.runner.models.inspect_model` sends the messages and
 `protocol.md` section 2.1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from vigil.agents.picture import Picture
@@ -27,15 +27,19 @@ class Conversation:
 
     def __init__(self, profile: Profile, instruction: str) -> None:
         self._profile = profile
-        self._system = Message("system", system_prompt(instruction, profile))
+        self._system = system_prompt(instruction, profile)
         self._turns: list[Turn] = []
 
     def messages(self, picture: Picture, feedback: Feedback | None) -> list[Message]:
         """Returns all that the model is sent for the current observation."""
-        messages = [self._system]
+        messages: list[Message] = []
         for turn in recent(self._turns, self._profile):
             messages += [Message("user", turn.stub), Message("assistant", turn.reply)]
-        return [*messages, Message("user", frame_stub("current", feedback), picture)]
+        messages.append(Message("user", frame_stub("current", feedback), picture))
+        if self._profile.system_role == "system":
+            return [Message("system", self._system), *messages]
+        first = messages[0]  # two messages of one role in a row are refused by the same chat templates
+        return [replace(first, text=f"{self._system}\n\n{first.text}"), *messages[1:]]
 
     def add(self, feedback: Feedback | None, reply: str) -> None:
         """Takes a finished turn into the history: its observation's stub and the raw reply to it."""

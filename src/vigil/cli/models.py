@@ -27,6 +27,7 @@ from vigil.runner.shared_settings import (
     ApiKeyEnv,
     AskedCoordinates,
     AskedProfile,
+    AskedSystemRole,
     AskedTemplate,
     AskedThinking,
     AskedVariant,
@@ -38,7 +39,10 @@ from vigil.setting import Setting
 OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
 LikeModel = Annotated[str | None, Setting("Coordinates as for this model.", metavar="MODEL")]
 OneModel = Annotated[str | None, Setting("Say of this model alone how it would be asked.", metavar="MODEL")]
-_COORDINATES = [{"in the name, case ignored": pattern, "coordinates": mode} for pattern, mode in COORDINATES_BY_MODEL]
+_COORDINATES = [
+    {"in the name, case ignored": one.pattern, "coordinates": one.coordinates, "source": one.source}
+    for one in COORDINATES_BY_MODEL
+]
 LISTED = tuple(name for name in PROVIDERS if name != "mockllm")
 """Providers that answer by themselves."""
 
@@ -66,9 +70,11 @@ def calibrate(
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
     thinking: AskedThinking = "default",
+    system_role: AskedSystemRole = "system",
 ) -> None:
     """Example: vigil calibrate --model vllm/moonshotai/Kimi-VL-A3B-Instruct"""
-    found = calibrate_model(RunSettings(model=model, base_url=base_url, api_key_env=api_key_env, thinking=thinking))
+    asked = {"base_url": base_url, "api_key_env": api_key_env, "thinking": thinking, "system_role": system_role}
+    found = calibrate_model(RunSettings(model=model, **asked))
     for number, (spot, answer) in enumerate(zip(SPOTS, found.answers, strict=True), 1):
         said = "no point" if answer is None else f"({answer.x:g}, {answer.y:g})"
         print(f"picture {number}  spot at ({spot.x:g}, {spot.y:g})  answered {said}")
@@ -166,6 +172,7 @@ def prompt(
     prompt_template: AskedTemplate = None,
     coordinates: AskedCoordinates = None,
     model: LikeModel = None,
+    system_role: AskedSystemRole = "system",
 ) -> None:
     """Examples:
     vigil prompt
@@ -176,6 +183,7 @@ def prompt(
         prompt_variant=prompt_variant,
         prompt_template=prompt_template,
         coordinates=coordinates,
+        system_role=system_role,
         model=model,
     )
     condition = profile_of(asked)

@@ -14,7 +14,7 @@ from openai import APIConnectionError, APIStatusError, AsyncOpenAI
 from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.runner.models.ask import PASSING_STATUS, AttemptFailed, Send, answer_in, is_rejection, reply_of
-from vigil.runner.models.error_texts import sentence_of
+from vigil.runner.models.refusals import sentence_of
 
 
 def chat_message(message: Message) -> dict[str, Any]:

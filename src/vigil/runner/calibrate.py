@@ -22,7 +22,7 @@ def calibrate_model(settings: RunSettings) -> Calibration:
     async def main() -> Calibration:
         model = endpoint.model()
         try:
-            return await calibrate(with_retries(sender(model), retry_policy))
+            return await calibrate(with_retries(sender(model), retry_policy), settings.system_role)
         finally:
             await model.api.aclose()
 

@@ -40,10 +40,10 @@ from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
+from vigil.runner.models.network import stay
 from vigil.runner.models.preflight import check_model
 from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import without_login
-from vigil.runner.models.redirects import stay
 from vigil.runner.models.serving import only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.workers.live import play_live
@@ -57,7 +57,7 @@ _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) e
 another name than the package."""
 _SHARED = {
     *("pack", "families", "profile", "prompt_variant", "prompt_template", "coordinates", "reply_policy"),
-    *("image_format", "backend", "workers", "preflight", "anyway", "api_key_env"),
+    *("image_format", "system_role", "backend", "workers", "preflight", "anyway", "api_key_env"),
 }
 TASK_SETTINGS = {one.option.replace("-", "_"): one for one in declared_in(RunSettings) if one.name in _SHARED}
 """Those of a run's settings that Inspect has none of its own for, by the names of their options."""

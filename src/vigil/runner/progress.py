@@ -5,9 +5,12 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from vigil.actions import InteractPixel
 from vigil.episode import Episode
 from vigil.record import EpisodeRecord
+from vigil.replies import points_otherwise
 from vigil.runner.models.context import CONTEXT_OPTIONS, shrunk
+from vigil.runner.models.refusals import FIND_COORDINATES
 from vigil.scoring import Outcome, settle
 
 
@@ -37,13 +40,15 @@ class Progress:
     """What is tried again since an episode ended last; None when nothing is."""
     warning: str | None = None
     """What must be said aloud, told once each: the first error, that most replies are invalid, that the server seems to
-    cut the dialogue."""
+    cut the dialogue, that the model seems to point in other coordinates."""
 
 
 OnProgress = Callable[[Progress], None]
 EPISODES_BEFORE_WARNING = 10
 WARNING_SHARE = 0.5
 SAID_REASONS = 3
+CLICKS_BEFORE_WARNING = 5
+OTHERWISE_SHARE = 0.2
 
 
 class ProgressCounter:
@@ -69,7 +74,9 @@ class ProgressCounter:
         self._seen_episodes = self._seen_replies = 0
         self._reasons: Counter[str] = Counter()
         """Of the invalid replies; like the two above over all sessions, since a warning is about the run."""
-        self._has_warned = self._has_told_of_cuts = False
+        self._clicks = self._clicks_otherwise = 0
+        """Those that point outside of the frame or in fractions, and all of them."""
+        self._has_warned = self._has_told_of_cuts = self._has_told_of_coordinates = False
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
@@ -95,7 +102,7 @@ class ProgressCounter:
             self.errors_in_a_row = 0
             outcome = settle(episode, record)
             self._add(outcome)
-        self._tell(outcome, self._first_error(record) or self._warning() or self._cut(record))
+        self._tell(outcome, self._first_error(record) or self._warning() or self._cut(record) or self._other_points())
 
     def note(self, trouble: str) -> None:
         """Tells that something has failed and is tried again."""
@@ -134,8 +141,23 @@ class ProgressCounter:
             f"(or leaves out what it had cached). Start it with a larger one: {CONTEXT_OPTIONS}."
         )
 
+    def _other_points(self) -> str | None:
+        """Returns the sentence on a model that points in other coordinates than it was asked for, once."""
+        is_due = self._clicks_otherwise >= CLICKS_BEFORE_WARNING
+        is_due &= self._clicks_otherwise > OTHERWISE_SHARE * self._clicks
+        if self._has_told_of_coordinates or not is_due:
+            return None
+        self._has_told_of_coordinates = True
+        return (
+            f"{self._clicks_otherwise} of {self._clicks} clicks are in fractions or outside of the frame: the model "
+            f"seems to point in other coordinates than it was asked for. {FIND_COORDINATES}"
+        )
+
     def _see(self, record: EpisodeRecord) -> None:
-        """Counts replies, for the warning about them."""
+        """Counts replies, for the warnings about them."""
+        otherwise = sum(step.invalid is not None and points_otherwise(step.invalid) for step in record.steps)
+        self._clicks_otherwise += otherwise
+        self._clicks += otherwise + sum(isinstance(step.action, InteractPixel) for step in record.steps)
         self._seen_episodes += 1
         self._seen_replies += len(record.steps)
         self._reasons.update(step.invalid.reason for step in record.steps if step.invalid is not None)

@@ -32,6 +32,7 @@ from vigil.runner.shared_settings import (
     AskedCoordinates,
     AskedPrices,
     AskedProfile,
+    AskedSystemRole,
     AskedTemplate,
     AskedThinking,
     AskedVariant,
@@ -102,6 +103,7 @@ class RunSettings:
     coordinates: AskedCoordinates = None
     """None takes the published table's entry for the model."""
     reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
+    system_role: AskedSystemRole = "system"
     shard: Annotated[
         Shard | None, Setting("Only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=read_shard)
     ] = None
@@ -245,6 +247,7 @@ def profile_of(settings: RunSettings) -> Profile:
         coordinates=settings.coordinates or fitting,
         reply_policy=settings.reply_policy,
         image_format=settings.image_format,
+        system_role=settings.system_role,
     )
 
 

@@ -7,7 +7,7 @@ from vigil.actions import Coordinates
 from vigil.costs import Prices, read_prices
 from vigil.episode import Family, families_named
 from vigil.observation import Quality
-from vigil.profile import PromptVariant
+from vigil.profile import PromptVariant, SystemRole
 from vigil.prompt_file import read_prompt_file
 from vigil.reasoning import Thinking
 from vigil.setting import Setting
@@ -31,6 +31,9 @@ AskedTemplate = Annotated[
     Setting("System prompt of your own, with placeholders.", name="prompt-file", metavar="FILE", read=read_prompt_file),
 ]
 AskedCoordinates = Annotated[Coordinates | None, Setting("How it points.", unset="by model")]
+AskedSystemRole = Annotated[
+    SystemRole, Setting("user: the system prompt begins the first user message, for models without the role.")
+]
 AskedThinking = Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")]
 AskedPrices = Annotated[
     Prices | None, Setting("Of a million tokens: what replies cost is told.", metavar="IN,OUT", read=read_prices)

@@ -284,7 +284,7 @@ def runs(study: Study) -> Table:
     rows = []
     for entry in study.entries:
         header, spec = entry.run.header, entry.run.header.spec
-        policy = spec.prompt_policy.split("/")[0]
+        policy, role = spec.prompt_policy.split("/")[0], spec.profile.system_role
         facts = {
             "model": entry.name,
             "run_id": header.run_id,
@@ -292,7 +292,7 @@ def runs(study: Study) -> Table:
             "thinking": {True: "yes", False: "no", None: "not said"}[entry.run.model.is_thinking],
             "sampling": ", ".join(f"{key}={value}" for key, value in sorted(spec.sampling.items())) or "none sent",
             "profile": spec.profile.name,
-            "prompt": f"{spec.profile.prompt_variant}, {policy} {spec.prompt_policy_sha256[:8]}",
+            "prompt": f"{spec.profile.prompt_variant}, {policy} {spec.prompt_policy_sha256[:8]}, as {role}",
             "coordinates": f"{spec.profile.coordinates}, {spec.profile.reply_policy}, {spec.profile.image_format}",
             "pack": f"{spec.pack} {spec.pack_sha256[:12]}",
             "simulator": header.simulator_version or spec.simulator,

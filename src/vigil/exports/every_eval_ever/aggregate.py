@@ -166,6 +166,7 @@ def _generation_config(header: RunHeader) -> _Json:
             reply_policy=profile.reply_policy,
             history_turns=profile.history_turns,
             image_format=profile.image_format,
+            system_role=profile.system_role,
             thinking=spec.thinking,
             reasoning_effort=spec.sampling.get("reasoning_effort"),
             epochs=spec.epochs,

@@ -87,7 +87,7 @@ def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_J
     """Returns the dialogue as text; the frame that came with each message of the user's is left out."""
     messages: list[_Json] = []
     if knows_prompt(spec):
-        messages.append({"role": "system", "content": system_prompt(episode.instruction, spec.profile)})
+        messages.append({"role": spec.profile.system_role, "content": system_prompt(episode.instruction, spec.profile)})
     for shown, step in shown_steps(record, spec.profile):
         messages += [{"role": "user", "content": frame_stub("current", shown)}, _answer(step)]
     return [{"turn_idx": index, **message} for index, message in enumerate(messages)]

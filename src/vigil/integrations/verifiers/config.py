@@ -14,7 +14,7 @@ from vigil.errors import VigilError, did_you_mean
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
 from vigil.observation import Quality
 from vigil.pack import find
-from vigil.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant
+from vigil.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant, SystemRole
 from vigil.sim import BACKENDS
 
 TASKSET_ID = "vigil-verifiers"
@@ -48,6 +48,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
     coordinates: Coordinates = Field("pixel", description="`pixel` or `normalized_1000`: how the model points")
     reply_policy: ReplyPolicy = Field("strict", description="how a reply is read: `strict` or `lenient`")
     image_format: ImageFormat = Field("png", description="how frames are sent: `png` or `jpeg`")
+    system_role: SystemRole = Field("system", description="`system`, or `user` for models without that role")
     backend: str = Field("mujoco", description="the simulator's backend")
     quality: Quality = Field("default", description="of a frame: `default`, or `fast`, with rougher edges")
     asset_database: Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
@@ -101,6 +102,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
             coordinates=self.coordinates,
             reply_policy=self.reply_policy,
             image_format=self.image_format,
+            system_role=self.system_role,
         )
 
 

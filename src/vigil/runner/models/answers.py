@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from vigil.actions import Usage
 from vigil.endings import ending_of
-from vigil.runner.models.error_texts import sentence_in, status_in
+from vigil.runner.models.refusals import sentence_in, status_in
 
 Wire = Literal["chat", "responses", "anthropic", "google"]
 """OpenAI's chat completions, OpenAI's responses, Anthropic's messages, Google's generateContent."""

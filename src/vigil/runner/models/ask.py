@@ -25,7 +25,7 @@ from vigil.errors import ModelAPIError
 from vigil.reasoning import split_reasoning
 from vigil.runner.models.answers import Answer, NoAnswer, Wire, read_answer
 from vigil.runner.models.context import OVERFLOW
-from vigil.runner.models.hints import hint_for
+from vigil.runner.models.refusals import hint_for
 
 Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Sends messages to a model and returns its reply. Raises ModelAPIError; of a rejection, RequestRejected."""
@@ -43,7 +43,7 @@ _OVERFLOW_STATUS = _REJECTION_STATUS | {500}
 _LENGTH_OR_CONTENT = re.compile(
     r"maximum.{0,20}(prompt|input|sequence).{0,10}length|request (entity )?too large|request_too_large|"
     r"\b(prompt|input|messages?|request)\b.{0,40}(too (long|large|many tokens)|longer than|exceed)|"
-    r"content.?(policy|filter|management)|data_inspection|inappropriate content|usage polic|\bsensitive\b|high risk|敏感|"
+    r"content.?(policy|filter|management)|data_inspection|inappropriate content|usage polic|\bsensitive\b|high risk|"
     r"\b(prompt|input|request|image|messages?|content)\b.{0,80}(flagged|blocked|violat)|"
     r"(safety|moderation) (system|filter|policy)",
     re.IGNORECASE | re.DOTALL,

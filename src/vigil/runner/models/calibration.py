@@ -16,7 +16,7 @@ from vigil.actions import Coordinates
 from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import encode
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.profile import Profile
+from vigil.profile import Profile, SystemRole
 from vigil.reasoning import split_reasoning
 from vigil.runner.models.ask import Ask
 
@@ -93,9 +93,9 @@ def draw_spot(spot: FramePoint) -> np.ndarray:
     return np.asarray(image)
 
 
-def question(spot: FramePoint) -> Sequence[Message]:
+def question(spot: FramePoint, system_role: SystemRole = "system") -> Sequence[Message]:
     """Returns what a model is sent for a spot."""
-    return Conversation(Profile(), INSTRUCTION).messages(encode(draw_spot(spot), "png"), None)
+    return Conversation(Profile(system_role=system_role), INSTRUCTION).messages(encode(draw_spot(spot), "png"), None)
 
 
 def point_in(text: str) -> FramePoint | None:
@@ -105,6 +105,6 @@ def point_in(text: str) -> FramePoint | None:
     return FramePoint(float(x[1]), float(y[1])) if x and y else None
 
 
-async def calibrate(ask: Ask) -> Calibration:
+async def calibrate(ask: Ask, system_role: SystemRole = "system") -> Calibration:
     """Returns how a model points. Raises ModelAPIError."""
-    return Calibration(tuple([point_in((await ask(question(spot))).text) for spot in SPOTS]))
+    return Calibration(tuple([point_in((await ask(question(spot, system_role))).text) for spot in SPOTS]))

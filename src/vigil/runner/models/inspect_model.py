@@ -44,14 +44,12 @@ from vigil.runner.models.ask import (
     reply_of,
     with_retries,
 )
-from vigil.runner.models.error_texts import sentence_of
-from vigil.runner.models.hints import hint_for
-from vigil.runner.models.network import proxy_note
+from vigil.runner.models.network import proxy_note, stay
 from vigil.runner.models.observed import Observed
 from vigil.runner.models.preflight import check_model
 from vigil.runner.models.providers import provider_hint
 from vigil.runner.models.redaction import without_login, without_secrets
-from vigil.runner.models.redirects import stay
+from vigil.runner.models.refusals import hint_for, sentence_of
 from vigil.runner.models.response_capture import Exchange, listening
 from vigil.runner.models.serving import KEY_HINT, Serving
 

@@ -1,6 +1,8 @@
 """What the environment says of the way to a server: proxies and certificates, checked before a client reads them.
 
-Libraries take them from variables by themselves, and fail without naming one.
+Libraries take them from variables by themselves, and fail without naming one. Redirects are not followed: a client
+would carry the key, and the request, to a host that the user did not name. HTTP libraries drop the header
+`Authorization` on the way to another host, but no provider's header of its own (`x-api-key`), and nothing of a body.
 """
 
 import os
@@ -10,6 +12,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 from urllib.request import getproxies, proxy_bypass
 
@@ -70,7 +73,7 @@ def _check_proxy(variable: str, url: str) -> None:
         )
     if scheme.startswith("socks") and find_spec("socksio") is None:
         raise SettingError(
-            f"{variable} is {shown!r}, and a proxy of SOCKS needs a package that is not installed: pip install socksio. "
+            f"{variable} is {shown!r}, and its SOCKS needs a package that is not installed: pip install socksio. "
             f"Or unset {variable}."
         )
 
@@ -91,3 +94,28 @@ def _check_certificates() -> None:
 def _variable(name: str) -> str:
     """Returns the variable as it is written in the environment: libraries read it in lower case too, and first."""
     return name.lower() if os.environ.get(name.lower()) else name
+
+
+def stay(api: Any) -> None:
+    """Makes a provider's client take a redirect as an answer, now and whenever it is made anew."""
+    make_anew = api.initialize
+
+    def initialize() -> None:
+        make_anew()
+        _stay(api)
+
+    api.initialize = initialize  # type: ignore[method-assign]
+    _stay(api)
+
+
+def _stay(api: Any) -> None:
+    for client in _clients(api):
+        client.follow_redirects = False
+
+
+def _clients(api: Any) -> Iterator[Any]:
+    """Yields the HTTP clients of a provider, as far as it keeps them."""
+    own = getattr(api, "client", None)
+    for holder in (getattr(api, "http_client", None), getattr(own, "_client", None), own):
+        if isinstance(getattr(holder, "follow_redirects", None), bool):
+            yield holder

@@ -16,10 +16,10 @@ from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.profile import ImageFormat, Profile
-from vigil.replies import parse_reply
+from vigil.replies import parse_reply, points_otherwise
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import ABOUT_CONTEXT, CONTEXT_OPTIONS, size_hint
-from vigil.runner.models.hints import hint_for
+from vigil.runner.models.refusals import FIND_COORDINATES, hint_for
 from vigil.runner.models.serving import KEY_HINT
 
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
@@ -92,8 +92,8 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
         where = f" at {address}" if address else ""
         advice = "" if hint_for(str(error)) else f" {_CHECK_NAME_AND_KEY} {KEY_HINT}."
         raise ModelAPIError(
-            f"Model {model!r}{where} did not answer the call before the run: {str(error).rstrip('.')}.{advice} Then give "
-            "the same command again."
+            f"Model {model!r}{where} did not answer the call before the run: {str(error).rstrip('.')}.{advice} "
+            "Then give the same command again."
         ) from error
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
         raise ModelAPIError(
@@ -146,6 +146,13 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
         return f"{_PARSER}, {_THINK_LESS}."
     if _OTHER_REASONING.search(reply.text):
         return f"It seems to begin with reasoning in a form that is no part of the protocol. {_PARSER}, {_THINK_LESS}."
+    if reply.tool_call is not None and invalid.reason == "empty":
+        return (
+            "The server sent a tool call in the place of text, although no tools are offered: start it without its "
+            "tool parser (vLLM: without --enable-auto-tool-choice and --tool-call-parser)."
+        )
+    if points_otherwise(invalid):
+        return f"It points in other coordinates than it was asked for. {FIND_COORDINATES}"
     if invalid.kind == "malformed_action":
         return "It is one JSON object, but no action of the schema. `vigil prompt` shows what the model was told."
     if invalid.would_parse_leniently:
