@@ -217,6 +217,8 @@ class Reply(_Action):
     finish_reason: str | None = None
     """In the provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
     reasoning_chars: int = 0
+    reasoning: str = Field(default="", exclude=True, repr=False)
+    """That came apart from the text, where it is kept: beside the record (`vigil.kept_reasoning`), never in it."""
     tool_call: str | None = None
     """Name of the tool that the server says the model called in the place of an answer."""
     usage: Usage | None = None

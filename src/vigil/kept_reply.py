@@ -31,7 +31,7 @@ def kept(reply: Reply) -> Reply:
     part = _beginning(reply, raw) if is_too_long else raw[-KEPT_WITH_REASONING:]
     text: str | bytes = part.decode("utf-8", "ignore") if reply.is_utf8 else part
     facts = reply.model_dump(exclude={"text", "raw_base64"})
-    return Reply.model_validate({**facts, "text": text, "cut": cut})
+    return Reply.model_validate({**facts, "text": text, "cut": cut, "reasoning": reply.reasoning})
 
 
 def _beginning(reply: Reply, raw: bytes) -> bytes:

@@ -251,7 +251,12 @@ class RunHeader(_Record):
     @property
     def has_reasoning(self) -> bool:
         """Whether reasoning came with any answer, in any session, however thinking was set."""
-        return any(answered.replies_with_reasoning for answered in self._answered)
+        return self.replies_with_reasoning[0] > 0
+
+    @property
+    def replies_with_reasoning(self) -> tuple[int, int]:
+        """How many replies came with reasoning, of how many, in all sessions."""
+        return sum(one.replies_with_reasoning for one in self._answered), sum(one.replies for one in self._answered)
 
     @property
     def _answered(self) -> tuple[Answered, ...]:

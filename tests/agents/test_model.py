@@ -64,3 +64,19 @@ def test_pictures_are_lossless_as_png_and_repeatable() -> None:
     assert (png.media_type, jpeg.media_type) == ("image/png", "image/jpeg")
     assert png.data_uri.startswith("data:image/png;base64,iVBOR")
     assert jpeg.data[:2] == b"\xff\xd8"
+
+
+def test_without_a_system_role_the_prompt_begins_the_first_message_of_the_user():
+    plain, merged = (Conversation(Profile(system_role=role), TASK) for role in ("system", "user"))
+    for reply in ("one", "two"):
+        for conversation in (plain, merged):
+            conversation.add(None, reply)
+        (system, first, *rest), (only, *others) = (one.messages(PICTURE, None) for one in (plain, merged))
+        assert (only.role, only.text) == ("user", f"{system.text}\n\n{first.text}")
+        assert others == rest
+        assert [message.role for message in (only, *others)] == [*["user", "assistant"] * (len(rest) // 2), "user"]
+
+
+def test_without_a_system_role_the_first_request_is_one_message_with_the_frame():
+    (only,) = Conversation(Profile(system_role="user"), TASK).messages(PICTURE, None)
+    assert (only.role, only.picture) == ("user", PICTURE)

@@ -461,7 +461,7 @@ def test_what_really_answered_stands_beside_what_was_asked_for(write: Write) -> 
         row for row in TABLES["models"](study(read_runs([folder, write("silent")]))).rows if row.cells.get("answered")
     )
     assert (row.cells["api"], row.cells["answered"]) == ("vllm/alias", "alias-2026, alias-2027")
-    assert row.cells["thinking"] == "not said; reasoning came"
+    assert row.cells["thinking"] == "yes"
 
 
 def test_a_long_name_leaves_room_for_the_bars(write: Write):

@@ -480,6 +480,21 @@ def test_a_dry_run_bounds_calls_and_tokens(pack: Path) -> None:
     assert 0 < low < high
 
 
+def test_a_dry_run_honours_the_limit_on_tokens_and_thinking(pack: Path) -> None:
+    def most(model: str = "vllm/m", **changes: Any) -> float:
+        bounds = estimate(settings(pack, None, agent=None, model=model, **changes))
+        return bounds.output_tokens[1] / bounds.calls[1]
+
+    assert most() == 400
+    assert most(max_tokens=8192) == 8192
+    assert most(max_tokens=30) == 30
+    assert most(thinking="on") == most(reasoning_effort="high") == most("vllm/Qwen3-VL-8B-Thinking") == 8400
+    assert most(thinking="on", max_tokens=2000) == 2000
+    assert most("vllm/Qwen3-VL-8B-Thinking", thinking="off") == most(reasoning_effort="none") == 400
+    plain, thinks = (estimate(settings(pack, None, agent=None, model="vllm/m", thinking=one)) for one in ("off", "on"))
+    assert plain.input_tokens == thinks.input_tokens, "reasoning enters no history"
+
+
 @pytest.mark.usefixtures("real_workers")
 def test_a_simulator_that_cannot_start_stops_the_run(
     pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -61,6 +61,7 @@ SAME_RUN: dict[str, dict[str, Any]] = {
     "ray_address": {"executor": "ray", "ray_address": "localhost:1"},
     "max_connections": {"max_connections": 7},
     "save_frames": {"save_frames": True},
+    "keep_reasoning": {"keep_reasoning": True},
     "simulator_factory": {"simulator_factory": BACKENDS["fake"]},
     "reply_seconds": {"reply_seconds": 7},
     "preflight": {"preflight": False},

@@ -1,12 +1,12 @@
 """A folder that `datasets.load_dataset` loads, and a Hub of datasets shows: rows of episodes, steps, and a card."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.analysis.measures.rows import Run, frame_of
 from vigil.errors import SettingError
-from vigil.exports.steps import STEP_COLUMNS, has_frames, write_steps
+from vigil.exports.steps import columns_with, has_frames, write_steps
 from vigil.saved_run import read_run
 
 CARD = "README.md"
@@ -51,25 +51,29 @@ the packs.
 """
 
 
-def write_dataset(runs: Sequence[Run], pack: str | Path | None, out: Path) -> Path:
+def write_dataset(runs: Sequence[Run], pack: str | Path | None, out: Path, *, with_reasoning: bool = False) -> Path:
     """Writes runs into `out`, new or empty, and returns the card; `pack` is where their pack is now.
+
+    The reasoning that runs kept is left out unless it is asked for.
 
     Raises SettingError, RecordError or PackMismatch.
     """
     if out.exists() and any(out.iterdir()):
         raise SettingError(f"Folder {str(out)!r} is not empty; export into a new one.")
     saved = [read_run(run.folder, pack) for run in runs]
-    with_images = any(map(has_frames, saved))
+    extra = {"image"} if any(map(has_frames, saved)) else set[str]()
+    if with_reasoning:
+        extra.add("reasoning")
     (out / STEPS).mkdir(parents=True, exist_ok=True)
     frame_of(runs).to_parquet(out / EPISODES, index=False)
     for number, (run, records) in enumerate(zip(runs, saved, strict=True)):
-        write_steps(records, run.name, out / STEPS / f"{number:04}.parquet", with_images)
-    (out / CARD).write_text(_card(runs, with_images), encoding="utf-8")
+        write_steps(records, run.name, out / STEPS / f"{number:04}.parquet", extra)
+    (out / CARD).write_text(_card(runs, extra), encoding="utf-8")
     return out / CARD
 
 
-def _card(runs: Sequence[Run], with_images: bool) -> str:
-    steps = {name: says for name, (_, says) in STEP_COLUMNS.items() if with_images or name != "image"}
+def _card(runs: Sequence[Run], extra: Collection[str]) -> str:
+    steps = {name: says for name, (_, says) in columns_with(extra).items()}
     parts = [_HEAD, "## Runs", *map(_told, runs), ""]
     if faults := [f"- {fault}" for run in runs for fault in run.faults]:
         parts += ["## What is missing or odd", *faults, ""]

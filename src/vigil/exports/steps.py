@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vigil.exports.step_facts import arguments_of, shown_steps
+from vigil.kept_reasoning import reasoning_of
 from vigil.record import FRAMES_FOLDER, Key, StepRecord
 from vigil.runner.workers.frames import FrameStore
 from vigil.saved_run import SavedRun
@@ -36,9 +37,12 @@ STEP_COLUMNS: Mapping[str, tuple[pa.DataType, str]] = {
     "output_tokens": (pa.int64(), "as the provider counts them"),
     "seconds": (pa.float64(), "that the reply took"),
     "frame_sha256": (pa.string(), "SHA-256 of the RGB bytes of the frame that was answered; empty when nobody looked"),
+    "reasoning": (pa.string(), "that came apart from the reply and was kept; such a column only where asked for"),
     "image": (IMAGE, "that frame, where the run kept it; no such column where no run kept any"),
 }
 """The columns of `steps`: type, and what each says. None holds hidden state, but for the verdict."""
+EXTRA_COLUMNS = frozenset({"reasoning", "image"})
+"""Those that a dataset has only where a run kept what they hold."""
 ROWS_AT_ONCE = 10_000
 PICTURES_AT_ONCE = 100
 _Row = dict[str, Any]
@@ -50,18 +54,26 @@ def has_frames(run: SavedRun) -> bool:
     return next((run.folder / FRAMES_FOLDER).glob("*/*.png"), None) is not None
 
 
-def write_steps(run: SavedRun, name: str, out: Path, with_images: bool) -> None:
-    """Writes the steps of a run's scored episodes, sorted by episode, epoch and step; `name` is the run's."""
-    schema = _schema(with_images)
-    rows = (row for key in sorted(run.table.rows) for row in _rows_of(run, name, key, with_images))
+def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> None:
+    """Writes the steps of a run's scored episodes, sorted by episode, epoch and step; `name` is the run's.
+
+    `extra` are those of EXTRA_COLUMNS that are wanted.
+    """
+    schema = _schema(extra)
+    rows = (row for key in sorted(run.table.rows) for row in _rows_of(run, name, key, extra))
     with pq.ParquetWriter(out, schema) as writer:
-        for some in _batches(rows, PICTURES_AT_ONCE if with_images else ROWS_AT_ONCE):
+        for some in _batches(rows, PICTURES_AT_ONCE if "image" in extra else ROWS_AT_ONCE):
             writer.write_table(pa.Table.from_pylist(some, schema=schema))
 
 
-def _schema(with_images: bool) -> pa.Schema:
+def columns_with(extra: Collection[str]) -> dict[str, tuple[pa.DataType, str]]:
+    """Returns the columns, of EXTRA_COLUMNS only those that are wanted."""
+    return {name: column for name, column in STEP_COLUMNS.items() if name not in EXTRA_COLUMNS or name in extra}
+
+
+def _schema(extra: Collection[str]) -> pa.Schema:
     """Returns the schema, with what tells the library `datasets` which column holds pictures."""
-    kinds = {name: kind for name, (kind, _) in STEP_COLUMNS.items() if with_images or kind != IMAGE}
+    kinds = {name: kind for name, (kind, _) in columns_with(extra).items()}
     features = {name: _feature(kind) for name, kind in kinds.items()}
     return pa.schema(kinds, metadata={"huggingface": json.dumps({"info": {"features": features}})})
 
@@ -72,7 +84,7 @@ def _feature(kind: pa.DataType) -> dict[str, str]:
     return {"dtype": "float64" if kind == pa.float64() else str(kind), "_type": "Value"}
 
 
-def _rows_of(run: SavedRun, name: str, key: Key, with_images: bool) -> Iterator[_Row]:
+def _rows_of(run: SavedRun, name: str, key: Key, extra: Collection[str]) -> Iterator[_Row]:
     outcome = run.table.rows[key].outcome
     if outcome is None:
         return
@@ -86,11 +98,14 @@ def _rows_of(run: SavedRun, name: str, key: Key, with_images: bool) -> Iterator[
         "instruction": episode.instruction,
     }
     store = FrameStore(run.folder / FRAMES_FOLDER)
+    reasoning = reasoning_of(run.folder, record) if "reasoning" in extra else {}
     for shown, step in shown_steps(record, spec.profile):
         row: _Row = {**whole, **_said(step), **_invalid(step)}
         row["shown_too_far"] = shown and shown.too_far
         row["shown_path_blocked"] = shown and shown.path_blocked
-        if with_images:
+        if "reasoning" in extra:
+            row["reasoning"] = reasoning.get(step.index)
+        if "image" in extra:
             row["image"] = _image(store, step.frame_sha256)
         yield row
 

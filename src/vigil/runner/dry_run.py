@@ -11,7 +11,9 @@ from vigil.agents.picture import Picture
 from vigil.costs import Prices
 from vigil.episode import Episode
 from vigil.profile import Profile
-from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REPLY_TOKENS
+from vigil.record import RunSpec
+from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REASONING_TOKENS, REPLY_TOKENS
+from vigil.runner.models.thinking import may_think
 from vigil.runner.settings import RunSettings, plan_run
 from vigil.shards import part_of
 
@@ -38,29 +40,45 @@ class CostEstimate:
 def estimate(settings: RunSettings) -> CostEstimate:
     """Returns the bounds for a run of these settings. Raises InputError."""
     _, episodes, spec = plan_run(settings)
-    return _estimate(part_of(episodes, spec.shard), spec.profile, spec.epochs)
+    return _estimate(part_of(episodes, spec.shard), spec, output_tokens(settings))
 
 
-def _estimate(episodes: Sequence[Episode], profile: Profile, epochs: int) -> CostEstimate:
-    least_input = sum(_input_tokens(episode, profile, 1, 0) for episode in episodes)
-    most_input = sum(_input_tokens(episode, profile, episode.max_steps, 1) for episode in episodes)
+def output_tokens(settings: RunSettings) -> tuple[int, int]:
+    """Returns how many tokens one reply takes at least and at most, its reasoning included."""
+    least, most = REPLY_TOKENS
+    if may_think(settings.thinking, settings.reasoning_effort, settings.model or ""):
+        least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
+    limit = settings.max_tokens
+    return (least, most) if limit is None else (min(least, limit), limit)
+
+
+def _estimate(episodes: Sequence[Episode], spec: RunSpec, outputs: tuple[int, int]) -> CostEstimate:
+    profile, epochs = spec.profile, spec.epochs
+    answers = min(REPLY_TOKENS[0], outputs[0]), min(REPLY_TOKENS[1], outputs[1])
+    least_input = sum(_input_tokens(episode, profile, 1, (answers[0], PICTURE_TOKENS[0])) for episode in episodes)
+    most_input = sum(
+        _input_tokens(episode, profile, episode.max_steps, (answers[1], PICTURE_TOKENS[1])) for episode in episodes
+    )
     steps = sum(episode.max_steps for episode in episodes)
     count = len(episodes)
     return CostEstimate(
         episodes=count * epochs,
         calls=(count * epochs, steps * epochs),
         input_tokens=(least_input * epochs, most_input * epochs),
-        output_tokens=(count * epochs * REPLY_TOKENS[0], steps * epochs * REPLY_TOKENS[1]),
+        output_tokens=(count * epochs * outputs[0], steps * epochs * outputs[1]),
     )
 
 
-def _input_tokens(episode: Episode, profile: Profile, calls: int, bound: int) -> int:
-    """Returns the tokens sent over the first `calls` calls of an episode at the lower (0) or upper (1) bound."""
+def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:
+    """Returns the tokens sent over the first `calls` calls of an episode; `sizes` are those of an answer and a frame.
+
+    Reasoning is not part of it: it enters no history.
+    """
     conversation = Conversation(profile, episode.instruction)
-    reply = "x" * int(REPLY_TOKENS[bound] * CHARS_PER_TOKEN)
+    reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)
     total = 0.0
     for _ in range(calls):
         messages = conversation.messages(Picture(b"", profile.image_format), None)
-        total += sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + PICTURE_TOKENS[bound]
+        total += sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + sizes[1]
         conversation.add(None, reply)
     return round(total)

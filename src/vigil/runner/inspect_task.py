@@ -71,7 +71,8 @@ PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 def evaluate(endpoint: Endpoint, assignments: Sequence[Assignment], play_one: PlayOne, log_dir: Path) -> None:
     """Plays all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
     model = endpoint.model()
-    ask = with_retries(sender(model, observed=endpoint.observed), endpoint.retry_policy)
+    send = sender(model, observed=endpoint.observed, keeps_reasoning=endpoint.keeps_reasoning)
+    ask = with_retries(send, endpoint.retry_policy)
     stop: list[VigilError] = []
     tidy = _ConnectionCloser(model, play_one, len(assignments))
     with _rare_collections(), _no_warnings():

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
 from vigil.jsonl import AppendFile, Line, dump_line
+from vigil.kept_reasoning import REASONING_FILE, read_reasoning
 from vigil.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
@@ -257,7 +258,11 @@ def _attempts(parts: Sequence[_Part], spec_hash: str) -> list[bytes]:
 
 
 def _copy_files(part: _Part, folder: Path) -> None:
-    """Copies kept frames, which are named by what they show, and logs into a folder of the shard's own."""
+    """Copies kept frames, named by what they show, kept reasoning, and logs into a folder of the shard's own."""
+    found = read_reasoning(part.run.folder)
+    if found:
+        with (folder / REASONING_FILE).open("ab") as file:
+            file.writelines(map(dump_line, found))
     own = f"shard-{part.shard.index}-of-{part.shard.of}"
     places = {FRAMES_FOLDER: FRAMES_FOLDER, **{name: f"{name}/{own}" for name in (LOGS_FOLDER, INSPECT_FOLDER)}}
     for name, place in places.items():

@@ -222,6 +222,7 @@ def _play_outside(run: _Run, pool: SimulatorPool, assignments: list[Assignment])
         sampling=sampling_of(settings),
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
+        keeps_reasoning=settings.keep_reasoning,
         retry_policy=RetryPolicy(
             settings.retries,
             settings.first_wait_s,

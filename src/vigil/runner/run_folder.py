@@ -19,6 +19,7 @@ from vigil.costs import Prices, RunTokens
 from vigil.episode import Episode
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
 from vigil.jsonl import unwritten
+from vigil.kept_reasoning import keep_reasoning
 from vigil.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
@@ -139,8 +140,11 @@ class RunFolder:
         return None if self.header.prices is None else self.header.prices.cost(self.tokens.total)
 
     def append(self, record: EpisodeRecord) -> None:
-        """Writes one row, on disk when this returns. Raises RecordError when it cannot be written."""
-        self._log.append(record)
+        """Writes one row, and beside it the reasoning that is kept; both are on disk when this returns.
+
+        Raises RecordError when it cannot be written.
+        """
+        self._log.append(keep_reasoning(self.path, record))
 
     def note_facts(self, facts: SimulatorFacts) -> None:
         """Completes the header with what the backend says about itself; from now on the run goes on.

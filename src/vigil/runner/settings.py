@@ -127,6 +127,9 @@ class RunSettings:
     render_quality: RenderQuality = "default"
     prices: AskedPrices = None
     save_frames: Annotated[bool, Setting("Keep every frame, by content hash.")] = False
+    keep_reasoning: Annotated[
+        bool, Setting("Keep what a model reasons apart from its replies, in reasoning.jsonl.")
+    ] = False
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
     """Makes a simulator of one's own, which `backend` then only names in the header. Must be picklable."""

@@ -6,6 +6,7 @@ from typing import Any, Literal
 from vigil.agents.picture import decode
 from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, VigilError
+from vigil.kept_reasoning import reasoning_of
 from vigil.record import EpisodeRecord, Key
 from vigil.runner.workers.frames import frame_sha256
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
@@ -63,7 +64,10 @@ def episode_timeline(run: ShownRun, episode: Episode, record: EpisodeRecord) -> 
     """Returns the timeline of a record of a run."""
     if run.header is None or run.table is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
-    return timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
+    told = timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
+    reasoning = reasoning_of(run.folder, record)
+    told["steps"] = [{**step, "reasoning": reasoning.get(step["index"], "")} for step in told["steps"]]
+    return told
 
 
 def frame_of(run: ShownRun, key: Key, step: int, render_service: RenderService) -> Frame:

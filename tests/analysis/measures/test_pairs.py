@@ -17,7 +17,7 @@ from vigil.episode import FAMILIES, Family
 from vigil.errors import RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.prompt_file import variant_of
-from vigil.record import EpisodeRecord
+from vigil.record import Answered, EpisodeRecord, read_header
 
 FEEDBACK, NEUTRAL = Profile(name=ACTION_FEEDBACK), Profile(prompt_variant="neutral_report")
 
@@ -136,6 +136,36 @@ def test_serving_modes_of_a_checkpoint_are_paired(write: Write, instruct: dict[s
     assert found.refusals == ()
     (row,) = tables(study(runs, with_paper=False))["serving_modes"].rows
     assert {row.cells[f"{name}_{side}"][0] for name in "WB" for side in ("base", "other")} == {100.0}
+
+
+def answered(folder: Path, with_reasoning: int, replies: int = 16) -> Path:
+    """Writes into a run's header how many of its replies came with reasoning."""
+    told = Answered(replies=replies, replies_with_reasoning=with_reasoning)
+    header = read_header(folder).model_copy(update={"answered": told})
+    (folder / "run.json").write_text(header.model_dump_json(), encoding="utf-8")
+    return folder
+
+
+def test_what_was_seen_decides_the_serving_mode_and_a_contradiction_is_said(write: Write):
+    """The same name and settings: one server passes them on, the other does not."""
+    named = {"agent": "vllm/Qwen3-VL-8B-Instruct"}
+    runs = read_runs([answered(write("a", **named), 0), answered(write("b", **named), 16)])
+    found = study(runs, with_paper=False)
+    (one,) = found.pairing.serving
+    assert (one.base.folder.name, one.other.folder.name) == ("a", "b")
+    assert (one.base.model.is_thinking, one.other.model.is_thinking) == (False, True)
+    assert found.pairing.repeats == ()
+    (said,) = (warning for warning in found.warnings if "reasoning" in warning)
+    assert "Qwen3-VL-8B-Instruct (T)" in said
+    assert "16 of its 16 replies came with reasoning: it counts as thinking" in said
+
+
+def test_a_model_that_is_to_think_and_does_not_is_said(write: Write):
+    runs = read_runs([answered(write("a", sampling=THINKING), 0)])
+    (said,) = (warning for warning in study(runs, with_paper=False).warnings if "reasoning" in warning)
+    assert "none of its 16 replies came with reasoning" in said
+    runs = read_runs([answered(write("b", sampling=THINKING), 16), answered(write("c"), 0)])
+    assert not [warning for warning in study(runs, with_paper=False).warnings if "reasoning" in warning]
 
 
 def test_serving_modes_under_other_settings_are_refused_by_name(write: Write):

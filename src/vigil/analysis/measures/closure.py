@@ -97,7 +97,13 @@ def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
     notes = run.notes
     if len(outcomes) < run.table.planned:
         notes = (f"INCOMPLETE: {len(outcomes)} of {run.table.planned} episodes are scored.", *notes)
-    return ClosureRun(model_of(run.header.spec).name, run.header, outcomes, run.table.planned, notes)
+    return ClosureRun(
+        model_of(run.header.spec, has_reasoning=run.header.has_reasoning).name,
+        run.header,
+        outcomes,
+        run.table.planned,
+        notes,
+    )
 
 
 def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:

@@ -44,7 +44,7 @@ class ModelInfo:
     """As printed, with `(T)` for the thinking serving mode."""
     group: ModelGroup
     is_thinking: bool | None
-    """None when neither name nor settings say."""
+    """None when no reasoning came, and neither name nor settings say."""
     activated: str | None
     """Activated parameters of a mixture of experts, e.g. `A3B`; None for dense models."""
     is_privileged: bool = False
@@ -55,14 +55,17 @@ class ModelInfo:
         return checkpoint_of(self.name)
 
 
-def model_of(spec: RunSpec) -> ModelInfo:
-    """Returns how a run's agent is named and grouped."""
+def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
+    """Returns how a run's agent is named and grouped.
+
+    That reasoning came with its answers decides what its serving mode was, whatever name and settings say of it.
+    """
     if spec.agent_kind == "privileged":
         return ModelInfo(f"{spec.agent} (privileged)", GROUPS[4], None, None, is_privileged=True)
     if spec.agent_kind in ("scripted", "human"):
         return ModelInfo(spec.agent, GROUPS[3], None, None)
     provider, _, short = spec.agent.rpartition("/")
-    thinking = _is_thinking(short, spec)
+    thinking = has_reasoning or stated_thinking(spec)
     name = f"{short} (T)" if thinking and not _THINKING.search(short.casefold()) else short
     return ModelInfo(name, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
 
@@ -92,7 +95,9 @@ def activated_of(name: str) -> str | None:
     return found[0].upper() if found else None
 
 
-def _is_thinking(name: str, spec: RunSpec) -> bool | None:
+def stated_thinking(spec: RunSpec) -> bool | None:
+    """Returns whether a model thinks by its name and settings; None when neither says."""
+    name = spec.agent.rpartition("/")[2]
     if _THINKING.search(name.casefold()):
         return True
     if spec.thinking != "default":

@@ -155,7 +155,7 @@ def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
 
 
 def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> Run:
-    model = model_of(header.spec)
+    model = model_of(header.spec, has_reasoning=header.has_reasoning)
     return Run(
         folder=folder,
         header=header,

@@ -1,11 +1,11 @@
 """Study: the runs of one report, measured once, with what was recognised among them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 from vigil.analysis.measures.metrics import COMPARABLE_W_PP, Measures, by_family, is_excluded, measure
-from vigil.analysis.measures.models import GROUPS
+from vigil.analysis.measures.models import GROUPS, stated_thinking
 from vigil.analysis.measures.pairs import Pairing, RunComparison, compare, recognise, shared
 from vigil.analysis.measures.paper import Paper, paper
 from vigil.analysis.measures.rows import Run
@@ -90,7 +90,7 @@ def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
         pairing=pairing,
         comparisons=tuple(_comparisons(entries)),
         published=paper() if with_paper else None,
-        warnings=(*faults, *_copies(runs), *_mixtures(runs), *pairing.refusals),
+        warnings=(*faults, *_copies(runs), *_contradictions(runs), *_mixtures(runs), *pairing.refusals),
     )
 
 
@@ -134,6 +134,23 @@ def _copies(runs: Sequence[Run]) -> list[str]:
         and (first.header.run_id, first.header.started) == (second.header.run_id, second.header.started)
         and first.rows.equals(second.rows)
     ]
+
+
+def _contradictions(runs: Sequence[Run]) -> Iterator[str]:
+    """Yields which models were served otherwise than their names or settings say: their answers tell."""
+    for run in runs:
+        said, (reasoned, replies) = stated_thinking(run.header.spec), run.header.replies_with_reasoning
+        if said is False and reasoned:
+            yield (
+                f"{run.name} is not to think by its name or settings, but {reasoned} of its {replies} replies came "
+                "with reasoning: it counts as thinking. Its server does not pass the setting on, or serves another model."
+            )
+        elif said and replies and not reasoned:
+            yield (
+                f"{run.name} is to think by its name or settings, but none of its {replies} replies came with "
+                "reasoning. It counts as thinking all the same, since some providers keep reasoning to themselves: see "
+                "whether its server has it turned off."
+            )
 
 
 def _mixtures(runs: Sequence[Run]) -> list[str]:

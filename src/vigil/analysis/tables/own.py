@@ -322,8 +322,7 @@ def models(study: Study) -> Table:
         info = entry.run.model
         panel = "aside" if not entry.is_base else "excluded" if entry.is_excluded else "main"
         header = entry.run.header
-        came = "; reasoning came" if header.has_reasoning and not info.is_thinking else ""
-        cells = {"kind": info.group, "thinking": thinking[info.is_thinking] + came, "activated": info.activated}
+        cells = {"kind": info.group, "thinking": thinking[info.is_thinking], "activated": info.activated}
         cells["answered"] = ", ".join(header.answering_models)
         rows.append(row_of(entry, **cells, panel=panel, api=header.spec.agent))
     for model in study.published.models if study.published else ():
@@ -332,7 +331,7 @@ def models(study: Study) -> Table:
     notes = (
         "Own runs: the name that was asked for, with its provider, and the names in the answers. Published: the "
         "identifiers that the paper prints, for closed models only. Aside: under another profile or prompt. Thinking: "
-        "as the name or the settings say, and whether reasoning came all the same.",
+        "whether reasoning came with the answers; where none did, as the name or the settings say.",
     )
     return Table("models", "Models and their API identifiers", columns, tuple(rows), notes)
 

@@ -98,7 +98,8 @@ def serving_modes(study: Study) -> Table:
         rows += list(_published_serving_modes(study.published))
     notes = (
         "Runs of one checkpoint under the same settings but for the serving mode; thinking minus instruct, over the "
-        f"episodes that both have scored. A mode that nobody stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
+        f"episodes that both have scored. Thinking is a run with reasoning in its answers, or one whose name or "
+        f"settings say so; a mode that nobody stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
         f"{RATE_NOTE} Published differences are those of printed rows.",
         DISAGREEMENT_NOTE,
         *study.pairing.choices["serving"],

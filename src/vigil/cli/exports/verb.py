@@ -30,6 +30,9 @@ def export(
     epoch: Epoch = 1,
     pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
     assets: AssetFile = None,
+    reasoning: Annotated[
+        bool, typer.Option("--reasoning", help="Into a dataset (hf) also the reasoning that runs kept.")
+    ] = False,
     *,
     publisher: Publisher,
 ) -> None:
@@ -44,6 +47,8 @@ def export(
     _check_place(format_, out)
     if format_ != EVERY_EVAL_EVER and publisher != Publisher():
         raise SettingError(f"{publisher.given} is for --format {EVERY_EVAL_EVER} alone. Leave it out.")
+    if reasoning and format_ != HF:
+        raise SettingError(f"--reasoning is for --format {HF} alone. Leave it out.")
     if format_ == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, and {len(runs)} were given. Give one, or another --format.")
@@ -58,7 +63,7 @@ def export(
         return
     found = read_runs(runs, place, use_cache=format_ == PARQUET)  # a card is not to tell of a cache that failed
     say(fault for run in found for fault in run.faults)
-    print(_write_rows(found, out) if format_ == PARQUET else write_dataset(found, place, out))
+    print(_write_rows(found, out) if format_ == PARQUET else write_dataset(found, place, out, with_reasoning=reasoning))
 
 
 def _write_rows(runs: list[Run], out: Path) -> Path:

@@ -112,14 +112,15 @@ def check_ending(finish_reason: str | None, text: str, tool_call: str | None) ->
         raise AttemptFailed(f"HTTP 200 with an answer that has no text, {word}", can_retry=True)
 
 
-def reply_of(answer: Answer, seconds: float) -> Reply:
-    """Returns a server's own answer as a reply."""
-    text = answer.text
+def reply_of(answer: Answer, seconds: float, *, keeps_reasoning: bool = False) -> Reply:
+    """Returns a server's own answer as a reply, with the reasoning beside it if that is to be kept."""
+    text, reasoning = answer.text, "".join(answer.reasoning)
     return Reply(
         text=text,
         reply_source="server",
         finish_reason=answer.finish_reason,
-        reasoning_chars=sum(map(len, answer.reasoning)) + split_reasoning(text)[1],
+        reasoning_chars=len(reasoning) + split_reasoning(text)[1],
+        reasoning=reasoning if keeps_reasoning else "",
         tool_call=answer.tool_call,
         usage=answer.usage,
         seconds=seconds,

@@ -12,7 +12,9 @@ CHARS_PER_TOKEN = 4.0
 PICTURE_TOKENS = (300, 1300)
 """Of a frame of 640 x 480, at least and at most."""
 REPLY_TOKENS = (40, 400)
-"""One JSON object with a thought; reasoning models may take many times more."""
+"""One JSON object with a thought."""
+REASONING_TOKENS = (100, 8_000)
+"""What a model that thinks writes before an answer, where no --max-tokens bounds it: an estimate, no limit."""
 CONTEXT_OPTIONS = "vLLM: --max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH"
 OVERFLOW = re.compile(
     r"context.?(length|window|size)|max_model_len|maximum model length|exceed_context|context limit|"

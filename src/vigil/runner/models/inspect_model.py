@@ -71,6 +71,7 @@ class Endpoint:
     retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
     observed: Observed = field(default_factory=Observed)
     """Takes in what answers."""
+    keeps_reasoning: bool = False
 
     def model(self) -> Model:
         """Returns a client of its own. Raises SettingError when the provider cannot be used."""
@@ -123,7 +124,13 @@ class _EventSink:
         """Does nothing."""
 
 
-def sender(model: Model, config: GenerateConfig | None = None, observed: Observed | None = None) -> Send:
+def sender(
+    model: Model,
+    config: GenerateConfig | None = None,
+    observed: Observed | None = None,
+    *,
+    keeps_reasoning: bool = False,
+) -> Send:
     """Returns the function that sends messages to `model` once; `config` overrides the model's own.
 
     `observed` takes in what answers. The reply is the server's own text where that can be had, else the library's;
@@ -144,12 +151,13 @@ def sender(model: Model, config: GenerateConfig | None = None, observed: Observe
                     raise _trouble(model, error, exchanges) from error
                 output = None
         if output is not None and not _is_answered(exchanges):
-            reply = _library_reply(output)
+            reply = _library_reply(output, keeps_reasoning=keeps_reasoning)
             observed.note(reply, output.model, without_login(model.api.base_url or ""))
             return reply
         last = exchanges[-1]
         answer = answer_in(last.wire, bytes(last.body))
-        reply = reply_of(answer, output.time if output and output.time else time.monotonic() - last.started)
+        seconds = output.time if output and output.time else time.monotonic() - last.started
+        reply = reply_of(answer, seconds, keeps_reasoning=keeps_reasoning)
         observed.note(reply, answer.model, last.address)
         return reply
 
@@ -205,7 +213,7 @@ def _with_causes(error: BaseException) -> str:
     return ": ".join(text.rstrip(".") for text in said)
 
 
-def _library_reply(output: ModelOutput) -> Reply:
+def _library_reply(output: ModelOutput, *, keeps_reasoning: bool) -> Reply:
     """Returns the reply as Inspect has it, or raises ModelTrouble."""
     if output.empty:
         raise AttemptFailed("The provider's answer holds no reply.", can_retry=True)
@@ -222,6 +230,7 @@ def _library_reply(output: ModelOutput) -> Reply:
         finish_reason=output.stop_reason,
         tool_call=tool_call,
         reasoning_chars=sum(len(part.reasoning) for part in reasoning),
+        reasoning="".join(part.reasoning for part in reasoning) if keeps_reasoning else "",
         usage=_usage(output.usage),
         seconds=output.time or 0.0,
     )

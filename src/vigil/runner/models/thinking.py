@@ -32,6 +32,13 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: Named)
     return _merged(sampling, wanted, thinking)
 
 
+def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
+    """Whether a model is told to reason, or has it in its name and is not told otherwise."""
+    if thinking != "default":
+        return thinking == "on"
+    return effort != "none" if effort is not None else "thinking" in model.casefold()
+
+
 def how_set(thinking: Thinking, model: Named) -> str:
     """Returns in a few words what is sent for --thinking, e.g. `extra_body.enable_thinking=True`."""
     switch = model.provider.thinking

@@ -95,6 +95,8 @@
     if (step.seconds) facts.push(`${step.seconds.toFixed(1)} s`);
     at("facts").textContent = facts.join(" · ");
     at("reply").textContent = step.reply;
+    at("reasoning").textContent = step.reasoning;
+    at("reasoned").hidden = !step.reasoning;
   }
 
   // --- hidden state -------------------------------------------------------------------------------------------------
