@@ -74,9 +74,9 @@ def holds(path: Path) -> bool:
     return SECRET_THOUGHT.encode() in path.read_bytes()
 
 
-def test_the_viewer_shows_it(kept: tuple[RunResult, list[bytes]]) -> None:
+def test_the_viewer_shows_it(pack: Path, kept: tuple[RunResult, list[bytes]]) -> None:
     folder = kept[0].folder
-    run = Library([folder.parent]).run(folder.name)
+    run = Library([folder.parent], [pack]).run(folder.name)
     episode, record, _ = episode_of(run, kept[0].records[0].key)
     steps = episode_timeline(run, episode, record)["steps"]
     assert [step["reasoning"] for step in steps] == [f"{SECRET_THOUGHT}, at turn {step['index']}" for step in steps]

@@ -300,6 +300,22 @@ def test_a_server_that_counts_fewer_tokens_for_a_longer_dialogue_is_told_of_once
     assert all("Ollama: OLLAMA_CONTEXT_LENGTH" in each for each in warnings)
 
 
+@pytest.mark.parametrize(
+    ("point", "is_said"), [({"x": 0.5, "y": 0.5}, True), ({"x": 900, "y": 9}, True), ({"x": 9, "y": 9}, False)]
+)
+def test_clicks_in_other_coordinates_are_told_of_once(
+    pack: Path, tmp_path: Path, point: dict[str, float], is_said: bool
+) -> None:
+    click = json.dumps({"skill_name": "interact_pixel", "arguments": {"intent": "ground", **point}})
+    said: list[str | None] = []
+    with serving(lambda asked: Answer(click)) as server:
+        wanted = settings(pack, server.url, tmp_path / "run", families=("DA", "PG"))
+        run_pack(wanted, on_progress=lambda progress: said.append(progress.warning))
+    warnings = [each for each in said if each is not None and "other coordinates" in each]
+    assert len(warnings) == is_said
+    assert all("`vigil calibrate --model NAME`" in each for each in warnings)
+
+
 FLAGGED = failure(400, "flagged by our safety system", code="content_policy_violation")
 
 

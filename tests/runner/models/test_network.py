@@ -69,25 +69,30 @@ def test_certificates_that_are_not_there_are_named_before_the_run(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("SSL_CERT_FILE", "/none")
-    with pytest.raises(SettingError, match=r"^SSL_CERT_FILE is '/none', which does not exist\. Unset it"):
-        with completing("vllm/m", "http://127.0.0.1:9/v1"):
-            pass
+    with (
+        pytest.raises(SettingError, match=r"^SSL_CERT_FILE is '/none', which does not exist\. Unset it"),
+        completing("vllm/m", "http://127.0.0.1:9/v1"),
+    ):
+        pass
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "empty.pem"))
     (tmp_path / "empty.pem").write_text("no certificate")
     with pytest.raises(SettingError, match="holds no certificates"):
         check_network("http://localhost:8000/v1")
     monkeypatch.delenv("SSL_CERT_FILE")
     monkeypatch.setenv("SSLKEYLOGFILE", str(tmp_path / "none" / "keys"))
-    with pytest.raises(SettingError, match="^SSLKEYLOGFILE is .*cannot be written"):
+    with pytest.raises(SettingError, match=r"^SSLKEYLOGFILE is .*cannot be written"):
         check_network("")
 
 
 def test_a_connection_that_fails_says_through_which_proxy_it_went(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HTTP_PROXY", "http://me:secret@127.0.0.1:9")
     policy = RetryPolicy(retries=0)
-    with completing("vllm/m", "http://server.example.org/v1", policy) as complete:
-        with pytest.raises(ModelAPIError, match=r"through the proxy of HTTP_PROXY \(http://127\.0\.0\.1:9\)") as raised:
-            complete("hello")
+    said = r"through the proxy of HTTP_PROXY \(http://127\.0\.0\.1:9\)"
+    with (
+        completing("vllm/m", "http://server.example.org/v1", policy) as complete,
+        pytest.raises(ModelAPIError, match=said) as raised,
+    ):
+        complete("hello")
     assert "refused" in str(raised.value) or "failed" in str(raised.value)
     monkeypatch.setenv("NO_PROXY", "example.org")
     assert proxy_note("http://server.example.org/v1") == ""

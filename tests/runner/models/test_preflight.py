@@ -1,17 +1,20 @@
 import asyncio
+import json
 
 import numpy as np
 import pytest
 from chat_server import read_number
 
-from vigil.actions import Reply, Usage
+from vigil.actions import InvalidAction, Reply, Usage
 from vigil.agents.model import Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
 from vigil.profile import Profile
+from vigil.replies import parse_reply
 from vigil.runner.models.ask import RequestRejected
 from vigil.runner.models.preflight import (
     EXAMPLE_INSTRUCTION,
+    advice,
     check_contract,
     check_sight,
     draw_example,
@@ -152,3 +155,14 @@ def test_the_example_has_something_to_walk_to() -> None:
     assert picture.shape == (480, 640, 3)
     red = (picture[..., 0] > 150) & (picture[..., 1] < 80)
     assert 0.02 < red.mean() < 0.1
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.5, 0.25), (900, 300), (300, 700)])
+def test_a_model_that_points_in_other_coordinates_is_told_how_to_find_them(x: float, y: float) -> None:
+    text = json.dumps({"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": x, "y": y}})
+    reply = Reply(text=text)
+    invalid = parse_reply(reply, "pixel", "strict")
+    assert isinstance(invalid, InvalidAction)
+    assert "other coordinates" in advice(invalid, reply)
+    assert "vigil calibrate --model NAME" in advice(invalid, reply)
+    assert "--coordinates" in advice(invalid, reply)

@@ -295,3 +295,74 @@ def test_a_server_that_only_streams_answers_with_the_option_that_is_named() -> N
 
     reply, times = asked("chat", brain, extra_body={"stream": True})
     assert (reply.text, reply.finish_reason, reply.reasoning_chars, times) == (LOOK, "stop", 2, 1)
+
+
+# --- how an answer is sent ---
+
+
+def stream(*chunks: Any, head: str = "", is_ended: bool = True) -> Raw:
+    text = head + "".join(f"data: {json.dumps(chunk)}\n\n" for chunk in chunks) + "data: [DONE]\n\n" * is_ended
+    return Raw(text.encode(), content_type="text/event-stream")
+
+
+def piece(content: str | None, finish_reason: str | None = None, **more: Any) -> dict[str, Any]:
+    return {
+        "model": "m",
+        "choices": [{"index": 0, "delta": {"content": content}, "finish_reason": finish_reason, **more}],
+    }
+
+
+SENT: dict[str, tuple[Raw, str | None]] = {
+    "Ollama: an empty reason in every piece": (
+        stream(piece(LOOK[:9], ""), piece(LOOK[9:], ""), piece("", "stop")),
+        "stop",
+    ),
+    "OpenRouter: comments while it waits": (
+        stream(piece(LOOK), piece("", "stop"), head=": OPENROUTER PROCESSING\n\n: OPENROUTER PROCESSING\n\n"),
+        "stop",
+    ),
+    "OpenRouter: blank lines before JSON": (Raw(b"\n \n\n" + json.dumps(chat(LOOK, "stop")).encode()), "stop"),
+    "Azure: a first piece without choices": (
+        stream({"model": "", "choices": [], "prompt_filter_results": []}, piece(LOOK), piece(None, "stop")),
+        "stop",
+    ),
+    "HTTP 201": (Raw(json.dumps(chat(LOOK, "stop")).encode(), status=201), "stop"),
+    "no finish reason": (Raw(json.dumps(chat(LOOK, None)).encode()), None),
+    "SGLang: an object as the reason, streamed": (stream(piece(LOOK), piece("", {"type": "stop"})), "stop"),
+    "vLLM: a token as stop_reason": (Raw(json.dumps(chat(LOOK, "stop", stop_reason=151645)).encode()), "stop"),
+}
+
+
+@pytest.mark.parametrize("name", SENT)
+def test_an_answer_is_read_however_it_is_sent(name: str) -> None:
+    raw, reason = SENT[name]
+    reply, times = asked("chat", lambda wire, data: raw)
+    assert (reply.text, reply.finish_reason, reply.reply_source, times) == (LOOK, reason, "server", 1)
+
+
+UNSENT: dict[str, Raw] = {
+    "vLLM: aborted, as if it were whole": stream(piece(LOOK[:9]), piece("", "abort")),
+    "OpenRouter: an error in the middle": stream(
+        piece(LOOK[:9]), {"error": {"code": 502, "message": "Provider disconnected"}, **piece("", "error")}
+    ),
+    "FastChat: an error that says so only in its kind": Raw(b'{"object": "error", "message": "busy", "code": 50002}'),
+    "LiteLLM: a stop for what was no stop": stream(
+        piece(LOOK[:9]), piece("", "stop", provider_specific_fields={"native_finish_reason": "network_error"})
+    ),
+    "Ollama: the model is only loaded": stream(piece("", "load")),
+}
+
+
+@pytest.mark.parametrize("name", UNSENT)
+def test_an_answer_that_broke_off_is_asked_for_again(name: str) -> None:
+    waiting = [UNSENT[name]]
+    reply, times = asked("chat", lambda wire, data: waiting.pop() if waiting else Said((LOOK,)))
+    assert (reply.text, times) == (LOOK, 2)
+
+
+def test_a_message_without_content_that_the_limit_cut_is_the_models() -> None:
+    """As Gemini sends it in OpenAI's style when thinking has used up the limit."""
+    reply, times = asked("chat", always(chat(None, "length", message={"role": "assistant"})))
+    invalid = parse_reply(reply, "pixel", "strict")
+    assert isinstance(invalid, InvalidAction)
+    assert (invalid.reason, times) == ("truncated", 1)

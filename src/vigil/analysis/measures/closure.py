@@ -97,8 +97,9 @@ def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
     notes = run.notes
     if len(outcomes) < run.table.planned:
         notes = (f"INCOMPLETE: {len(outcomes)} of {run.table.planned} episodes are scored.", *notes)
+    model = model_of(run.header.spec, has_reasoning=run.header.has_reasoning)
     return ClosureRun(
-        model_of(run.header.spec, has_reasoning=run.header.has_reasoning).name,
+        model.name,
         run.header,
         outcomes,
         run.table.planned,

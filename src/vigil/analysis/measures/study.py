@@ -143,7 +143,8 @@ def _contradictions(runs: Sequence[Run]) -> Iterator[str]:
         if said is False and reasoned:
             yield (
                 f"{run.name} is not to think by its name or settings, but {reasoned} of its {replies} replies came "
-                "with reasoning: it counts as thinking. Its server does not pass the setting on, or serves another model."
+                "with reasoning: it counts as thinking. Its server does not pass the setting on, or serves "
+                "another model."
             )
         elif said and replies and not reasoned:
             yield (

@@ -67,7 +67,7 @@ def read_answer(wire: Wire, body: bytes) -> Answer:
     answer = Answer()
     read = _READERS[wire]
     for part in _documents(body):
-        if part.get("error") or _failed_status(part):
+        if part.get("error") or part.get("object") == "error" or _failed_status(part):
             raise _error(part)
         try:
             read(answer, part)

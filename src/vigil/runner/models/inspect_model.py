@@ -165,8 +165,8 @@ def sender(
 
 
 def _is_answered(exchanges: Sequence[Exchange]) -> bool:
-    """Whether the server answered with HTTP 200: then what it said counts, whatever a library makes of it."""
-    return bool(exchanges) and exchanges[-1].status == 200
+    """Whether the server answered without an error: then what it said counts, whatever a library makes of it."""
+    return bool(exchanges) and exchanges[-1].status in range(200, 300)
 
 
 def _chat_message(message: Message) -> ChatMessage:
