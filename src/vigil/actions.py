@@ -219,8 +219,9 @@ class Reply(_Action):
     reasoning_chars: int = 0
     reasoning: str = Field(default="", exclude=True, repr=False)
     """That came apart from the text, where it is kept: beside the record (`vigil.kept_reasoning`), never in it."""
-    tool_call: str | None = None
-    """Name of the tool that the server says the model called in the place of an answer."""
+    tool_call: str | None = Field(default=None, exclude_if=lambda name: name is None)
+    """Name of the tool that the server says the model called in the place of an answer; rows without one leave it
+    out, as all did before there was the field."""
     usage: Usage | None = None
     seconds: float = 0.0
     provider_rejected: bool = False

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from inspect_ai.model import ModelOutput, ModelUsage, get_model
 from inspect_marks import INSPECT
 from wire_server import ENDPOINTS, Raw, Said, WireServer, body_of
 
@@ -366,3 +367,15 @@ def test_a_message_without_content_that_the_limit_cut_is_the_models() -> None:
     invalid = parse_reply(reply, "pixel", "strict")
     assert isinstance(invalid, InvalidAction)
     assert (invalid.reason, times) == ("truncated", 1)
+
+
+@pytest.mark.parametrize(
+    ("stop_reason", "expected"),
+    [("unknown", "has no text, with the finish reason 'unknown'"), ("content_filter", "rejected the request 3 times")],
+)
+def test_of_a_provider_that_cannot_be_listened_to_the_same_holds(stop_reason: Any, expected: str) -> None:
+    said = ModelOutput.from_content("m", "", stop_reason=stop_reason)
+    said.usage = ModelUsage(input_tokens=1, output_tokens=1)  # else Inspect counts, with a table that it downloads
+    model = get_model("mockllm/model", custom_outputs=[said] * 3, memoize=False)
+    with pytest.raises(ModelAPIError, match=expected):
+        asyncio.run(with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.001))([Message("user", "look")]))
