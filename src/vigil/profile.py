@@ -85,7 +85,7 @@ COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
     ModelCoordinates(r"qwen2-?vl", "normalized_1000", "https://arxiv.org/abs/2409.12191"),
     ModelCoordinates(r"mimo-embodied", "pixel", "not stated; as Qwen2.5-VL, whose encoder it has"),
     ModelCoordinates(r"qwen3(\.\d+)?", "normalized_1000", "https://github.com/QwenLM/Qwen3-VL/issues/1927"),
-    ModelCoordinates(r"robobrain2\.5", "normalized_1000", "https://arxiv.org/abs/2601.14352"),
+    ModelCoordinates(r"robobrain2\.5", "normalized_1000", "not stated by its makers: calibrate it first"),
     ModelCoordinates(r"rynnbrain", "normalized_1000", "its base is Qwen3-VL: its README"),
     ModelCoordinates(
         r"internvl", "normalized_1000", "https://internvl.readthedocs.io/en/latest/get_started/chat_data_format.html"
