@@ -231,6 +231,13 @@ def test_what_is_no_overflow_is_shown_and_no_rejection() -> None:
         assert not isinstance(raised.value, RequestRejected)
 
 
+@pytest.mark.parametrize("status", [200, 400])
+def test_an_error_of_a_thousand_levels_is_an_error(status: int) -> None:
+    for deep in ('{"error":' * 700 + "1" + "}" * 700, '{"error":' + "[" * 700 + "1" + "]" * 700 + "}"):
+        with pytest.raises(ModelAPIError, match=r"after [12] attempts"):
+            asked("chat", lambda wire, data, deep=deep: Raw(deep.encode(), status=status))
+
+
 def test_what_minimax_calls_sensitive_is_a_rejection() -> None:
     document = chat("", "stop") | {"base_resp": {"status_code": 1027, "status_msg": "output new_sensitive"}}
     document["base_resp"]["status_msg"] = "output is sensitive"

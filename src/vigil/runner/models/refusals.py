@@ -34,22 +34,31 @@ def sentence_in(found: Any) -> str:
     for sentence in islice(_sentences(found, _MAX_DEPTH), _MAX_SENTENCES):
         if sentence and not any(sentence in before for before in sentences):
             sentences = [before for before in sentences if before not in sentence] + [sentence]
-    said = " - ".join(sentences) or (found if isinstance(found, str) else json.dumps(found, ensure_ascii=False))
+    said = " - ".join(sentences) or _whole(found)
     codes = [code for code in dict.fromkeys(islice(_codes(found, _MAX_DEPTH), _MAX_SENTENCES)) if code not in said]
     return said[:MAX_CHARS] + (f" ({', '.join(codes)})" if codes and sentences else "")
 
 
-def status_in(found: Any) -> int | None:
+def _whole(found: Any) -> str:
+    """Returns JSON in which no sentence was found as a text."""
+    try:
+        return found if isinstance(found, str) else json.dumps(found, ensure_ascii=False)
+    except RecursionError:
+        return "an error of too many levels"
+
+
+def status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
     """Returns the HTTP status that JSON of an error tells; None where it tells none."""
-    if isinstance(found, list):
-        return next((status for one in found if (status := status_in(one)) is not None), None)
-    if not isinstance(found, dict):
+    if isinstance(found, list) and depth:
+        return next((status for one in found if (status := status_in(one, depth - 1)) is not None), None)
+    if not isinstance(found, dict) or not depth:
         return None
     for name in ("code", "status", "status_code", "http_status"):
         told = found.get(name)
         if isinstance(told, int | str) and str(told).isdecimal() and 400 <= int(told) <= 599:
             return int(told)
-    return next((status for name in _HOLDERS if (status := status_in(found.get(name))) is not None), None)
+    inner = (status_in(found.get(name), depth - 1) for name in _HOLDERS)
+    return next((status for status in inner if status is not None), None)
 
 
 def _sentences(found: Any, depth: int) -> Iterator[str]:
