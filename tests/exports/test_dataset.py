@@ -14,7 +14,7 @@ from vigil.actions import Reply
 from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.errors import SettingError
 from vigil.exports.dataset import write_dataset
-from vigil.exports.steps import STEP_COLUMNS
+from vigil.exports.steps import EXTRA_COLUMNS, STEP_COLUMNS, columns_with
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.record import EpisodeRecord
 from vigil.runner.workers.frames import FrameStore
@@ -78,14 +78,15 @@ def test_a_kept_frame_is_a_picture_and_one_that_was_not_kept_is_none(write: Writ
     }
     schema = pq.read_schema(tmp_path / "out" / "steps" / "0001.parquet")
     told = json.loads((schema.metadata or {})[b"huggingface"])["info"]["features"]
-    assert list(told) == schema.names == list(STEP_COLUMNS)
+    assert list(told) == schema.names == list(columns_with({"image"}))
     assert told["image"] == {"_type": "Image"}
     assert told["seconds"] == {"dtype": "float64", "_type": "Value"}
 
 
 def test_without_kept_frames_there_is_no_column_of_pictures(write: Write, tmp_path: Path) -> None:
     _, steps = exported(tmp_path / "out", write("a"))
-    assert list(steps[0]) == [name for name in STEP_COLUMNS if name != "image"]
+    assert list(steps[0]) == list(columns_with(()))
+    assert STEP_COLUMNS.keys() - steps[0].keys() == EXTRA_COLUMNS
 
 
 def test_feedback_is_that_which_was_shown_with_the_frame(write: Write, tmp_path: Path) -> None:
