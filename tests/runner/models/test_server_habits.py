@@ -313,7 +313,7 @@ def stream(*chunks: Any, head: str = "", is_ended: bool = True) -> Raw:
     return Raw(text.encode(), content_type="text/event-stream")
 
 
-def piece(content: str | None, finish_reason: str | None = None, **more: Any) -> dict[str, Any]:
+def piece(content: str | None, finish_reason: Any = None, **more: Any) -> dict[str, Any]:
     return {
         "model": "m",
         "choices": [{"index": 0, "delta": {"content": content}, "finish_reason": finish_reason, **more}],
@@ -384,5 +384,9 @@ def test_of_a_provider_that_cannot_be_listened_to_the_same_holds(stop_reason: An
     said = ModelOutput.from_content("m", "", stop_reason=stop_reason)
     said.usage = ModelUsage(input_tokens=1, output_tokens=1)  # else Inspect counts, with a table that it downloads
     model = get_model("mockllm/model", custom_outputs=[said] * 3, memoize=False)
+
+    async def main() -> Reply:
+        return await see(with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.001)))
+
     with pytest.raises(ModelAPIError, match=expected):
-        asyncio.run(with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.001))([Message("user", "look")]))
+        asyncio.run(main())
