@@ -7,6 +7,7 @@ import typer
 
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.imports import VARIABLE, import_modules
+from vigil.private import REVEAL, REVEAL_HELP
 from vigil.saved_run import runs_in
 
 
@@ -39,6 +40,10 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")]
 Epoch = Annotated[int, typer.Option(min=1, help="Which play of the episode.")]
+SeedFile = Annotated[
+    Path | None, typer.Option(help="File with a secret seed, 2^64 or more: shells keep what a command says.")
+]
+Reveal = Annotated[bool, typer.Option(REVEAL, help=REVEAL_HELP)]
 LevelsFile = Annotated[
     Path | None,
     typer.Option(help="Levels of the episodes, as `vigil pack levels` writes them.", show_default="the pack's own"),

@@ -12,7 +12,7 @@ import typer
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.procthor import FORM, is_dataset
 from vigil.authoring.drafting.sources import filed, house_at, read_all
-from vigil.cli.arguments import OneHouse
+from vigil.cli.arguments import OneHouse, SeedFile
 from vigil.cli.progress import progress
 from vigil.cli.text import tell
 from vigil.errors import HouseError, SettingError
@@ -20,8 +20,10 @@ from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
 from vigil.housegen.checking.check import SHAPELESS
 from vigil.housegen.checking.plan_image import beside, draw_plan
+from vigil.housegen.document import without_seed
 from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
+from vigil.private import chosen_seed, is_secret
 from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scene.build import build_scene
@@ -32,14 +34,23 @@ from vigil.sim.showcase.renders import render_birdseye
 
 
 def generate_house(
-    seed: Annotated[int, typer.Option(help="Same seed, same house.")],
     out: Annotated[Path, typer.Option(help="File to write.")],
+    seed: Annotated[int | None, typer.Option(help="Same seed, same house.")] = None,
+    seed_file: SeedFile = None,
     spec: Annotated[str, typer.Option("--rooms", "--spec", help="Number of rooms, or the name of a spec.")] = "1",
 ) -> None:
-    """Example: vigil houses generate --seed 7 --rooms 2 --out house.json"""
+    """Example: vigil houses generate --seed 7 --rooms 2 --out house.json
+
+    A house of a secret seed does not tell it.
+    """
+    made_from = chosen_seed(seed, seed_file)
+    if made_from is None:
+        raise SettingError("Give --seed or --seed-file: which house is it to be?")
     if not out.parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
-    house = generate(seed, spec_for(spec))
+    house = generate(made_from, spec_for(spec))
+    if is_secret(made_from):
+        house = without_seed(house, out.stem)
     house.save(out)
     print(f"{out}: {len(house.document.rooms)} rooms, {len(house.objects())} objects, sha256 {house.sha256}")
 

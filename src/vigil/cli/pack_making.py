@@ -18,7 +18,7 @@ from vigil.authoring.drafting.generation import (
 )
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
-from vigil.authoring.drafting.sources import Filed, Source, drawn, drawn_of, filed, seeded
+from vigil.authoring.drafting.sources import Filed, Source, drawn_of, filed
 from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, PackRequest, assemble, candidates
 from vigil.authoring.packing.candidate_checks import checker, house_finder
 from vigil.authoring.packing.levels import measured_levels
@@ -34,9 +34,8 @@ from vigil.authoring.packing.recipes import (
 )
 from vigil.authoring.packing.verify import VerificationSettings, bundles
 from vigil.authoring.review.reviews import Review, read_reviews
-from vigil.cli.arguments import Robust
+from vigil.cli.arguments import Robust, SeedFile
 from vigil.cli.making.closure import (
-    SMALL_HOUSES,
     Kinds,
     Suite,
     build_suite,
@@ -54,6 +53,7 @@ from vigil.cli.making.drafting import (
     forms_named,
     shown_on,
 )
+from vigil.cli.making.houses import SECRET_RECIPE, asked_sources, generated, specs_of
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
 from vigil.closure import Kind
@@ -62,12 +62,11 @@ from vigil.errors import SettingError
 from vigil.freezing import check_free
 from vigil.levels import LEVELS, EpisodeLevel, levels_named
 from vigil.pack import Pack
+from vigil.private import chosen_seed, is_secret
 from vigil.runner.models.completion import completing
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
 
-HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
-"""Houses for each episode of a family, unless said otherwise."""
 Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
 HousePlaces = Annotated[
     list[str] | None, typer.Option(help=f"House file (.json, .jsonl, .jsonl.gz), or {FORM}; repeat.")
@@ -98,7 +97,8 @@ def propose(
     model: Annotated[str | None, typer.Option(help="provider/model that proposes instead.")] = None,
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
-    seed: Annotated[int, typer.Option(help="For everything drawn; keep it to yourself for a private pack.")] = 0,
+    seed: Annotated[int | None, typer.Option(help="For everything drawn; 0 unless given.")] = None,
+    seed_file: SeedFile = None,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
     tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
     hardest_of: Starts = 1,
@@ -112,23 +112,28 @@ def propose(
     vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --out drafts.jsonl
     vigil pack propose --houses house.json --family SM --model openai/gpt-4o --out drafts.jsonl
     vigil pack propose --suite closure --seeds 100:160 --out closure.jsonl
+    vigil pack propose --seeds 0:60 --seed-file secret.txt --out private.jsonl
+
+    With a secret seed --seeds numbers the houses, and no name tells the seed.
     """
+    drawn_by = chosen_seed(seed, seed_file) or 0
     if grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
     settings = GenerationSettings(
         families or tuple(FAMILIES),
-        seed,
+        drawn_by,
         per_house,
         tried,
         backend,
         AssetDatabase.of(assets),
         forms=forms_named(forms or "public"),
         starts=hardest_of,
+        is_seed_secret=is_secret(drawn_by),
     )
     if suite is not None:
         refuse_with_suite(family=families, model=model, grammar=grammar, hardest_of=hardest_of > 1)
         settings = suite_settings(settings)
-    sources = _sources(houses or [], seeds, _specs(rooms, suite), limit)
+    sources = asked_sources(houses or [], seeds, specs_of(rooms, suite), limit, settings.secret, tell)
     file = DraftsFile(out)
     with progress("houses") as show:
         on_progress = shown_on(show)
@@ -159,7 +164,8 @@ def build(
     kind: Kinds = None,
     alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
-    seed: Annotated[int, typer.Option(help="Breaks ties.")] = 0,
+    seed: Annotated[int | None, typer.Option(help="Breaks ties; 0 unless given.")] = None,
+    seed_file: SeedFile = None,
     house_uses: HouseUses = HOUSE_USES,
     level: LevelNames = None,
     robust: Robust = False,
@@ -177,15 +183,17 @@ def build(
     else:
         refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
+    breaks_ties = chosen_seed(seed, seed_file) or 0
     pack_request = PackRequest(
         name,
         per_family,
-        seed,
+        breaks_ties,
         house_uses,
         version=version,
         description=description,
         aliases=tuple(alias or []),
         families=families or tuple(FAMILIES),
+        is_seed_secret=any(map(is_secret, (breaks_ties, *(file.read().header.seed for file in files)))),
         asset_database_sha256=file_sha256(assets),
         levels=levels_named(level or []),
         is_robust=robust,
@@ -236,17 +244,11 @@ def _levels(
         return {found.episode_id: found for found in measured_levels(work, verification, show)}
 
 
-SECRET_FROM = 2**64
-SHORT_SEED = (
-    "A seed below 2^64 can be found by trying all of them against the pack. For a pack that is to stay unseen take a "
-    "long one: python3 -c 'import secrets; print(secrets.randbits(128))'."
-)
-
-
 def make(
     name: Name,
     out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
     seed: Annotated[int | None, typer.Option(min=0, help="Draws houses, drafts and all else: keep it secret.")] = None,
+    seed_file: SeedFile = None,
     houses: HousePlaces = None,
     count: Annotated[int | None, typer.Option(min=1, help="Houses to draw; of --houses all, unless given.")] = None,
     spread: Annotated[
@@ -268,15 +270,20 @@ def make(
     assets: AssetFile = None,
 ) -> None:  # fmt: skip
     """Examples:
-    vigil pack make --name held_out --seed 918273645 --per-family 25 --out packs/held_out
+    vigil pack make --name held_out --seed-file seed.txt --per-family 25 --out packs/held_out
     vigil pack make --name real --houses procthor-10k:val --count 200 --per-family 25 --out packs/real
     vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
     With --houses the seed, 0 by default, is no secret, and OUT.recipe.json is written, which names all houses with
     their hashes: `vigil pack remake` makes the same bytes of it.
     """
-    if seed is None and not houses:
-        raise SettingError("Give either --seed, which generates houses, or --houses with files or a dataset of them.")
+    if houses and seed_file is not None:
+        raise SettingError(SECRET_RECIPE)
+    drawn_by = chosen_seed(seed, seed_file)
+    if drawn_by is None and not houses:
+        raise SettingError(
+            "Give either --seed or --seed-file, which generate houses, or --houses with files or a dataset of them."
+        )
     if suite is not None:
         refuse_with_suite(family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1)
     else:
@@ -286,13 +293,13 @@ def make(
     offered = filed(houses or [], report=tell)
     origins = [] if reviews else _origins(offered)
     if houses:
-        sources = drawn_of(offered, seed or 0, count)
+        sources = drawn_of(offered, drawn_by or 0, count)
     else:
-        sources = _generated(seed or 0, count, per_family, _specs(rooms, suite))
+        sources = generated(drawn_by or 0, count, per_family, specs_of(rooms, suite), tell)
     pack_request = PackRequest(
         name,
         per_family,
-        seed or 0,
+        drawn_by or 0,
         house_uses,
         families=families or tuple(FAMILIES),
         is_seed_secret=not houses,
@@ -313,13 +320,6 @@ def make(
             backend=backend, drafted_in=count, is_spread=spread, starts=hardest_of, tasks=tasks,
         )  # fmt: skip
         _save_recipe(out, recipe)
-
-
-def _generated(seed: int, count: int | None, per_family: int, specs: Sequence[str]) -> list[Source]:
-    """Returns houses to generate, drawn by a seed; says so when the seed can be found by trying."""
-    if seed < SECRET_FROM:
-        say([SHORT_SEED])
-    return drawn(seed, count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family)), specs)
 
 
 def _save_recipe(out: Path, recipe: Recipe) -> None:
@@ -400,18 +400,6 @@ def _make_suite(
     drafts_summary(file)
     with progress("checks"):
         return build_suite(out, [file], suite_request(pack_request, tasks), given, verification)
-
-
-def _sources(houses: list[str], seeds: str | None, specs: list[str], limit: int | None) -> Sequence[Source]:
-    if bool(houses) == (seeds is not None):
-        raise SettingError("Give either --houses or --seeds.")
-    return filed(houses, limit, tell) if seeds is None else seeded(seeds, specs)
-
-
-def _specs(rooms: str, suite: str | None = None) -> list[str]:
-    if suite is not None and rooms == "mixed":
-        return list(SMALL_HOUSES)
-    return [name.strip() for name in rooms.split(",")]
 
 
 def _reviews(path: Path) -> list[Review]:

@@ -83,6 +83,13 @@ def seed_of(house: House) -> int | None:
     return seed if isinstance(seed, int) else None
 
 
+def without_seed(house: House, name: str) -> House:
+    """Returns a house under another name, in a document that no longer tells which seed it was generated from."""
+    generator = house.document.metadata.get("generator")
+    told = {key: value for key, value in generator.items() if key != "seed"} if isinstance(generator, dict) else {}
+    return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": told}})
+
+
 def maker_of(house: House) -> Literal["vigil", "procthor", "house"]:
     """Returns which generator a house is from, as ids of episodes say it; "house" for any other.
 

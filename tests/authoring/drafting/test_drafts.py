@@ -16,7 +16,7 @@ from vigil.authoring.drafting.generation import (
     generate_drafts,
     grammar_proposer,
 )
-from vigil.authoring.drafting.sources import MIXED, SECRET_SEEDS, Filed, Seeded, Source, drawn, filed, seeded
+from vigil.authoring.drafting.sources import DRAWN_SEEDS, MIXED, Filed, Seeded, Source, drawn, filed, seeded
 from vigil.authoring.review.validate import Validator
 from vigil.episode import Episode, Family
 from vigil.errors import HouseError, RecordError, SettingError
@@ -184,7 +184,7 @@ def test_a_secret_seed_draws_houses_that_more_of_them_begin_with() -> None:
     few, many = drawn(7, 5, ["mixed"]), drawn(7, 9, ["mixed"])
     assert many[:5] == few
     assert len({source.name for source in many}) == 9
-    assert all(isinstance(source, Seeded) and source.seed in SECRET_SEEDS for source in many)
+    assert all(isinstance(source, Seeded) and source.seed in DRAWN_SEEDS for source in many)
     assert not {source.name for source in drawn(8, 9, ["mixed"])} & {source.name for source in many}
 
 

@@ -95,7 +95,7 @@ class ClosureGenerator:
                 instruction=task.episodes[0].instruction,
             )
         facts = facts_of(context, sides[0].episode, sides[0].actions)
-        drafts = tuple(_named(context, side, facts) for side in sides)
+        drafts = tuple(_named(context, side, facts, self._settings.secret) for side in sides)
         pair = f"pair:{drafts[0].episode.id}" if len(drafts) > 1 else None
         answers = tuple(
             side.answer.model_copy(update={"episode_id": draft.episode.id, "pair": pair})
@@ -109,10 +109,10 @@ def closure_bench(settings: GenerationSettings) -> ClosureGenerator:
     return ClosureGenerator(settings)
 
 
-def _named(context: HouseContext, side: Certified, facts: DraftFacts) -> Draft:
+def _named(context: HouseContext, side: Certified, facts: DraftFacts, secret: int | None) -> Draft:
     """Returns a side as a draft under an id that tells it from no other: the same form for both twins."""
     episode: Episode = side.episode
     provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(side.actions)})
-    name = draft_id(episode, facts.category, context.house)
+    name = draft_id(episode, facts.category, context.house, secret)
     named = episode.model_copy(update={"id": name, "provenance": provenance})
     return Draft(kind=side.answer.kind, episode=named, actions=side.actions, facts=facts)

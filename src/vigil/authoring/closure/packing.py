@@ -13,7 +13,7 @@ from typing import Any
 import vigil
 from vigil.actions import Status
 from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsFile, Proposed
-from vigil.authoring.packing.assemble import FACTS, seed_sha256
+from vigil.authoring.packing.assemble import FACTS, seed_facts
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
@@ -188,9 +188,7 @@ def freeze_closure(
         **_house_facts(read, names, request),
         "kinds": kind_counts(answers),
         "reviews": _review_counts(chosen, offered, reviews),
-        "seed_sha256" if request.is_seed_secret else "seed": (
-            seed_sha256(request.name, request.seed) if request.is_seed_secret else request.seed
-        ),
+        **seed_facts(request.name, request.seed, [each.header for each in read], is_seed_secret=request.is_seed_secret),
         "simulator": sorted({proposed.header.simulator for proposed in read}),
         "vigil": vigil.__version__,
     }

@@ -12,11 +12,12 @@ from typing import Any
 from vigil.authoring.demonstrations.card import card_of
 from vigil.authoring.demonstrations.forms import FORMS, Format
 from vigil.authoring.demonstrations.play import Demonstrator
-from vigil.authoring.streaming.address import is_stream
+from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.folder import header_of
 from vigil.authoring.streaming.stream import Stream
 from vigil.errors import SettingError
 from vigil.observation import Quality
+from vigil.private import is_secret
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
 
@@ -32,6 +33,11 @@ def check_source(pack: str) -> None:
         raise SettingError(
             f"No demonstrations are made of pack {pack!r}: who trains on a pack's episodes cannot be measured on them. "
             "Give a stream, whose houses are in no packaged pack: --pack stream:7."
+        )
+    if is_secret(seed_in(pack)):
+        raise SettingError(
+            "The seed of this stream is long enough to be a secret, and each row of the demonstrations would tell it. "
+            "Give a stream of a seed below 2^64, e.g. --pack stream:7."
         )
 
 

@@ -31,6 +31,7 @@ from vigil.house import House, canonical_json
 from vigil.housegen.document import maker_of
 from vigil.jsonl import AppendFile, parse, read_lines
 from vigil.jsonl import Line as JsonLine
+from vigil.private import secret_name
 from vigil.versions import reads_schema
 
 DRAFTS_SCHEMA = 1
@@ -63,6 +64,8 @@ class Header(_Line):
     """Which half of the sentence forms is spoken."""
     drafts: int = Field(default=UNNAMED_DRAFTS, ge=1)
     """The version of what is drafted, and in which words."""
+    is_seed_secret: bool = False
+    """Whether houses and episodes have names that tell nothing of the seed; written where they have."""
 
 
 class HouseOrigin(_Line):
@@ -247,10 +250,15 @@ class DraftsWriter:
         self.file.append(*map(_bytes_of, lines))
 
 
-def draft_id(episode: Episode, category: str, house: House) -> str:
-    """Returns an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id."""
-    dumped = episode.model_dump(mode="json", exclude={"id", "provenance"})
-    digest = hashlib.sha256(canonical_json(dumped)).hexdigest()
+def draft_id(episode: Episode, category: str, house: House, secret: int | None = None) -> str:
+    """Returns an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id.
+
+    With a `secret` seed the id tells nothing to who has not that seed.
+    """
+    dumped = canonical_json(episode.model_dump(mode="json", exclude={"id", "provenance"}))
+    if secret is not None:
+        return secret_name(secret, "private", dumped)
+    digest = hashlib.sha256(dumped).hexdigest()
     return f"{id_stem(episode, category, house)}_{episode.family.lower()}_{digest[:DIGITS]}"
 
 
@@ -266,7 +274,8 @@ def id_stem(episode: Episode, category: str, house: House) -> str:
 
 
 def _bytes_of(line: Header | DraftLine) -> bytes:
-    unsaid = {"starts"} if isinstance(line, Header) and line.starts == 1 else set[str]()
+    usual = {"starts": 1, "is_seed_secret": False}
+    unsaid = {key for key, value in usual.items() if isinstance(line, Header) and getattr(line, key) == value}
     return canonical_json(line.model_dump(mode="json", exclude=unsaid)) + b"\n"
 
 

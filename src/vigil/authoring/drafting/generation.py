@@ -68,8 +68,15 @@ class GenerationSettings:
     """Starts drawn for each draft, of which the hardest is kept; with several, what is hard to name comes first."""
     forms: Forms = "public"
     """Which half of the sentence forms is spoken."""
+    is_seed_secret: bool = False
+    """Whether names of houses and episodes are to tell nothing of the seed."""
     author: str = AUTHOR
     """Who proposes, as the drafts file says; the grammar of a suite has a name of its own."""
+
+    @property
+    def secret(self) -> int | None:
+        """The seed where it is secret."""
+        return self.seed if self.is_seed_secret else None
 
     def families_in(self, index: int) -> tuple[Family, ...]:
         """Returns which families the house at a place in the list of houses is asked for."""
@@ -86,6 +93,7 @@ class GenerationSettings:
             starts=self.starts,
             forms=self.forms,
             drafts=DRAFTS_VERSION,
+            is_seed_secret=self.is_seed_secret,
         )
 
     def kept_of_kind(self, family: Family) -> int:
@@ -276,9 +284,8 @@ class DraftGenerator:
             )
         facts = facts_of(context, episode, verdict.actions)
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(verdict.actions)})
-        named = episode.model_copy(
-            update={"id": draft_id(episode, facts.category, context.house), "provenance": provenance}
-        )
+        name = draft_id(episode, facts.category, context.house, self._settings.secret)
+        named = episode.model_copy(update={"id": name, "provenance": provenance})
         return Draft(kind=kind, episode=named, actions=verdict.actions, facts=facts)
 
 

@@ -17,6 +17,8 @@ from vigil.authoring.drafting.procthor import DATASET, REVISION, is_dataset, nam
 from vigil.errors import HouseError, SettingError, did_you_mean
 from vigil.house import House
 from vigil.housegen import generate, spec_for
+from vigil.housegen.document import without_seed
+from vigil.private import is_secret, secret_name, secret_part
 from vigil.strict_json import read_json
 
 MOST_LINES = 100_000
@@ -25,8 +27,8 @@ MIXED = (
     *("living-room", "2", "3", "4", "2", "bathroom", "3", "2", "4", "6"),
 )
 """What `mixed` stands for: a fifth of one room, three tenths of two, a fifth of three and of four, a tenth of more."""
-SECRET_SEEDS = range(100_000, 1_000_000)
-"""Of houses that are drawn by a seed."""
+DRAWN_SEEDS = range(100_000, 1_000_000)
+"""Of houses that are drawn by a seed which is no secret: few enough to try them all."""
 _T = TypeVar("_T")
 OnDownload = Callable[[str], None]
 """Is told what is downloaded, before it is."""
@@ -38,18 +40,21 @@ class Seeded:
 
     seed: int
     spec: str
+    called: str = ""
+    """Its name, where the seed is to be told neither by that nor by the house itself."""
 
     @property
     def name(self) -> str:
         """The house's name."""
-        return f"{spec_for(self.spec).name}_{self.seed}"
+        return self.called or f"{spec_for(self.spec).name}_{self.seed}"
 
     def house(self) -> House:
         """Returns the house. Raises SettingError where the seed yields none."""
-        return generate(self.seed, spec_for(self.spec))
+        house = generate(self.seed, spec_for(self.spec))
+        return without_seed(house, self.called) if self.called else house
 
     def origin(self, house: House) -> None:
-        """Returns nothing: the house itself names its generator and seed."""
+        """Returns nothing: the house itself names its generator, and its seed unless that is secret."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,15 +106,15 @@ class Filed:
 Source = Seeded | Filed
 
 
-def seeded(seeds: str, specs: Iterable[str]) -> list[Source]:
+def seeded(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[Source]:
     """Returns houses to generate for seeds `A:B` (B excluded), each seed with each spec in turn.
 
-    Raises SettingError.
+    With a `secret` seed these are numbers of houses that only who knows it can make. Raises SettingError.
     """
     first, _, last = seeds.partition(":")
     if not (first.isdigit() and last.isdigit()) or int(first) >= int(last):
         raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
-    return _in_turn(range(int(first), int(last)), specs)
+    return _in_turn(range(int(first), int(last)), specs, secret)
 
 
 def drawn(seed: int, count: int, specs: Iterable[str]) -> list[Source]:
@@ -117,7 +122,9 @@ def drawn(seed: int, count: int, specs: Iterable[str]) -> list[Source]:
 
     Raises SettingError.
     """
-    return _in_turn(drawn_of(SECRET_SEEDS, seed, count), specs)
+    if is_secret(seed):
+        return _in_turn(range(count), specs, seed)
+    return _in_turn(drawn_of(DRAWN_SEEDS, seed, count), specs)
 
 
 def drawn_of(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
@@ -128,11 +135,18 @@ def drawn_of(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
     return [choice[int(index)] for index in order[:count]]
 
 
-def _in_turn(seeds: Iterable[int], specs: Iterable[str]) -> list[Source]:
+def secret_house(secret: int, number: int, spec: str) -> Seeded:
+    """Returns a house to generate that only who knows the secret seed can make; its name tells nothing of it."""
+    which = f"{number} {spec}".encode()
+    return Seeded(secret_part(secret, "house", which), spec, secret_name(secret, "house", which))
+
+
+def _in_turn(seeds: Iterable[int], specs: Iterable[str], secret: int | None = None) -> list[Source]:
     wanted = [each for spec in specs for each in (MIXED if spec == "mixed" else (spec,))]
     for spec in wanted:
         spec_for(spec)
-    return [Seeded(seed, wanted[index % len(wanted)]) for index, seed in enumerate(seeds)]
+    in_turn = [(seed, wanted[index % len(wanted)]) for index, seed in enumerate(seeds)]
+    return [Seeded(seed, spec) if secret is None else secret_house(secret, seed, spec) for seed, spec in in_turn]
 
 
 def filed(places: Iterable[str], limit: int | None = None, report: OnDownload = lambda line: None) -> list[Filed]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.authoring.drafting.drafts import Draft, DraftsFile, HouseOrigin
+from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, HouseOrigin
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.rejections import rejected_by_rule
@@ -27,6 +27,7 @@ from vigil.house import House, canonical_json
 from vigil.housegen.document import generators_of
 from vigil.levels import LEVELS_FILE, EpisodeLevel, Level, levels_bytes
 from vigil.pack import Pack
+from vigil.private import SEED_SHA256, is_secret, seed_sha256
 
 HOUSE_USES = 3
 """Episodes of one family in one house, at most."""
@@ -358,7 +359,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
         "forms": sorted({header.forms for header in headers}),
         "drafts": {"count": len(offered), "sha256": hashlib.sha256("\n".join(offered).encode()).hexdigest()},
         "reviews": review_counts(chosen),
-        **_seed_facts(pack_request),
+        **seed_facts(pack_request.name, pack_request.seed, headers, is_seed_secret=pack_request.is_seed_secret),
         **({"is_robust": True} if pack_request.is_robust else {}),
         "simulator": sorted({header.simulator for header in headers}),
         "solution_steps": {
@@ -391,15 +392,15 @@ def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict
     return {"levels": levels} if pack_request.levels else {}
 
 
-def seed_sha256(name: str, seed: int) -> str:
-    """Returns the hash by which the secret seed of a pack can be proved once it is told: SHA-256 of "NAME SEED"."""
-    return hashlib.sha256(f"{name} {seed}".encode()).hexdigest()
+def seed_facts(name: str, seed: int, headers: Iterable[Header], *, is_seed_secret: bool) -> dict[str, Any]:
+    """Returns what a manifest tells of a pack's seed: where any that it was made from is secret, their hash alone.
 
-
-def _seed_facts(pack_request: PackRequest) -> dict[str, Any]:
-    if pack_request.is_seed_secret:
-        return {"seed_sha256": seed_sha256(pack_request.name, pack_request.seed)}
-    return {"seed": pack_request.seed}
+    Of secret drafts that seed counts, and not the one which breaks ties among them.
+    """
+    secret = {each.seed for each in headers if each.is_seed_secret or (is_seed_secret and is_secret(each.seed))}
+    if is_seed_secret and not secret:
+        secret = {seed}
+    return {SEED_SHA256: seed_sha256(name, *secret)} if secret else {"seed": seed}
 
 
 def _house(files: Sequence[DraftsFile], name: str) -> House:

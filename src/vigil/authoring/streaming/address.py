@@ -6,6 +6,7 @@ from vigil.authoring.drafting.drafts import DRAFTS_VERSION
 from vigil.errors import SettingError
 from vigil.housegen.generate import GENERATOR_VERSION
 from vigil.pack_names import STREAM
+from vigil.private import secret_name
 from vigil.versions import RULES_VERSION, SHAPES_VERSION
 
 _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?", re.ASCII)
@@ -41,3 +42,8 @@ def seed_in(address: str) -> int:
 def address_of(seed: int) -> str:
     """Returns the address of a stream as this package makes it, with its version."""
     return f"{STREAM}{seed}@{stream_version()}"
+
+
+def hidden_address_of(seed: int) -> str:
+    """Returns what stands for the address of a stream whose seed is secret: the same for the same stream."""
+    return f"{STREAM}{secret_name(seed, 'secret', b'')}@{stream_version()}"

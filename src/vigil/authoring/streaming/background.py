@@ -76,8 +76,8 @@ class _Process:
                 return answer
             self._end()
         raise SimulatorError(
-            f"House {number} of stream {self._settings.seed}: {MOST_DEATHS} background processes ended while they made "
-            "it. Is there enough memory? Each takes some 500 MB."
+            f"House {number} of stream {self._settings.called}: {MOST_DEATHS} background processes ended while they "
+            "made it. Is there enough memory? Each takes some 500 MB."
         )
 
     def close(self) -> None:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict
 import vigil
 from vigil.authoring.packing.assemble import FACTS
 from vigil.authoring.packing.dataset_card import write_card
-from vigil.authoring.streaming.address import address_of
+from vigil.authoring.streaming.address import address_of, hidden_address_of
 from vigil.authoring.streaming.difficulty import Difficulty, difficulty_of
 from vigil.authoring.streaming.houses import StreamHouse
 from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
@@ -26,6 +26,7 @@ from vigil.house import canonical_json
 from vigil.housegen.document import generators_of
 from vigil.jsonl import AppendFile, Line, dump_line, parse
 from vigil.pack import MANIFEST, Pack, manifest_of
+from vigil.private import SEED_SHA256, seed_sha256
 
 ADVICE = "Remove it; it is made anew."
 OnItem = Callable[[int], None]
@@ -49,7 +50,7 @@ def header_of(stream: Stream) -> StreamHeader:
     """Returns which stream it is."""
     asked = stream.settings
     return StreamHeader(
-        stream=address_of(asked.seed),
+        stream=hidden_address_of(asked.seed) if asked.is_seed_secret else address_of(asked.seed),
         families=asked.families,
         difficulties=asked.difficulties,
         first=stream.first,
@@ -70,7 +71,7 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
             items.append(item)
             on_item(len(items))
             if len(items) == count:
-                return _freeze(out, items, header, is_grown=is_grown)
+                return _freeze(out, items, header, _seed_facts(out, stream), is_grown=is_grown)
     raise SettingError(
         f"{header.stream} holds {len(items)} wanted episodes in houses {stream.first} to {stream.last}, not {count}. "
         "Ask for fewer, or for more houses."
@@ -119,7 +120,15 @@ def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
     return True
 
 
-def _freeze(out: Path, items: Sequence[StreamItem], header: StreamHeader, *, is_grown: bool) -> Pack:
+def _seed_facts(out: Path, stream: Stream) -> dict[str, Any]:
+    """Returns the hash of a secret seed, which makes the pack private; nothing of any other: the address tells it."""
+    asked = stream.settings
+    return {SEED_SHA256: seed_sha256(out.name, asked.seed)} if asked.is_seed_secret else {}
+
+
+def _freeze(
+    out: Path, items: Sequence[StreamItem], header: StreamHeader, seed_facts: dict[str, Any], *, is_grown: bool
+) -> Pack:
     houses = {item.house.name: item.house for item in items}
     facts = [
         {"episode_id": item.episode.id, "difficulty": item.difficulty, **item.draft.facts.model_dump(mode="json")}
@@ -130,6 +139,7 @@ def _freeze(out: Path, items: Sequence[StreamItem], header: StreamHeader, *, is_
         "house_generator": generators_of(houses.values()),
         "difficulties": _counted(items),
         "vigil": vigil.__version__,
+        **seed_facts,
     }
     whole = out.with_name(f".{out.name}.whole")
     if whole.exists():

@@ -16,7 +16,7 @@ from vigil.authoring.drafting.drafts import DIGITS, Draft, Rejection
 from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings, Proposer, grammar_proposer
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.sources import MIXED, Seeded
+from vigil.authoring.drafting.sources import MIXED, Seeded, secret_house
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
 from vigil.episode import FAMILIES, Episode, Family
@@ -42,6 +42,13 @@ class StreamSettings:
     seed: int
     families: tuple[Family, ...] = tuple(FAMILIES)
     difficulties: tuple[Difficulty, ...] = DIFFICULTIES
+    is_seed_secret: bool = False
+    """Whether no house and no episode is to tell anything of the seed."""
+
+    @property
+    def called(self) -> str:
+        """What messages call the stream."""
+        return "of a secret seed" if self.is_seed_secret else str(self.seed)
 
 
 class StreamHouse(BaseModel):
@@ -81,10 +88,13 @@ def is_packaged(house: House) -> bool:
     return hashlib.sha256(canonical_json(house.data) + b"\n").hexdigest() in packaged_houses()
 
 
-def source_of(seed: int, number: int) -> Seeded:
+def source_of(settings: StreamSettings, number: int) -> Seeded:
     """Returns the house at a place in a stream, not made yet."""
-    digest = hashlib.sha256(f"stream {seed} house {number}".encode()).digest()
-    return Seeded(FIRST_HOUSE_SEED + int.from_bytes(digest[:SEED_BYTES], "big"), MIXED[number % len(MIXED)])
+    spec = MIXED[number % len(MIXED)]
+    if settings.is_seed_secret:
+        return secret_house(settings.seed, number, spec)
+    digest = hashlib.sha256(f"stream {settings.seed} house {number}".encode()).digest()
+    return Seeded(FIRST_HOUSE_SEED + int.from_bytes(digest[:SEED_BYTES], "big"), spec)
 
 
 class StreamHouseMaker:
@@ -92,12 +102,14 @@ class StreamHouseMaker:
 
     def __init__(self, settings: StreamSettings) -> None:
         self._settings = settings
-        drafting = GenerationSettings(settings.families, settings.seed, PER_HOUSE, TRIED)
+        drafting = GenerationSettings(
+            settings.families, settings.seed, PER_HOUSE, TRIED, is_seed_secret=settings.is_seed_secret
+        )
         self._generator = DraftGenerator(drafting, _brisk(grammar_proposer(drafting)))
 
     def made(self, number: int) -> StreamHouse:
         """Returns a house of the stream with its episodes."""
-        source = source_of(self._settings.seed, number)
+        source = source_of(self._settings, number)
         house, lines = self._generator.work(source, self._settings.families)
         if house is None or is_packaged(house):
             why = PACKAGED if house else next(line.message for line in lines if isinstance(line, Rejection))
@@ -109,6 +121,8 @@ class StreamHouseMaker:
 
     def _named(self, draft: Draft, number: int) -> Draft:
         """Returns a draft under an id that says where in which stream it is; in a house its own hash orders it."""
+        if self._settings.is_seed_secret:
+            return draft
         episode = draft.episode
         stem = f"stream{self._settings.seed}v{stream_version()}_{number:010d}"
         family, category = episode.family.lower(), draft.facts.category.lower()

@@ -74,13 +74,19 @@ class Stream:
         first: int = 0,
         last: int | None = None,
         workers: int = 1,
+        is_seed_secret: bool = False,
     ) -> None:
-        """Nothing is made before it is read; 0 `workers` make houses in this process. Raises SettingError."""
+        """Nothing is made before it is read; 0 `workers` make houses in this process. Raises SettingError.
+
+        Of a secret seed no house and no episode tells anything.
+        """
         if first < 0 or (last is not None and last <= first):
             raise SettingError(f"Houses {first} to {last} of a stream: expected 0 <= FIRST < END.")
         if seed < 0 or workers < 0:
             raise SettingError(f"A stream's seed ({seed}) and number of workers ({workers}) are 0 or more.")
-        self.settings = StreamSettings(seed, families_of_stream(families, workers), difficulties or DIFFICULTIES)
+        self.settings = StreamSettings(
+            seed, families_of_stream(families, workers), difficulties or DIFFICULTIES, is_seed_secret
+        )
         self.first, self.last = first, last
         self._workers = workers
         self._pools: list[HousePool] = []
@@ -121,6 +127,7 @@ class Stream:
             first=first,
             last=self.last,
             workers=self._workers,
+            is_seed_secret=asked.is_seed_secret,
         )
 
     def worker_pids(self) -> list[int]:
@@ -155,8 +162,9 @@ class Stream:
     def _nothing_found(self) -> str:
         asked = self.settings
         return (
-            f"Stream {asked.seed}: no episode of {', '.join(asked.families)} that is {' or '.join(asked.difficulties)} "
-            f"in {MOST_BARREN} houses in a row. Ask for more families or difficulties."
+            f"Stream {asked.called}: no episode of {', '.join(asked.families)} that is "
+            f"{' or '.join(asked.difficulties)} in {MOST_BARREN} houses in a row. Ask for more families or "
+            "difficulties."
         )
 
 

@@ -12,6 +12,7 @@ from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.episode import FAMILIES
+from vigil.private import is_secret
 
 FormsName = Literal["public", "held-out", "all"]
 FormsOption = Annotated[
@@ -60,5 +61,6 @@ def drafting_of(
         backend=verification.backend,
         assets=verification.assets,
         forms=pack_request.forms,
+        is_seed_secret=pack_request.is_seed_secret and is_secret(pack_request.seed),
     )
     return DraftsFile(out.with_name(f"{out.name}.drafts.jsonl")), settings

@@ -8,8 +8,10 @@ import typer
 from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
 from vigil.authoring.streaming.folder import write_stream
 from vigil.authoring.streaming.stream import Stream
+from vigil.cli.arguments import SeedFile
 from vigil.cli.progress import progress
 from vigil.errors import SettingError
+from vigil.private import chosen_seed, is_secret
 from vigil.runner.shared_settings import Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.setting import Setting
@@ -28,9 +30,12 @@ Houses = Annotated[str, typer.Option(metavar="FIRST:END", help="Houses of the st
 
 
 def stream(
-    seed: Annotated[int, typer.Option(min=0, help="Of the stream; the same seed gives the same episodes.")],
     count: Annotated[int, typer.Option(min=1, help="Episodes.")],
     out: Annotated[Path, typer.Option(help="New or empty folder, or one with fewer episodes of the stream.")],
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of the stream; the same seed gives the same episodes.")
+    ] = None,
+    seed_file: SeedFile = None,
     families: Families = (),
     difficulties: Difficulties = (),
     houses: Houses = "0:",
@@ -41,8 +46,17 @@ def stream(
     What is made is kept beside the folder: the same command goes on, and with a larger --count adds to it.
     """
     first, last = house_range(houses)
+    made_from = chosen_seed(seed, seed_file)
+    if made_from is None:
+        raise SettingError("Give --seed or --seed-file: which stream is it to be?")
     asked = Stream(
-        seed, families=families, difficulties=difficulties, first=first, last=last, workers=worker_count(workers)
+        made_from,
+        families=families,
+        difficulties=difficulties,
+        first=first,
+        last=last,
+        workers=worker_count(workers),
+        is_seed_secret=is_secret(made_from),
     )
     with asked, progress("episodes") as show:
         pack = write_stream(out, asked, count, lambda episodes: show(episodes, count))

@@ -1,0 +1,44 @@
+"""Where the houses of a pack that is being made come from, and what is said of the seed that draws them."""
+
+from collections.abc import Sequence
+
+from vigil.authoring.drafting.sources import OnDownload, Source, drawn, filed, seeded
+from vigil.cli.making.closure import SMALL_HOUSES
+from vigil.errors import SettingError
+from vigil.private import NEW_SEED, is_secret
+
+HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
+"""Houses for each episode of a family, unless said otherwise."""
+SHORT_SEED = (
+    "A seed below 2^64 can be found by trying all of them against the pack, and the names of its houses and episodes "
+    f"hold the houses' own seeds. For a pack that is to stay unseen take a long one: {NEW_SEED} > seed.txt, then "
+    "--seed-file seed.txt."
+)
+SECRET_RECIPE = (
+    "In houses of others the seed of `pack make` is no secret: it stands in the recipe, by which whoever has the "
+    "houses makes the pack. Give --seed with a number instead of --seed-file; or draft by `pack propose --houses ... "
+    "--seed-file FILE` and freeze by `pack build`, which writes no recipe."
+)
+
+
+def generated(seed: int, count: int | None, per_family: int, specs: Sequence[str], report: OnDownload) -> list[Source]:
+    """Returns houses to generate, drawn by a seed; `report` is told when the seed can be found by trying."""
+    if not is_secret(seed):
+        report(SHORT_SEED)
+    return drawn(seed, count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family)), specs)
+
+
+def asked_sources(
+    houses: list[str], seeds: str | None, specs: list[str], limit: int | None, secret: int | None, report: OnDownload
+) -> Sequence[Source]:
+    """Returns houses out of files, or to generate for `seeds` or, with a secret seed, for those numbers."""
+    if bool(houses) == (seeds is not None):
+        raise SettingError("Give either --houses or --seeds.")
+    return filed(houses, limit, report) if seeds is None else seeded(seeds, specs, secret)
+
+
+def specs_of(rooms: str, suite: str | None = None) -> list[str]:
+    """Returns the specs of houses that an option names."""
+    if suite is not None and rooms == "mixed":
+        return list(SMALL_HOUSES)
+    return [name.strip() for name in rooms.split(",")]

@@ -1,0 +1,89 @@
+"""Private packs: which seeds are secret, what stands in place of the names that they give, and which packs are private.
+
+A pack is private when its manifest tells no more of its seed than the hash (`seed_sha256`). Whatever writes something
+that is meant to leave the machine asks `is_private` here, or `check_revealed`. Decision 46.
+"""
+
+import hashlib
+import hmac
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vigil.errors import SettingError
+
+SECRET_FROM = 2**64
+"""Smaller seeds can be found by trying all of them."""
+SEED_SHA256 = "seed_sha256"
+"""Under this name the `meta` of a manifest holds the hash of a secret seed; no other pack has it."""
+REVEAL = "--reveal-private-pack"
+REVEAL_HELP = "Give a private pack away: write its instructions, ids, replies or frames all the same."
+NEW_SEED = "python3 -c 'import secrets; print(secrets.randbits(128))'"
+NAME_DIGITS = 20
+"""Of the keyed hash in the name of a private episode or house: 80 bits."""
+MAX_SEED_BYTES = 1024
+_SEED = re.compile(r"[0-9]{1,300}")
+
+
+def is_private(meta: Mapping[str, Any]) -> bool:
+    """Whether the pack whose manifest has this `meta` is private: its seed is to stay secret, and with it the pack."""
+    return SEED_SHA256 in meta
+
+
+def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: str = REVEAL) -> None:
+    """Raises SettingError when `what` would give a private pack away and nobody said by `by` that it may."""
+    if private and not reveals:
+        raise SettingError(
+            f"Pack {pack!r} is private: it was made from a secret seed. {what} would give it away to whoever reads "
+            "that: only hashes and rates leave, as `vigil score`, `vigil report` and `vigil export --format "
+            f"every-eval-ever` have them. If it may be given away, say so by {by}."
+        )
+
+
+def is_secret(seed: int) -> bool:
+    """Whether a seed is long enough to be kept secret."""
+    return seed >= SECRET_FROM
+
+
+def seed_sha256(name: str, *seeds: int) -> str:
+    """Returns the hash by which the secret seed of a pack can be proved once it is told: SHA-256 of "NAME SEED"."""
+    return hashlib.sha256(" ".join([name, *map(str, sorted(seeds))]).encode()).hexdigest()
+
+
+def secret_name(seed: int, kind: str, what: bytes) -> str:
+    """Returns the name of a house or an episode, e.g. `house_1f0c...`, that tells nothing to who has not the seed."""
+    return f"{kind}_{_keyed(seed, kind, what).hex()[:NAME_DIGITS]}"
+
+
+def secret_part(seed: int, kind: str, what: bytes) -> int:
+    """Returns a seed of 128 bits for a part of what a secret seed makes; it tells nothing of the others."""
+    return SECRET_FROM + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
+
+
+def read_seed(path: Path) -> int:
+    """Returns the secret seed in a file: one whole number. Raises SettingError."""
+    try:
+        with path.open("rb") as file:
+            text = file.read(MAX_SEED_BYTES + 1).decode("ascii").strip()
+    except (OSError, ValueError) as error:
+        raise SettingError(
+            f"Seed file {str(path)!r} cannot be read ({error}). Write one: {NEW_SEED} > {path}"
+        ) from None
+    if not _SEED.fullmatch(text) or not is_secret(int(text)):
+        raise SettingError(
+            f"Seed file {str(path)!r} holds no seed that can be kept secret: one whole number of 2^64 or more is "
+            f"expected, and nothing else. Write one: {NEW_SEED} > {path}"
+        )
+    return int(text)
+
+
+def chosen_seed(seed: int | None, file: Path | None) -> int | None:
+    """Returns the seed that was given as a number or in a file; None without either. Raises SettingError on both."""
+    if seed is not None and file is not None:
+        raise SettingError("--seed and --seed-file exclude each other. Leave one out.")
+    return seed if file is None else read_seed(file)
+
+
+def _keyed(seed: int, kind: str, what: bytes) -> bytes:
+    return hmac.digest(str(seed).encode(), kind.encode() + b"\n" + what, "sha256")
