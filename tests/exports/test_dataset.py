@@ -11,9 +11,11 @@ import yaml
 from published import Write, small_records
 
 from vigil.actions import Reply
+from vigil.analysis.measures.columns import without_answer_key
 from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.errors import SettingError
 from vigil.exports.dataset import write_dataset
+from vigil.exports.disclosure import Disclosure
 from vigil.exports.steps import EXTRA_COLUMNS, STEP_COLUMNS, columns_with
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.record import EpisodeRecord
@@ -53,13 +55,30 @@ def test_the_card_names_every_file_and_says_what_each_column_is(write: Write, tm
 def test_episodes_are_the_rows_of_a_report_and_steps_join_them(write: Write, tmp_path: Path) -> None:
     runs = [write("a"), write("b")]
     _, steps = exported(tmp_path / "out", *runs)
-    rows = frame_of(read_runs(runs))
+    whole = frame_of(read_runs(runs))
+    rows = whole.reindex(columns=without_answer_key(whole.columns))
     written = pq.read_table(tmp_path / "out" / "episodes.parquet").to_pandas()
     assert written.equals(rows.astype(written.dtypes))
     for row in rows.itertuples():
         mine = [step for step in steps if (step["run"], step["episode_id"]) == (row.run, row.episode_id)]
         assert [step["step"] for step in mine] == list(range(1, row.steps + 1))
         assert {step["label"] for step in mine} == {row.label}
+
+
+@pytest.mark.parametrize("has_key", [False, True], ids=["without", "with"])
+def test_the_answer_key_is_left_out_unless_asked_for_and_the_card_says_which(
+    write: Write, tmp_path: Path, has_key: bool
+) -> None:
+    runs = read_runs([write("a")], use_cache=False)
+    card = write_dataset(runs, None, tmp_path / "out", Disclosure(answer_key=has_key)).read_text(encoding="utf-8")
+    columns = pq.read_schema(tmp_path / "out" / "episodes.parquet").names
+    key = {"target", "distance_m", "expected", "first_goal_step", "lag", "lag_from_reset", "actions_after_goal.look"}
+    assert key & set(columns) == (key if has_key else set())
+    assert ("- `expected`: " in card) == has_key
+    assert ("**The answer key is here in part**" in card) == has_key
+    assert {"W", "B", "label", "reported", "actions.look"} <= set(columns)
+    if has_key:
+        assert columns == list(frame_of(runs).columns)
 
 
 def test_a_kept_frame_is_a_picture_and_one_that_was_not_kept_is_none(write: Write, tmp_path: Path) -> None:

@@ -485,6 +485,7 @@ def test_inspects_task_takes_settings_of_a_run_with_their_defaults() -> None:
         "image_format": "png",
         "backend": "mujoco",
         "anyway": False,
+        "reveal_private_pack": False,
     }
 
 

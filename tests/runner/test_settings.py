@@ -66,6 +66,7 @@ SAME_RUN: dict[str, dict[str, Any]] = {
     "reply_seconds": {"reply_seconds": 7},
     "preflight": {"preflight": False},
     "anyway": {"anyway": True},
+    "reveal_private_pack": {"reveal_private_pack": True},
     "retries": {"retries": 7},
     "first_wait_s": {"first_wait_s": 7.0},
     "longest_wait_s": {"longest_wait_s": 7.0},

@@ -5,7 +5,7 @@ One order for all formats: what is wrong with the data, how to read it, the figu
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -24,7 +24,7 @@ from vigil.analysis.tables.closure import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
-from vigil.analysis.tables.text import LEGEND, latex, latex_text, markdown
+from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_text, markdown
 from vigil.errors import SettingError
 
 Drawn = tuple[Figure, str]
@@ -67,6 +67,8 @@ class AnalysisReport:
     captions: Mapping[str, str]
     sections: Mapping[str, tuple[str, ...]]
     """Heading -> the names of its tables, in the report's order."""
+    reveals: bool = False
+    """Whether the rows of private packs' episodes are given, too."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -120,13 +122,18 @@ def write_report(
     further: Mapping[str, Drawn] = NO_FIGURES,
     own: Mapping[str, TableBuilder] = NO_TABLES,
     closure: Sequence[ClosureRun] = (),
+    *,
+    reveals: bool = False,
 ) -> list[Path]:
-    """Writes a report into `folder` in each format, and returns the files that were written. Raises SettingError."""
+    """Writes a report into `folder` in each format, and returns the files that were written. Raises SettingError.
+
+    Of a private pack rates alone are told, unless the report `reveals` it.
+    """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
     kinds = dict.fromkeys(_FIGURES_IN[name] for name in formats if name in _FIGURES_IN)
-    report = make_report(study, tuple(kinds), further, own, closure)
+    report = replace(make_report(study, tuple(kinds), further, own, closure), reveals=reveals)
     written: list[Path] = []
 
     def put(name: str, content: str | bytes) -> None:
@@ -194,7 +201,7 @@ def json_report(report: AnalysisReport) -> str:
 def csv_table(table: Table) -> str:
     """Returns one table's numbers as CSV."""
     names = ["group", "published", "privileged", *(name for name, *_ in table.flat_columns())]
-    return pd.DataFrame(table.flat_rows(), columns=names).to_csv(index=False)
+    return csv_text(pd.DataFrame(table.flat_rows(), columns=names))
 
 
 Put = Callable[[str, str | bytes], None]
@@ -225,10 +232,11 @@ def _write_json(report: AnalysisReport, put: Put) -> None:
 def _write_csv(report: AnalysisReport, put: Put) -> None:
     for name, table in report.tables.items():
         put(f"tables/{name}.csv", csv_table(table))
-    if not report.study.runs:
+    told = [run for run in report.study.runs if report.reveals or not run.is_private]
+    if not told:
         return
-    rows = frame_of(report.study.runs)
-    put("rows.csv", rows.to_csv(index=False))
+    rows = frame_of(told)
+    put("rows.csv", csv_text(rows))
     put("rows.parquet", rows.to_parquet(index=False))
 
 

@@ -21,13 +21,14 @@ from vigil.authoring.packing.levels import pack_levels
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
-from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, RunArguments
+from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArguments
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.text import console, say
 from vigil.episode import FAMILIES
 from vigil.errors import SettingError, SimulatorError
 from vigil.levels import COSTS, LEVELS, EpisodeLevel, levels_bytes, read_levels
 from vigil.pack import Pack
+from vigil.private import check_revealed, is_private
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
@@ -198,12 +199,15 @@ def sheet(
     n: Annotated[int, typer.Option("--n", min=1, help="Episodes, evenly over the families.")] = 80,
     seed: Annotated[int, typer.Option(min=0, help="Which ones.")] = 0,
     assets: AssetFile = None,
+    reveal: Reveal = False,
 ) -> None:
     """Example: vigil pack sheet vigil_mini --n 80 --out sheets"""
     if out.exists() and not out.is_dir():
         raise SettingError(f"--out {str(out)!r} is a file; give a folder.")
     loaded = Pack.load(pack)
     say(loaded.manifest.version_notes)
+    what = "A sheet of its frames and instructions"
+    check_revealed(loaded.name, is_private(loaded.manifest.meta), what, reveals=reveal)
     with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets))) as simulator:
         shown = pick_sample(loaded.episodes, n, seed)
         print(*write_sheets(shown, loaded.house_of, simulator, out), sep="\n")

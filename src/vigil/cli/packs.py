@@ -29,6 +29,7 @@ from vigil.errors import SettingError
 from vigil.levels import LEVELS, levels_of
 from vigil.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
 from vigil.pack_names import other_names, version_words
+from vigil.private import is_private
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.sim import make_simulator
@@ -77,6 +78,8 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
     version = version_words(manifest.name, manifest.version)
     print(f"{manifest.name} (version {version}): {manifest.episodes} episodes in {manifest.houses} houses")
     print(f"made with rules {manifest.versions.rules}, shapes {manifest.versions.shapes}")
+    if is_private(manifest.meta):
+        print("private: made from a secret seed. What is printed here is for you; its card says what may leave.")
     print(f"sha256 {loaded.sha256}; all {len(manifest.files)} files as frozen")
     _print_families(loaded)
     _print_levels(loaded)

@@ -15,17 +15,21 @@ from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.plots.style import saved
 from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, track, trajectory_animation, trajectory_figure
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
-from vigil.cli.arguments import Epoch, LevelsFile, RunArguments, WithPaper
+from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
+from vigil.cli.text import say
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.levels import read_levels
 from vigil.pack import Pack
+from vigil.private import REVEAL, check_revealed, is_private
 from vigil.runner.shared_settings import AssetFile, PackPlace
 from vigil.runner.workers.frames import first_frames, frames_of
 from vigil.saved_run import load_pack, pack_folder, runs_in
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
+_Frames = tuple[Path | None, bool]
+"""The asset database that frames are drawn with, and whether those of a private pack may be."""
 
 
 def report(
@@ -40,6 +44,7 @@ def report(
     assets: AssetFile = None,
     levels: LevelsFile = None,
     check: Annotated[bool, typer.Option("--check", help="Settle anew, assert the identities, and stop there.")] = False,
+    reveal: Reveal = False,
 ) -> None:  # fmt: skip
     """Examples:
     vigil report runs/solver runs/gpt-4o --out report
@@ -64,8 +69,15 @@ def report(
     if out is None:
         print(markdown_report(make_report(found, (), closure=closure), figures=False))
         return
-    written = write_report(found, out, formats, _further(found, pack, episode or [], diagram, assets), closure=closure)
+    further = _further(found, pack, episode or [], diagram, (assets, reveal))
+    written = write_report(found, out, formats, further, closure=closure, reveals=reveal)
     _warn(found)
+    if "csv" in formats and not reveal:
+        say(
+            f"{run.name}: its pack is private, so that rows.csv and rows.parquet have none of its episodes ({REVEAL})."
+            for run in settled
+            if run.is_private
+        )
     pages = [path for path in written if path.stem == "report"]
     for path in written if len(written) <= 3 else pages:
         print(path)
@@ -97,7 +109,7 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
 
 
 def _further(
-    found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, assets: Path | None
+    found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: _Frames
 ) -> dict[str, tuple[Figure, str]]:
     """Returns the figures that need frames, with their captions."""
     drawn: dict[str, tuple[Figure, str]] = {}
@@ -107,7 +119,7 @@ def _further(
             known = sorted({str(known) for run in found.runs for known in run.rows["episode_id"]})
             guess = did_you_mean(episode_id, known)
             raise SettingError(f"No run has a scored record of episode {episode_id!r}.{guess}")
-        episode, tracks = _tracks(having, pack, episode_id, 1, assets)
+        episode, tracks = _tracks(having, pack, episode_id, 1, frames)
         drawn[f"trajectory_{number}"] = (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}.")
         best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
         drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
@@ -115,7 +127,7 @@ def _further(
         raise SettingError("The diagram shows the eight families: give a run of theirs too.")
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
-        drawn["protocol"] = (_protocol(place, assets), "The eight families in two tiers, each with a first frame.")
+        drawn["protocol"] = (_protocol(place, frames), "The eight families in two tiers, each with a first frame.")
     return drawn
 
 
@@ -134,6 +146,7 @@ def figure(
     pack: PackPlace = None,
     with_paper: WithPaper = True,
     assets: AssetFile = None,
+    reveal: Reveal = False,
     are_runs: Annotated[bool, typer.Option("--runs", help="May stand before the runs.")] = False,
 ) -> None:  # fmt: skip
     """Examples:
@@ -144,9 +157,9 @@ def figure(
     del are_runs
     kind = _kind_of(out, name)
     if name == "protocol":
-        content = saved(_protocol(pack or "starter", assets), kind)
+        content = saved(_protocol(pack or "starter", (assets, reveal)), kind)
     elif name in WITH_FRAMES:
-        content = _trajectory(name, _settled_runs(runs, name), pack, (episode, epoch, columns), assets, kind)
+        content = _trajectory(name, _settled_runs(runs, name), pack, (episode, epoch, columns), (assets, reveal), kind)
     elif name in FIGURES:
         drawn = FIGURES[name](study(_settled_runs(runs, name, pack), with_paper=with_paper))
         if drawn is None:
@@ -182,14 +195,14 @@ def _trajectory(
     runs: list[Run],
     pack: str | Path | None,
     what: tuple[str | None, int, int],
-    assets: Path | None,
+    frames: _Frames,
     kind: str,
 ) -> bytes:
     episode_id, epoch, columns = what
     if episode_id is None:
         example = runs[0].header.spec.episode_ids[0]
         raise SettingError(f"Say which episode to draw: --episode ID, e.g. {example}.")
-    episode, tracks = _tracks(runs, pack, episode_id, epoch, assets)
+    episode, tracks = _tracks(runs, pack, episode_id, epoch, frames)
     if name == "pipeline":
         return saved(pipeline_figure(episode, tracks[0], min(columns, 6)), kind)
     if f".{kind}" in MOVING:
@@ -198,9 +211,12 @@ def _trajectory(
 
 
 def _tracks(
-    runs: list[Run], pack: str | Path | None, episode_id: str, epoch: int, assets: Path | None
+    runs: list[Run], pack: str | Path | None, episode_id: str, epoch: int, frames: _Frames
 ) -> tuple[Episode, list[AgentTrajectory]]:
+    assets, reveals = frames
     loaded = [(run, load_pack(run.header, pack)) for run in runs]
+    for _, found in loaded:
+        check_revealed(found.name, is_private(found.manifest.meta), "A picture of its episodes", reveals=reveals)
     episode = loaded[0][1].episode(episode_id)
     if any(other.episode(episode_id) != episode for _, other in loaded):
         raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
@@ -212,8 +228,10 @@ def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | No
     return track(run.name, episode, record, frames_of(run.folder, run.header.spec, pack, record, assets))
 
 
-def _protocol(pack: str | Path, assets: Path | None) -> Figure:
+def _protocol(pack: str | Path, frames: _Frames) -> Figure:
+    assets, reveals = frames
     loaded = Pack.load(pack)
+    check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
     episodes = {episode.family: episode for episode in reversed(loaded.episodes)}
     shown: dict[Family, Episode] = {family: episodes[family] for family in FAMILIES if family in episodes}
     return protocol_figure(first_frames(loaded, shown, assets), shown)

@@ -1,12 +1,14 @@
 """A folder that `datasets.load_dataset` loads, and a Hub of datasets shows: rows of episodes, steps, and a card."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
-from vigil.analysis.measures.columns import COLUMNS
+from vigil.analysis.measures.columns import COLUMNS, without_answer_key
 from vigil.analysis.measures.rows import Run, frame_of
 from vigil.errors import SettingError
+from vigil.exports.disclosure import NOTHING_MORE, Disclosure
 from vigil.exports.steps import columns_with, has_frames, write_steps
+from vigil.private import check_revealed
 from vigil.saved_run import read_run
 
 CARD = "README.md"
@@ -42,6 +44,7 @@ _TAIL = """
 ## What is not here
 Hidden state (where things were, what each action did to them, the goals) is left out: it is the answer key of the pack,
 and what is published ends up in training data. The runs' own folders hold it. Nor is any server's address or key here.
+{answer_key}
 
 Episodes that ended by a failure of the infrastructure are not scored and not here.
 
@@ -51,13 +54,32 @@ the packs.
 """
 
 
-def write_dataset(runs: Sequence[Run], pack: str | Path | None, out: Path, *, with_reasoning: bool = False) -> Path:
+_KEY_OUT = (
+    "So are the columns `target`, `distance_m`, `expected`, `first_goal_step`, and what they follow from (`lag`,\n"
+    "`lag_from_reset`, `actions_after_goal.KIND`). A report on a queried state that is right (SV, `B`) tells the label "
+    "by itself."
+)
+_KEY_IN = (
+    "**The answer key is here in part**: the columns `target`, `distance_m`, `expected`, `first_goal_step`, `lag`,\n"
+    "`lag_from_reset` and `actions_after_goal.KIND` were asked for by `--answer-key`."
+)
+
+
+def write_dataset(
+    runs: Sequence[Run],
+    pack: str | Path | None,
+    out: Path,
+    disclosure: Disclosure = NOTHING_MORE,
+    *,
+    with_reasoning: bool = False,
+) -> Path:
     """Writes runs into `out`, new or empty, and returns the card; `pack` is where their pack is now.
 
     The reasoning that runs kept is left out unless it is asked for.
 
-    Raises SettingError, RecordError or PackMismatch.
+    Raises SettingError, also on a private pack that may not be revealed, RecordError or PackMismatch.
     """
+    check_rows(runs, disclosure)
     if out.exists() and any(out.iterdir()):
         raise SettingError(f"Folder {str(out)!r} is not empty; export into a new one.")
     saved = [read_run(run.folder, pack) for run in runs]
@@ -65,20 +87,31 @@ def write_dataset(runs: Sequence[Run], pack: str | Path | None, out: Path, *, wi
     if with_reasoning:
         extra.add("reasoning")
     (out / STEPS).mkdir(parents=True, exist_ok=True)
-    frame_of(runs).to_parquet(out / EPISODES, index=False)
+    rows = frame_of(runs)
+    shown = list(rows.columns) if disclosure.answer_key else without_answer_key(rows.columns)
+    rows.reindex(columns=shown).to_parquet(out / EPISODES, index=False)
     for number, (run, records) in enumerate(zip(runs, saved, strict=True)):
         write_steps(records, run.name, out / STEPS / f"{number:04}.parquet", extra)
-    (out / CARD).write_text(_card(runs, extra), encoding="utf-8")
+    (out / CARD).write_text(_card(runs, extra, has_key=disclosure.answer_key), encoding="utf-8")
     return out / CARD
 
 
-def _card(runs: Sequence[Run], extra: Collection[str]) -> str:
+def check_rows(runs: Iterable[Run], disclosure: Disclosure) -> None:
+    """Raises SettingError when the rows of a run would give a private pack away, and nobody said that they may."""
+    for run in runs:
+        what = "A row for each episode, with its id, its house and what was said,"
+        check_revealed(run.header.spec.pack, run.is_private, what, reveals=disclosure.reveal_private_pack)
+
+
+def _card(runs: Sequence[Run], extra: Collection[str], *, has_key: bool) -> str:
     steps = {name: says for name, (_, says) in columns_with(extra).items()}
     parts = [_HEAD, "## Runs", *map(_told, runs), ""]
     if faults := [f"- {fault}" for run in runs for fault in run.faults]:
         parts += ["## What is missing or odd", *faults, ""]
-    parts += ["## `episodes`: a row an episode", *_listed(COLUMNS), ""]
-    parts += ["## `steps`: a row a reply", *_listed(steps), _TAIL]
+    columns = {name: COLUMNS[name] for name in (COLUMNS if has_key else without_answer_key(COLUMNS))}
+    parts += ["## `episodes`: a row an episode", *_listed(columns), ""]
+    tail = _TAIL.format(answer_key=_KEY_IN if has_key else _KEY_OUT)
+    parts += ["## `steps`: a row a reply", *_listed(steps), tail]
     return "\n".join(parts)
 
 

@@ -35,6 +35,7 @@ from rich.markup import escape
 from vigil.episode import Episode
 from vigil.errors import InputError, ModelAPIError, SettingError, VigilError, did_you_mean
 from vigil.pack import Pack
+from vigil.private import check_revealed, is_private
 from vigil.profile import Profile
 from vigil.prompt import frame_stub
 from vigil.record import EpisodeRecord
@@ -58,6 +59,7 @@ another name than the package."""
 _SHARED = {
     *("pack", "families", "profile", "prompt_variant", "prompt_template", "coordinates", "reply_policy"),
     *("image_format", "system_role", "backend", "workers", "preflight", "anyway", "api_key_env"),
+    "reveal_private_pack",
 }
 TASK_SETTINGS = {one.option.replace("-", "_"): one for one in declared_in(RunSettings) if one.name in _SHARED}
 """Those of a run's settings that Inspect has none of its own for, by the names of their options."""
@@ -68,8 +70,18 @@ PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
 
 
-def evaluate(endpoint: Endpoint, assignments: Sequence[Assignment], play_one: PlayOne, log_dir: Path) -> None:
-    """Plays all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted."""
+def evaluate(
+    endpoint: Endpoint,
+    assignments: Sequence[Assignment],
+    play_one: PlayOne,
+    log_dir: Path,
+    *,
+    keeps_samples: bool = True,
+) -> None:
+    """Plays all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted.
+
+    Without samples, as of a private pack, the log holds rates alone, and numbers in place of ids.
+    """
     model = endpoint.model()
     send = sender(model, observed=endpoint.observed, keeps_reasoning=endpoint.keeps_reasoning)
     ask = with_retries(send, endpoint.retry_policy)
@@ -77,7 +89,7 @@ def evaluate(endpoint: Endpoint, assignments: Sequence[Assignment], play_one: Pl
     tidy = _ConnectionCloser(model, play_one, len(assignments))
     with _rare_collections(), _no_warnings():
         logs = inspect_eval(
-            _task(assignments, _agent(assignments, tidy.play_one, lambda: ask, stop)),
+            _task(assignments, tidy.play_one, lambda: ask, stop, is_numbered=not keeps_samples),
             model=endpoint.shown(model),
             log_dir=str(log_dir),
             display="none",
@@ -85,6 +97,7 @@ def evaluate(endpoint: Endpoint, assignments: Sequence[Assignment], play_one: Pl
             max_samples=endpoint.max_connections,
             fail_on_error=False,
             log_images=False,
+            log_samples=keeps_samples,
             log_realtime=False,
             log_model_api=False,
             ctl_server=False,
@@ -92,7 +105,7 @@ def evaluate(endpoint: Endpoint, assignments: Sequence[Assignment], play_one: Pl
         )
     if stop:
         raise stop[0]
-    _check(logs)
+    _check(logs, 0 if keeps_samples else len(assignments))
 
 
 @contextmanager
@@ -140,25 +153,39 @@ class _ConnectionCloser:
                 await self._model.api.aclose()
 
 
-def _check(logs: list[EvalLog]) -> None:
+def _check(logs: list[EvalLog], least: int) -> None:
     if not logs or any(log.status == "cancelled" for log in logs):
         raise KeyboardInterrupt  # Inspect has taken the signal, and gives back nothing
     for log in logs:
         faults = [sample.error.message for sample in log.samples or [] if sample.error is not None]
-        if log.status != "success" or faults:
-            what = log.error.message if log.error is not None else "; ".join(faults[:3])
+        done = 0 if log.results is None else log.results.completed_samples
+        if log.status != "success" or faults or done < least:
+            told = "; ".join(faults[:3]) or f"{done} of {least} samples ended"
+            what = told if log.error is None else log.error.message
             raise ModelAPIError(f"Inspect's evaluation ended as {log.status!r}: {what}. See {log.location}.")
 
 
-def _task(assignments: Sequence[Assignment], agent: Solver, **more: Any) -> Task:
+def _task(
+    assignments: Sequence[Assignment],
+    play_one: PlayOne,
+    ask_of: Callable[[], Ask],
+    stop: list[VigilError] | None = None,
+    *,
+    is_numbered: bool = False,
+    **more: Any,
+) -> Task:
+    """Returns Inspect's task; its samples are numbered where ids must not be told."""
+    named = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
+    by_id = {str(name): assignment for name, assignment in named}
     samples = [
         Sample(
-            id=_sample_id(assignment),
+            id=name,
             input=assignment.episode.instruction,
             metadata={"family": assignment.episode.family, "episode": assignment.episode.model_dump(mode="json")},
         )
-        for assignment in assignments
+        for name, assignment in by_id.items()
     ]
+    agent = _agent(by_id, play_one, ask_of, stop)
     return Task(dataset=MemoryDataset(samples, name="vigil"), solver=agent, scorer=vigil_score(), name="vigil", **more)
 
 
@@ -167,13 +194,12 @@ def _sample_id(assignment: Assignment) -> str:
 
 
 def _agent(
-    assignments: Sequence[Assignment],
+    by_id: Mapping[str, Assignment],
     play_one: PlayOne,
     ask_of: Callable[[], Ask],
     stop: list[VigilError] | None = None,
 ) -> Solver:
     """Returns Inspect's solver; what stops the run is put into `stop`, or raised for Inspect to tell without one."""
-    by_id = {_sample_id(assignment): assignment for assignment in assignments}
 
     @solver(name="vigil_agent")
     def vigil_agent() -> Solver:
@@ -244,13 +270,20 @@ def vigil(**given: Any) -> Task:
     """
     try:
         settings = RunSettings(model=STAND_IN, **task_settings(given))
-        _, episodes, spec = plan_run(settings)
+        pack, episodes, spec = plan_run(settings)
+        check_revealed(
+            pack.name,
+            is_private(pack.manifest.meta),
+            "Inspect's log, with each prompt, reply and hidden state,",
+            reveals=settings.reveal_private_pack,
+            by="-T reveal_private_pack=true (`vigil run` plays it and keeps a log without them)",
+        )
     except InputError as error:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
     assignments = [Assignment(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
     guest = _InspectSession(settings)
-    return _task(assignments, _agent(assignments, guest.play_one, guest.ask), metadata=metadata)
+    return _task(assignments, guest.play_one, guest.ask, metadata=metadata)
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:

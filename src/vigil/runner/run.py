@@ -17,7 +17,8 @@ from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_
 from vigil.costs import RunTokens
 from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SettingError, SimulatorError
-from vigil.pack import Pack
+from vigil.pack import Pack, manifest_of
+from vigil.private import is_private
 from vigil.record import EpisodeRecord, RunHeader, RunSpec
 from vigil.runner.models.ask import Ask, RetryPolicy
 from vigil.runner.models.observed import Observed
@@ -245,7 +246,8 @@ def _play_outside(run: _Run, pool: SimulatorPool, assignments: list[Assignment])
             if settings.preflight:
                 asyncio.run(preflight(endpoint, run.spec.agent, profile, goes_on=settings.anyway))
             run.tally.start()
-            evaluate(endpoint, assignments, play_one, run.folder.inspect_logs)
+            tells = not is_private(manifest_of(settings.pack).meta)
+            evaluate(endpoint, assignments, play_one, run.folder.inspect_logs, keeps_samples=tells)
         finally:
             run.folder.note_answered(observed.answered())
 

@@ -13,6 +13,7 @@ from vigil.agents.exec_agent import file_hashes
 from vigil.episode import Episode
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack, Selection
+from vigil.private import REVEAL_HELP
 from vigil.profile import (
     PROFILE_NAMES,
     ImageFormat,
@@ -141,6 +142,8 @@ class RunSettings:
     anyway: Annotated[
         bool, Setting("Go on although the check's example failed, or another model or program answers than before.")
     ] = False
+    reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
+    """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""
     retries: Annotated[int, Setting("Tries of a request after the first.", least=0, is_option=False)] = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0

@@ -1,5 +1,7 @@
 """The columns of `rows.csv` and `rows.parquet`: what each says, and those that a run's header gives to all its rows."""
 
+from collections.abc import Iterable
+
 from vigil.record import RunHeader
 
 
@@ -91,3 +93,11 @@ COLUMNS: dict[str, str] = {
     "level_index": "index of difficulty that the level follows from; empty likewise",
 }
 """By name, in order; KIND and POLICY stand for several columns."""
+ANSWER_KEY = ("target", "distance_m", "expected", "first_goal_step", "lag", "lag_from_reset", "actions_after_goal.KIND")
+"""Those that tell what only the hidden world knows, besides the verdict itself."""
+
+
+def without_answer_key(names: Iterable[str]) -> list[str]:
+    """Returns the names of columns but for those of the answer key; KIND may be any."""
+    key = {name.partition(".")[0] for name in ANSWER_KEY}
+    return [name for name in names if name.partition(".")[0] not in key]

@@ -7,6 +7,7 @@ Every row is what `vigil.scoring.settle` says about one record; nothing is decid
 import hashlib
 import json
 import os
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -26,6 +27,7 @@ from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
 from vigil.levels import EpisodeLevel, levels_of
 from vigil.pack import count_rooms, find, frozen_episodes, manifest_of
+from vigil.private import is_private
 from vigil.processes import worker_pool
 from vigil.record import EPISODES_FILE, RunHeader, read_header
 from vigil.record_file import read_file
@@ -34,7 +36,7 @@ from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
 KEPT_FILE = "settled.parquet"
-ROWS_VERSION = 5
+ROWS_VERSION = 6
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _FACTS = b"vigil"
 """Under this key the Parquet file carries what is no row: its key, counts and remarks."""
@@ -60,6 +62,8 @@ class Run:
     """What a reader must know before any number: torn or doubled rows, a cache that could not be written."""
     name: str
     """Unique among the runs of a report."""
+    is_private: bool = False
+    """Whether its pack is private."""
 
     @property
     def marked_name(self) -> str:
@@ -140,13 +144,17 @@ def _kept_run(folder: Path) -> Run | None:
 def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
     """Returns the run from its records, and keeps its rows beside it."""
     run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
-    suite = manifest_of(run.pack_folder).suite
+    manifest = manifest_of(run.pack_folder)
+    suite = manifest.suite
     if suite is not None:
         raise SettingError(
             f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite {suite!r}, whose W "
             "and B are no part of the eight families' rows. `vigil report` gives it a section of its own."
         )
     table, facts = _settle(run.table, data)
+    facts["is_private"] = is_private(manifest.meta)
+    if facts["is_private"]:
+        facts["remarks"] = without_ids(facts["remarks"], run.table.episodes)
     table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
     table = _with_levels(table, _levels(run.pack_folder))
     if keep:
@@ -165,6 +173,7 @@ def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> R
         planned=facts["planned"],
         remarks=(*_unended(header.version_notes), *facts["remarks"]),
         name=model.name,
+        is_private=facts["is_private"],
     )
 
 
@@ -173,6 +182,12 @@ def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.
     found = [levels.get(name) for name in values(table, "episode_id", str)]
     texts = pd.Series([None if one is None else one.level for one in found], dtype=object)
     return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
+
+
+def without_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
+    """Returns remarks in which no episode of a private pack is named."""
+    any_id = re.compile("|".join(map(re.escape, sorted(ids, key=len, reverse=True))) or r"(?!)")
+    return [any_id.sub("(an episode)", remark) for remark in remarks]
 
 
 def _unended(notes: Iterable[str]) -> list[str]:

@@ -4,6 +4,9 @@ import re
 from collections.abc import Iterator
 from itertools import groupby
 
+import pandas as pd
+from pandas.api.types import is_numeric_dtype
+
 from vigil.analysis.tables.table import Column, Table, TableRow
 
 MARKS = {"published": "†", "privileged": "‡"}
@@ -72,6 +75,20 @@ def latex(table: Table) -> str:
         begin = [r"\begin{table}[t]", r"\centering\small", caption, rf"{fitted}\begin{{tabular}}{{{kinds}}}", *head]
         lines = [*begin, *_tex_rows(table), r"\bottomrule", r"\end{tabular}}", r"\end{table}"]
     return "\n".join(lines) + "\n"
+
+
+FORMULA_MARKS = ("=", "+", "-", "@", "\t", "\r")
+"""What a cell begins with that spreadsheets take for a formula."""
+
+
+def csv_text(table: pd.DataFrame) -> str:
+    """Returns a table as CSV in which spreadsheets take no text for a formula: what begins as one gets a ' before."""
+    texts = {name: table[name].map(_unformulated) for name in table.columns if not is_numeric_dtype(table[name])}
+    return table.assign(**texts).to_csv(index=False)
+
+
+def _unformulated(value: object) -> object:
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_MARKS) else value
 
 
 def mark(row: TableRow) -> str:

@@ -16,6 +16,7 @@ from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.episode import FAMILIES
 from vigil.levels import LEVELS
 from vigil.pack import Pack
+from vigil.private import is_private
 
 CARD = "README.md"
 TABLES = ("episodes", "solutions", "facts", "levels", "closure")
@@ -36,6 +37,25 @@ configs:
 Frozen episodes for VIGIL, which scores apart whether an embodied agent brought the world to the goal (W) and whether it
 closed the episode with a report that is true (B). The agent sees one egocentric RGB frame a step, and `instruction`;
 everything else here is hidden from it.
+"""
+
+_PRIVATE = """---
+pretty_name: {name}
+tags: [embodied, egocentric, vision-language, evaluation]
+---
+# {name}
+
+{description}
+
+**Private**: made from a secret seed, to measure on and never to train on. No licence is given for anything in this
+folder, in the drafts beside it, or in the folders of its runs. Rates may leave, as `vigil score` and `vigil report`
+have them, and the hash by which the pack can be proved later.
+
+| | |
+|---|---|
+| SHA-256 | `{sha256}` |
+| episodes | {families} |
+| houses | {houses} |
 """
 
 _FIELDS = """## Files
@@ -77,6 +97,15 @@ def card_of(pack: Pack) -> str:
     """Returns the text of a pack's README."""
     manifest = pack.manifest
     description = manifest.description or f"{manifest.episodes} episodes of eight families."
+    if is_private(manifest.meta):
+        head = _PRIVATE.format(
+            name=manifest.name,
+            description=description,
+            sha256=pack.sha256,
+            families=_counts(manifest.families),
+            houses=manifest.houses,
+        )
+        return "\n".join(part for part in (head, _measured(pack)) if part)
     head = _HEAD.format(name=manifest.name, description=description, configs=_configs(pack))
     parts = [head, _distribution(pack), _skills(pack), _suite(manifest.meta)]
     if "strata" in manifest.meta:

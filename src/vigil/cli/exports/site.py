@@ -5,6 +5,8 @@ from pathlib import Path
 
 from vigil.cli.text import say
 from vigil.errors import RecordError, SettingError, did_you_mean
+from vigil.pack import manifest_of
+from vigil.private import check_revealed, is_private
 from vigil.record import Key
 from vigil.web.drawing import RenderService
 from vigil.web.export import FilmForm, episode_film, episode_page, export_site
@@ -13,9 +15,18 @@ from vigil.web.library import Library, ShownRun
 FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"}
 
 
-def write_site(folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None) -> Path:
-    """Writes the run in `folder`, or the one episode of `key`, and returns what to open."""
+def write_site(
+    folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
+) -> Path:
+    """Writes the run in `folder`, or the one episode of `key`, and returns what to open.
+
+    Raises RecordError, and SettingError on a private pack unless it `reveals` that.
+    """
     shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
+    if shown.pack is not None:
+        manifest = manifest_of(shown.pack.folder)
+        what = "A page or film of its episodes"
+        check_revealed(manifest.name, is_private(manifest.meta), what, reveals=reveals)
     say(shown.notes)
     with closing(RenderService()) as render_service:
         if key is None:

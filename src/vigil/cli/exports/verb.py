@@ -10,7 +10,8 @@ from vigil.cli.arguments import Epoch
 from vigil.cli.exports.site import write_site
 from vigil.cli.text import say
 from vigil.errors import SettingError, did_you_mean
-from vigil.exports.dataset import write_dataset
+from vigil.exports.dataset import check_rows, write_dataset
+from vigil.exports.disclosure import Disclosure
 from vigil.exports.every_eval_ever.folder import write_results
 from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.runner.shared_settings import AssetFile
@@ -35,6 +36,7 @@ def export(
     ] = False,
     *,
     publisher: Publisher,
+    disclosure: Disclosure,
 ) -> None:
     """Examples:
     vigil export runs/solver --out site
@@ -49,24 +51,31 @@ def export(
         raise SettingError(f"{publisher.given} is for --format {EVERY_EVAL_EVER} alone. Leave it out.")
     if reasoning and format_ != HF:
         raise SettingError(f"--reasoning is for --format {HF} alone. Leave it out.")
+    if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
+        raise SettingError(f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the others tell it anyway.")
     if format_ == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, and {len(runs)} were given. Give one, or another --format.")
-        print(write_site(runs[0], out, None if episode is None else (episode, epoch), pack or [], assets))
+        key = None if episode is None else (episode, epoch)
+        print(write_site(runs[0], out, key, pack or [], assets, reveals=disclosure.reveal_private_pack))
         return
     if episode is not None:
         raise SettingError("--episode is for a page or a film: leave out --format, and let --out end in .html or .gif.")
     place = _only_pack(pack or [])
     if format_ == EVERY_EVAL_EVER:
-        for path in write_results(runs, place, out, publisher, say):
+        for path in write_results(runs, place, out, publisher, say, disclosure):
             print(path)
         return
     found = read_runs(runs, place, use_cache=format_ == PARQUET)  # a card is not to tell of a cache that failed
     say(fault for run in found for fault in run.faults)
-    print(_write_rows(found, out) if format_ == PARQUET else write_dataset(found, place, out, with_reasoning=reasoning))
+    if format_ == PARQUET:
+        print(_write_rows(found, out, disclosure))
+    else:
+        print(write_dataset(found, place, out, disclosure, with_reasoning=reasoning))
 
 
-def _write_rows(runs: list[Run], out: Path) -> Path:
+def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
+    check_rows(runs, disclosure)
     frame_of(runs).to_parquet(out, index=False)
     return out
 

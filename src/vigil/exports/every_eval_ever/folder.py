@@ -10,10 +10,13 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from vigil.errors import SettingError
+from vigil.exports.disclosure import NOTHING_MORE, Disclosure
 from vigil.exports.every_eval_ever.aggregate import aggregate, remarks
 from vigil.exports.every_eval_ever.identity import identity_of
 from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.exports.every_eval_ever.samples import Heading, sample_lines
+from vigil.pack import manifest_of
+from vigil.private import is_private
 from vigil.record import RunHeader
 from vigil.saved_run import SavedRun, read_run
 from vigil.summary import Settlement
@@ -27,8 +30,11 @@ def write_results(
     out: Path,
     publisher: Publisher,
     tell: Callable[[Iterable[str]], None],
+    disclosure: Disclosure = NOTHING_MORE,
 ) -> list[Path]:
     """Writes the runs in `folders` under `out`, and returns the aggregate files; `tell` is told what to know of them.
+
+    Of a private pack that may not be revealed no samples are written.
 
     Nothing is written unless all can be. Raises SettingError, RecordError or PackMismatch.
     """
@@ -38,7 +44,7 @@ def write_results(
         settlement = run.table.settlement()
         _check(run, settlement, publisher)
         tell(f"{run.header.run_id}: {remark}" for remark in remarks(run, settlement))
-        files |= _files(run, settlement, publisher)
+        files |= _files(run, settlement, publisher, disclosure)
     for place, content in files.items():
         (out / place).parent.mkdir(parents=True, exist_ok=True)
         (out / place).write_bytes(content)
@@ -63,25 +69,33 @@ def _check(run: SavedRun, settlement: Settlement, publisher: Publisher) -> None:
         )
 
 
-def _files(run: SavedRun, settlement: Settlement, publisher: Publisher) -> dict[PurePosixPath, bytes]:
+def _files(
+    run: SavedRun, settlement: Settlement, publisher: Publisher, disclosure: Disclosure
+) -> dict[PurePosixPath, bytes]:
     identity = identity_of(run.header, publisher.developer)
     ended = str(max(run.table.record((row.episode_id, row.epoch)).ended for row in settlement.outcomes).timestamp())
     heading = Heading(f"{COLLECTION}/{identity.id}/{ended}", f"VIGIL {run.header.spec.pack}", identity.id)
-    lines = list(sample_lines(run, heading))
-    samples = "".join(f"{line}\n" for line in lines).encode()
     stem, folder = _uuid_of(run.header), PurePosixPath("data", COLLECTION, *identity.folders)
-    place = folder / f"{stem}_samples.jsonl"
     result = aggregate(run, heading, identity, publisher, settlement)
     result["retrieved_timestamp"] = ended
-    result["detailed_evaluation_results"] = {
+    written: dict[PurePosixPath, bytes] = {}
+    if disclosure.reveal_private_pack or not is_private(manifest_of(run.pack_folder).meta):
+        place = folder / f"{stem}_samples.jsonl"
+        lines = list(sample_lines(run, heading, disclosure))
+        written[place] = "".join(f"{line}\n" for line in lines).encode()
+        result["detailed_evaluation_results"] = _details(place, written[place], len(lines))
+    text = json.dumps(result, ensure_ascii=False, allow_nan=False, indent=1)
+    return {folder / f"{stem}.json": f"{text}\n".encode(), **written}
+
+
+def _details(place: PurePosixPath, samples: bytes, count: int) -> dict[str, object]:
+    return {
         "format": "jsonl",
         "file_path": str(place),
         "hash_algorithm": "sha256",
         "checksum": hashlib.sha256(samples).hexdigest(),
-        "total_rows": len(lines),
+        "total_rows": count,
     }
-    text = json.dumps(result, ensure_ascii=False, allow_nan=False, indent=1)
-    return {folder / f"{stem}.json": f"{text}\n".encode(), place: samples}
 
 
 def _uuid_of(header: RunHeader) -> uuid.UUID:

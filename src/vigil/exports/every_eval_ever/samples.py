@@ -8,6 +8,7 @@ from typing import Any
 
 from vigil.actions import Report
 from vigil.episode import Episode
+from vigil.exports.disclosure import NOTHING_MORE, Disclosure
 from vigil.exports.step_facts import arguments_of, shown_steps
 from vigil.prompt import frame_stub, policy_sha256, system_prompt
 from vigil.reasoning import split_reasoning
@@ -41,7 +42,7 @@ class Heading:
         }
 
 
-def sample_lines(run: SavedRun, heading: Heading) -> Iterator[str]:
+def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NOTHING_MORE) -> Iterator[str]:
     """Yields a line of JSON for each scored episode, sorted by episode and epoch.
 
     All but ASCII is escaped: some readers take other characters than the newline for the end of a line.
@@ -49,13 +50,14 @@ def sample_lines(run: SavedRun, heading: Heading) -> Iterator[str]:
     for key in sorted(run.table.rows):
         outcome = run.table.rows[key].outcome
         if outcome is not None:
-            sample = _sample(run.table.episodes[key[0]], run.table.record(key), outcome, run.header.spec)
+            has_key = disclosure.answer_key
+            sample = _sample(run.table.episodes[key[0]], run.table.record(key), outcome, run.header.spec, has_key)
             yield json.dumps({**heading.fields, **sample}, allow_nan=False, separators=(",", ":"))
 
 
-def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: RunSpec) -> _Json:
+def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: RunSpec, has_key: bool) -> _Json:
     messages = _messages(episode, record, spec)
-    task, reference = _task(episode), [outcome.expected or "success"]
+    task, reference = _task(episode), _reference(outcome, has_key)
     calls = sum(step.action is not None for step in record.steps)
     return {
         "sample_id": episode.id,
@@ -75,6 +77,13 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
         "performance": {"generation_time_ms": round(1000 * sum(step.reply.seconds for step in record.steps), 3)},
         "metadata": _metadata(outcome),
     }
+
+
+def _reference(outcome: Outcome, has_key: bool) -> list[str]:
+    """Returns the report that a reached goal asks for; of a queried state only where the answer key may be told."""
+    if outcome.expected is None:
+        return ["success"]
+    return [outcome.expected] if has_key else []
 
 
 def _task(episode: Episode) -> str:

@@ -14,6 +14,7 @@ from vigil.errors import VigilError, did_you_mean
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
 from vigil.observation import Quality
 from vigil.pack import find
+from vigil.private import REVEAL_HELP
 from vigil.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant, SystemRole
 from vigil.sim import BACKENDS
 
@@ -52,6 +53,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
     backend: str = Field("mujoco", description="the simulator's backend")
     quality: Quality = Field("default", description="of a frame: `default`, or `fast`, with rougher edges")
     asset_database: Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
+    reveal_private_pack: bool = Field(False, description=REVEAL_HELP.removesuffix(".").lower())
     workers: int | None = Field(None, ge=1, description="processes that simulate and draw; one for each CPU without it")
 
     @field_validator("pack")

@@ -22,6 +22,7 @@ from vigil.episode import Episode, families_named
 from vigil.errors import SettingError
 from vigil.integrations.verifiers.config import VigilTasksetConfig
 from vigil.pack import Pack, Selection
+from vigil.private import check_revealed, is_private
 from vigil.runner.workers.messages import Assignment
 
 HOUSES_KEPT = 64
@@ -78,7 +79,15 @@ class PackSource:
 
     @cached_property
     def _pack(self) -> Pack:
-        return Pack.load(self._config.pack)
+        found = Pack.load(self._config.pack)
+        check_revealed(
+            found.name,
+            is_private(found.manifest.meta),
+            "What verifiers keeps of its rollouts",
+            reveals=self._config.reveal_private_pack,
+            by="--env.taskset.reveal-private-pack true",
+        )
+        return found
 
     @property
     def name(self) -> str:

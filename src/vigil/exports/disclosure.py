@@ -1,0 +1,22 @@
+"""Disclosure: what an export may tell besides what it tells anyway."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from vigil.private import REVEAL_HELP
+from vigil.setting import Setting
+
+AnswerKey = Annotated[
+    bool, Setting("Tell the answer key too, for hf and every-eval-ever: targets, labels, when goals first held.")
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Disclosure:
+    """What is said only when it is asked for."""
+
+    answer_key: AnswerKey = False
+    reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP)] = False
+
+
+NOTHING_MORE = Disclosure()
