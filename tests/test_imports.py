@@ -18,7 +18,7 @@ ROOT = Path(vigil.__file__).parent
 
 BASE = [
     *("errors", "imports", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world"),
-    *("observation", "json_text", "glossary", "private"),
+    *("observation", "json_text", "glossary", "private", "markup"),
     *("reasoning", "endings", "actions", "costs", "replies", "kept_reply", "prompt_file", "profile"),
 ]
 """Lowest layer: each may import those before it."""

@@ -8,6 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pandas as pd
 import pytest
@@ -20,13 +21,13 @@ from vigil.analysis.measures.closure import ClosureRun
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.plots.figures import FIGURES
-from vigil.analysis.plots.style import saved
+from vigil.analysis.plots.style import canvas, saved
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
 from vigil.analysis.tables.closure import closure_tables
 from vigil.analysis.tables.page import html_table
 from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
 from vigil.analysis.tables.table import Column, Table, TableRow, printed
-from vigil.analysis.tables.text import latex, markdown
+from vigil.analysis.tables.text import csv_text, latex, markdown
 from vigil.cli import app, reports
 from vigil.errors import SettingError
 from vigil.glossary import RESULTS, term_of
@@ -366,6 +367,55 @@ def test_text_is_escaped_in_every_format():
     assert "<i>" not in html_table(table)
     assert r"\$x\$ \{y\} \textbackslash{}z" in latex(table)
     assert r"\& $<$i$>$50 \%" in latex(table)
+
+
+NOT_HOLDABLE = "".join(map(chr, (0, 1, 8, 11, 12, 14, 27, 31, 0x7F, 0x85, 0xD800, 0xDFFF, 0xFFFE, 0xFFFF)))
+
+
+def test_no_format_holds_what_markup_cannot():
+    table = Table("t", "T", (Column("model", "Model", "text"),), (TableRow({"model": f"a{NOT_HOLDABLE}b"}),))
+    for text in (markdown(table), latex(table), html_table(table)):
+        assert not set(NOT_HOLDABLE) & set(text)
+        assert "\ufffd" * len(NOT_HOLDABLE) in text
+
+
+@pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
+def test_a_figure_of_any_text_is_a_valid_file(kind: str):
+    figure = canvas(3, 2)
+    axes = figure.subplots()
+    axes.set_title(f"a{NOT_HOLDABLE}b -- <&> \t \r")
+    content = saved(figure, kind)
+    if kind == "svg":
+        assert ElementTree.fromstring(content).tag.endswith("svg")
+        assert not {0, 1, 27} & set(content)
+
+
+@pytest.mark.parametrize(
+    "text", ["=HYPERLINK(1)", "+1+1", "-1+1|cmd", "@SUM(1)", "\t=1", "\r=1", "\n=1", "a\r=1", "fail", "5 - 3", "", "'x"]
+)
+def test_no_text_of_a_csv_file_is_a_formula(text: str):
+    table = pd.DataFrame({"status": pd.Series([text, None], dtype=object), "delta": [-0.5, 1.0]})
+    written = csv_text(table)
+    (first, second) = csv.reader(io.StringIO(written.partition("\n")[2], newline=""))
+    is_plain = text[:1] in ("f", "5", "", "'", "a")
+    assert first == [(text if is_plain else f"'{text}").replace("\r", "\n"), "-0.5"]
+    assert second == ["", "1.0"]
+
+
+def test_what_an_agent_wrote_enters_no_csv_file_as_a_formula(write: Write, tmp_path: Path):
+    records = small_records()
+    last = records["PG-000"].steps[-1]
+    assert last.action is not None
+    spoilt = last.action.model_copy(update={"status": "invalid", "raw_status": '=hyperlink("http://x")'})
+    told = last.model_copy(update={"action": spoilt})
+    records["PG-000"] = records["PG-000"].model_copy(update={"steps": (*records["PG-000"].steps[:-1], told)})
+    write_report(study(read_runs([write("a", records)])), tmp_path, ("csv",))
+    rows = pd.read_csv(tmp_path / "rows.csv")
+    assert '\'=hyperlink("http://x")' in set(rows["raw_status"])
+    for path in tmp_path.rglob("*.csv"):
+        with path.open(newline="") as file:
+            cells = [cell for row in csv.reader(file) for cell in row]
+        assert not [cell for cell in cells if cell.startswith(("=", "+", "@", "\t", "\r"))], path
 
 
 def test_a_long_table_runs_over_pages_with_its_head_on_each():

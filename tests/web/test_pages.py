@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+from markupsafe import Markup
 from web_server import Site
 
 from vigil.agents.picture import decode
@@ -14,6 +15,7 @@ from vigil.record_file import read_records
 from vigil.runner.workers.frames import frame_sha256
 from vigil.saved_run import RecordTable
 from vigil.web.library import Library
+from vigil.web.site import TEMPLATES
 
 
 def test_the_table_of_runs_is_sorted_and_filtered(view: Site) -> None:
@@ -155,3 +157,12 @@ def test_a_thousand_episodes_are_settled(runs: Path, pack: Pack, tmp_path: Path)
     table = RecordTable(tmp_path, header.model_copy(update={"spec": spec}), by_id.values())
     table.refresh()
     assert len(table.settlement().outcomes) == 1000
+
+
+def test_no_page_and_no_picture_holds_what_markup_cannot() -> None:
+    """A reply may hold any character, and XML not: `Markup` that is put in stays markup."""
+    spoilt = "a\x00\x0b\x1b\ud800\uffffb"
+    made = TEMPLATES.from_string("<p title='{{ text }}'>{{ text }}{{ html }}{{ 1 }}</p>")
+    page = made.render(text=f"<{spoilt}", html=Markup("<b>&lt;</b>"))
+    assert ElementTree.fromstring(page).text == f"<a{chr(0xFFFD) * 5}b"
+    assert page.endswith("<b>&lt;</b>1</p>")

@@ -14,6 +14,8 @@ from PIL import Image
 from vigil.episode import FAMILIES
 from vigil.errors import RecordError, SettingError
 from vigil.glossary import RESULTS
+from vigil.pack import manifest_of
+from vigil.private import check_revealed, is_private
 from vigil.record import Key
 from vigil.summary import summarise
 from vigil.web.drawing import RenderService
@@ -44,8 +46,14 @@ class Links:
 ALONE = Links()
 
 
-def episode_page(run: ShownRun, key: Key, render_service: RenderService, links: Links = ALONE) -> str:
-    """Returns one HTML page with everything in it: pictures, style and script."""
+def episode_page(
+    run: ShownRun, key: Key, render_service: RenderService, links: Links = ALONE, *, reveals: bool = False
+) -> str:
+    """Returns one HTML page with everything in it: pictures, style and script.
+
+    Raises SettingError on a private pack unless it `reveals` that.
+    """
+    _check_private(run, reveals=reveals)
     episode, record, pack = episode_of(run, key)
     timeline = episode_timeline(run, episode, record)
     frames = frames_of(run, key, render_service)
@@ -62,8 +70,15 @@ def episode_page(run: ShownRun, key: Key, render_service: RenderService, links: 
     )
 
 
-def episode_film(run: ShownRun, key: Key, render_service: RenderService, form: FilmForm) -> bytes:
-    """Returns an episode as a film. Raises SettingError when nothing can be shown, or PyAV is not there for MP4."""
+def episode_film(
+    run: ShownRun, key: Key, render_service: RenderService, form: FilmForm, *, reveals: bool = False
+) -> bytes:
+    """Returns an episode as a film.
+
+    Raises SettingError when nothing can be shown, PyAV is not there for MP4, or the pack is private and it does not
+    `reveal` that.
+    """
+    _check_private(run, reveals=reveals)
     episode, record, pack = episode_of(run, key)
     frames = [None if frame is None else frame.data for frame in frames_of(run, key, render_service)]
     shots = film_frames_of(episode_timeline(run, episode, record), frames, try_film_plan(pack, episode))
@@ -71,12 +86,18 @@ def episode_film(run: ShownRun, key: Key, render_service: RenderService, form: F
 
 
 def export_site(
-    run: ShownRun, out: Path, render_service: RenderService, report: Callable[[str], None] = lambda line: None
+    run: ShownRun,
+    out: Path,
+    render_service: RenderService,
+    report: Callable[[str], None] = lambda line: None,
+    *,
+    reveals: bool = False,
 ) -> Path:
     """Writes a run as pages into `out`, new or empty, and returns its index; `report` is told of each episode.
 
-    Raises SettingError or RecordError.
+    Raises RecordError, and SettingError, also on a private pack unless it `reveals` that.
     """
+    _check_private(run, reveals=reveals)
     if run.table is None or run.header is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     if out.exists() and any(out.iterdir()):
@@ -101,7 +122,7 @@ def export_site(
     keys = sorted(run.table.rows)
     names = [_file_name(*key) for key in keys]
     for key, before, name, after in zip(keys, [None, *names], names, [*names[1:], None], strict=False):
-        text = episode_page(run, key, render_service, Links("../index.html", before, after))
+        text = episode_page(run, key, render_service, Links("../index.html", before, after), reveals=reveals)
         (out / EPISODES_FOLDER / name).write_text(text, encoding="utf-8")
         report(key[0])
     glossary = TEMPLATES.get_template("glossary_alone.html").render(
@@ -110,6 +131,12 @@ def export_site(
     (out / "glossary.html").write_text(glossary, encoding="utf-8")
     (out / "index.html").write_text(index, encoding="utf-8")
     return out / "index.html"
+
+
+def _check_private(run: ShownRun, *, reveals: bool) -> None:
+    if run.pack is not None:
+        manifest = manifest_of(run.pack.folder)
+        check_revealed(manifest.name, is_private(manifest.meta), "A page or film of its episodes", reveals=reveals)
 
 
 def _file_name(episode_id: str, epoch: int) -> str:

@@ -11,6 +11,9 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from vigil.markup import holdable
 
 GROUND = "#fbfaf7"
 INK = "#23262b"
@@ -92,12 +95,23 @@ def saved(figure: Figure, kind: str) -> bytes:
     """Returns a figure as the bytes of a file: png, svg or pdf; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    for text in figure.findobj(Text):
+        _clean(text)
     with styled():
         if (engine := figure.get_layout_engine()) is not None:
             engine.execute(figure)  # once, where every file would lay it out anew
             figure.set_layout_engine(None)
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=dates[kind])
-    return buffer.getvalue()
+    written = buffer.getvalue()
+    return holdable(written.decode()).encode() if kind == "svg" else written  # labels of axes are made while it draws
+
+
+def _clean(text: Any) -> None:
+    """Takes out of a text of a figure what no font and no file can hold."""
+    said = text.get_text()
+    clean = holdable(said).replace("\t", " ").replace("\r", " ")
+    if clean != said:
+        text.set_text(clean)
 
 
 def ink_on(colour: str) -> str:

@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from vigil.analysis.tables.table import WITH_INTERVAL, Column, Table, TableRow
 from vigil.analysis.tables.text import CODE, NO_ROWS, named
 from vigil.glossary import RESULTS, term_of
+from vigil.markup import finalized
 
 _INTERVAL = re.compile(r"(.*) (\[.*\])")
 
@@ -127,6 +128,7 @@ _TEMPLATES = Environment(
     loader=PackageLoader("vigil.analysis.tables"),
     autoescape=True,
     undefined=StrictUndefined,
+    finalize=finalized,
     keep_trailing_newline=True,
 )
 _TEMPLATES.filters |= {"content": _content, "prose": prose, "term": term_of}

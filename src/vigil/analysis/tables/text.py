@@ -8,6 +8,7 @@ import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
 from vigil.analysis.tables.table import Column, Table, TableRow
+from vigil.markup import holdable
 
 MARKS = {"published": "†", "privileged": "‡"}
 LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."
@@ -77,18 +78,24 @@ def latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-FORMULA_MARKS = ("=", "+", "-", "@", "\t", "\r")
+FORMULA_MARKS = ("=", "+", "-", "@", "\t", "\r", "\n")
 """What a cell begins with that spreadsheets take for a formula."""
 
 
 def csv_text(table: pd.DataFrame) -> str:
-    """Returns a table as CSV in which spreadsheets take no text for a formula: what begins as one gets a ' before."""
+    """Returns a table as CSV in which spreadsheets take no text for a formula: what begins as one gets a ' before.
+
+    A carriage return, which begins a row where it is not quoted, is a newline, which always is.
+    """
     texts = {name: table[name].map(_unformulated) for name in table.columns if not is_numeric_dtype(table[name])}
     return table.assign(**texts).to_csv(index=False)
 
 
 def _unformulated(value: object) -> object:
-    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA_MARKS) else value
+    if not isinstance(value, str):
+        return value
+    text = f"'{value}" if value.startswith(FORMULA_MARKS) else value
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def mark(row: TableRow) -> str:
@@ -104,7 +111,8 @@ def named(table: Table, row: TableRow, column: Column) -> str:
 
 
 def _md(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ").replace("<", "&lt;").replace("*", "\\*").replace("_", "\\_")
+    text = holdable(text).replace("|", "\\|").replace("\n", " ")
+    return text.replace("<", "&lt;").replace("*", "\\*").replace("_", "\\_")
 
 
 def _md_cell(table: Table, row: TableRow, column: Column) -> str:
@@ -120,7 +128,7 @@ def _rule(column: Column) -> str:
 
 def escaped(text: str) -> str:
     """Returns a text as LaTeX."""
-    return "".join(_LATEX.get(character, character) for character in text)
+    return "".join(_LATEX.get(character, character) for character in holdable(text))
 
 
 def latex_text(text: str) -> str:

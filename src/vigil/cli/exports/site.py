@@ -5,8 +5,6 @@ from pathlib import Path
 
 from vigil.cli.text import say
 from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.pack import manifest_of
-from vigil.private import check_revealed, is_private
 from vigil.record import Key
 from vigil.web.drawing import RenderService
 from vigil.web.export import FilmForm, episode_film, episode_page, export_site
@@ -23,15 +21,11 @@ def write_site(
     Raises RecordError, and SettingError on a private pack unless it `reveals` that.
     """
     shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
-    if shown.pack is not None:
-        manifest = manifest_of(shown.pack.folder)
-        what = "A page or film of its episodes"
-        check_revealed(manifest.name, is_private(manifest.meta), what, reveals=reveals)
     say(shown.notes)
     with closing(RenderService()) as render_service:
         if key is None:
-            return export_site(shown, out, render_service, print)
-        out.write_bytes(_one_episode(shown, key, out.suffix, render_service))
+            return export_site(shown, out, render_service, print, reveals=reveals)
+        out.write_bytes(_one_episode(shown, key, out.suffix, render_service, reveals=reveals))
         return out
 
 
@@ -48,14 +42,14 @@ def _only_run(library: Library, folder: Path) -> ShownRun:
     return found[0]
 
 
-def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderService) -> bytes:
+def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderService, *, reveals: bool) -> bytes:
     rows = run.table.rows if run.table else {}
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])
         raise SettingError(f"Run {run.slug!r} has no episode {key[0]!r} (epoch {key[1]}).{hint}")
     if suffix in FILM_FORMS:
-        return episode_film(run, key, render_service, FILM_FORMS[suffix])
+        return episode_film(run, key, render_service, FILM_FORMS[suffix], reveals=reveals)
     if suffix == ".html":
-        return episode_page(run, key, render_service).encode()
+        return episode_page(run, key, render_service, reveals=reveals).encode()
     found = suffix or "without an ending"
     raise SettingError(f"--out: an episode is written as {', '.join(FILM_FORMS)} or .html, not {found!r}.")

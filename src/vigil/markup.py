@@ -1,0 +1,18 @@
+"""Markup: what documents of XML, SVG, HTML and LaTeX cannot hold is taken out of a text before it enters one."""
+
+import re
+from typing import Any
+
+_UNHOLDABLE = re.compile("[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What is no character of XML 1.0, or a control character all the same: halves of characters, U+FFFE, U+FFFF too."""
+INSTEAD = "\ufffd"
+
+
+def holdable(text: str) -> str:
+    """Returns a text in which a mark stands for each character that no document of markup can hold."""
+    return _UNHOLDABLE.sub(INSTEAD, text)
+
+
+def finalized(value: Any) -> Any:
+    """Returns a value as a template may put it out, a text of markup as such: Jinja's `finalize`."""
+    return type(value)(holdable(value)) if isinstance(value, str) else value
