@@ -7,7 +7,7 @@ that is meant to leave the machine asks `is_private` here, or `check_revealed`. 
 import hashlib
 import hmac
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,12 @@ def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: st
             "that: only hashes and rates leave, as `vigil score`, `vigil report` and `vigil export --format "
             f"every-eval-ever` have them. If it may be given away, say so by {by}."
         )
+
+
+def without_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
+    """Returns remarks about a run in which none of some episodes is named."""
+    any_id = re.compile("|".join(map(re.escape, sorted(ids, key=len, reverse=True))) or r"(?!)")
+    return [any_id.sub("(an episode)", remark) for remark in remarks]
 
 
 def is_secret(seed: int) -> bool:

@@ -16,6 +16,7 @@ from vigil.analysis.measures.models import model_of
 from vigil.closure import KINDS, PAIRED, SUITE, ClosureOutcome, Kind, answers_of, settle_closure
 from vigil.errors import PackMismatch
 from vigil.pack import manifest_of
+from vigil.private import is_private, without_ids
 from vigil.rates import Interval, Rate, independent_trials
 from vigil.record import RunHeader, read_header
 from vigil.saved_run import pack_folder, read_run
@@ -95,6 +96,8 @@ def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
         settle_closure(answers[key[0]], run.table.episodes[key[0]], run.table.record(key)) for key in scored
     )
     notes = run.notes
+    if is_private(manifest_of(run.pack_folder).meta):
+        notes = tuple(without_ids(notes, run.table.episodes))
     if len(outcomes) < run.table.planned:
         notes = (f"INCOMPLETE: {len(outcomes)} of {run.table.planned} episodes are scored.", *notes)
     model = model_of(run.header.spec, has_reasoning=run.header.has_reasoning)

@@ -7,7 +7,6 @@ Every row is what `vigil.scoring.settle` says about one record; nothing is decid
 import hashlib
 import json
 import os
-import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -27,7 +26,7 @@ from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
 from vigil.levels import EpisodeLevel, levels_of
 from vigil.pack import count_rooms, find, frozen_episodes, manifest_of
-from vigil.private import is_private
+from vigil.private import is_private, without_ids
 from vigil.processes import worker_pool
 from vigil.record import EPISODES_FILE, RunHeader, read_header
 from vigil.record_file import read_file
@@ -182,12 +181,6 @@ def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.
     found = [levels.get(name) for name in values(table, "episode_id", str)]
     texts = pd.Series([None if one is None else one.level for one in found], dtype=object)
     return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
-
-
-def without_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
-    """Returns remarks in which no episode of a private pack is named."""
-    any_id = re.compile("|".join(map(re.escape, sorted(ids, key=len, reverse=True))) or r"(?!)")
-    return [any_id.sub("(an episode)", remark) for remark in remarks]
 
 
 def _unended(notes: Iterable[str]) -> list[str]:
