@@ -20,6 +20,7 @@ from vigil.episode import Episode
 from vigil.jsonl import dump_line
 from vigil.levels import levels_of
 from vigil.pack import Pack
+from vigil.private import REVEAL, REVEAL_HELP, check_revealed, is_private
 from vigil.record import EpisodeRecord
 from vigil.saved_run import read_run
 from vigil.scoring import settle
@@ -50,8 +51,10 @@ def main() -> None:
     parser.add_argument("--causes", required=True, type=Path)
     parser.add_argument("--drawn", required=True, help="How the episodes were drawn, as a sentence.")
     parser.add_argument("--records", required=True, type=Path, help="File to write all records to.")
+    parser.add_argument(REVEAL, action="store_true", dest="reveals", help=REVEAL_HELP)
     options = parser.parse_args()
     pack = Pack.load(options.pack)
+    check_revealed(pack.name, is_private(pack.manifest.meta), "A file of all records", reveals=options.reveals)
     causes = {row["episode_id"]: row for row in map(json.loads, options.causes.read_text().splitlines())}
     answers = answers_of(pack.folder) if pack.manifest.suite else {}
     levels = levels_of(pack.folder)

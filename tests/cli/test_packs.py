@@ -12,6 +12,7 @@ from vigil.episode import FAMILIES
 from vigil.errors import InputError
 from vigil.pack import Pack, find
 from vigil.pack_names import other_names
+from vigil.private import REVEAL, is_private
 
 
 def vigil(*arguments: str | Path) -> Result:
@@ -116,6 +117,9 @@ def test_a_secret_seed_makes_a_pack_in_one_command_that_continues(tmp_path: Path
     assert "can be found by trying" in first.stderr
     assert "seed" not in pack.manifest.meta
     assert pack.manifest.meta["seed_sha256"] == sha256(b"held_out 77").hexdigest()
+    assert is_private(pack.manifest.meta)
+    assert "apache" not in (tmp_path / "a" / "README.md").read_text().lower()
+    assert REVEAL in str(vigil("sheet", tmp_path / "a", "--out", tmp_path / "sheets").exception)
     drafts = (tmp_path / "a.drafts.jsonl").read_bytes()
     (tmp_path / "b.drafts.jsonl").write_bytes(drafts[: drafts.index(b'"line":"done"')])
     assert vigil(*made, "--out", tmp_path / "b").exit_code == 0

@@ -13,6 +13,7 @@ from published import EpisodeCourse, Write, good, records_of, small_records
 from vigil.actions import Reply, Usage
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
+from vigil.exports.disclosure import Disclosure
 from vigil.exports.every_eval_ever.aggregate import METRICS
 from vigil.exports.every_eval_ever.folder import write_results
 from vigil.exports.every_eval_ever.identity import identity_of, model_info
@@ -141,6 +142,22 @@ def test_a_sample_is_the_dialogue_with_its_report_and_tokens(write: Write, tmp_p
     raw = sample["input"]["raw"] + "".join(sample["input"]["reference"])
     assert sample["sample_hash"] == hashlib.sha256(raw.encode()).hexdigest()
     assert len({each["sample_hash"] for each in samples}) == len(samples)
+
+
+@pytest.mark.parametrize("has_key", [False, True], ids=["without", "with"])
+def test_the_label_of_a_queried_state_is_told_only_with_the_answer_key(
+    write: Write, tmp_path: Path, has_key: bool
+) -> None:
+    path = write_results(
+        [write("a")], None, tmp_path / "out", Publisher(), lambda told: None, Disclosure(answer_key=has_key)
+    )[0]
+    lines = path.with_name(f"{path.stem}_samples.jsonl").read_text(encoding="utf-8").splitlines()
+    for sample in map(json.loads, lines):
+        SAMPLE.validate(sample)
+        label = (["on"] if has_key else []) if sample["metadata"]["family"] == "SV" else ["success"]
+        assert sample["input"]["reference"] == label
+        raw = sample["input"]["raw"] + "".join(label)
+        assert sample["sample_hash"] == hashlib.sha256(raw.encode()).hexdigest()
 
 
 def test_nothing_is_attributed_where_no_report_was_made(write: Write, tmp_path: Path) -> None:

@@ -22,9 +22,10 @@ from vigil.episode import Episode, families_named
 from vigil.errors import SettingError
 from vigil.integrations.verifiers.config import VigilTasksetConfig
 from vigil.pack import Pack, Selection
-from vigil.private import check_revealed, is_private
+from vigil.private import check_revealed, is_private, is_secret
 from vigil.runner.workers.messages import Assignment
 
+REVEALING = "--env.taskset.reveal-private-pack true"
 HOUSES_KEPT = 64
 """Houses of a stream that are kept for episodes not played yet."""
 
@@ -85,7 +86,7 @@ class PackSource:
             is_private(found.manifest.meta),
             "What verifiers keeps of its rollouts",
             reveals=self._config.reveal_private_pack,
-            by="--env.taskset.reveal-private-pack true",
+            by=REVEALING,
         )
         return found
 
@@ -136,6 +137,13 @@ class StreamSource:
 
     def __init__(self, config: VigilTasksetConfig) -> None:
         self._seed, self._limit = seed_in(config.pack), config.limit
+        check_revealed(
+            "stream:...",
+            is_secret(self._seed),
+            "What verifiers keeps of its rollouts, with the seed in each id,",
+            reveals=config.reveal_private_pack,
+            by=REVEALING,
+        )
         first, last = config.houses or (0, None)
         self._stream = Stream(
             self._seed,
