@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from chat_server import Answer, Asked, serving
+from chat_server import Answer, Asked, failure, serving
 from inspect_ai import eval as inspect_eval
 from inspect_ai._util.error import PrerequisiteError
 from inspect_marks import INSPECT
@@ -19,7 +19,7 @@ from typer.testing import CliRunner, Result
 from vigil.authoring.drafting.sources import Seeded, drawn
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.cli import app
-from vigil.errors import SettingError
+from vigil.errors import ModelAPIError, SettingError
 from vigil.housegen import generate, spec_for
 from vigil.pack import MANIFEST, Pack
 from vigil.private import REVEAL, SECRET_FROM, is_private, read_seed, seed_sha256
@@ -170,6 +170,26 @@ def test_what_would_give_it_away_is_refused_and_nothing_is_written(secret: Secre
         assert isinstance(refused.exception, SettingError), (name, refused.output)
         assert REVEAL in str(refused.exception), name
         assert not [path for path in tmp_path.rglob("*") if path.is_file()], name
+
+
+def test_failures_of_the_infrastructure_are_kept_though_the_log_has_no_samples(secret: Secret, tmp_path: Path) -> None:
+    with serving(lambda _: failure(500)) as server:
+        settings = {"model": "openai/loopback", "base_url": server.url, "preflight": False, "retries": 0}
+        result = run_pack(quick(secret.pack.folder, tmp_path / "run", **settings))
+    assert (result.errors, result.is_complete) == (len(secret.pack.episodes), False)
+    (log,) = (tmp_path / "run" / "inspect").glob("*.eval")
+    assert not [each.id for each in secret.pack.episodes if each.id in text_of(log)]
+
+
+def test_an_episode_that_breaks_off_is_told_of_though_the_log_has_no_samples(
+    secret: Secret, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def broken(*given: object) -> None:
+        raise RuntimeError("a fault of the program")
+
+    monkeypatch.setattr("vigil.runner.run._attempts", broken)
+    with serving(lambda _: failure(500)) as server, pytest.raises(ModelAPIError, match="3 episodes broke off"):
+        run_pack(quick(secret.pack.folder, tmp_path, model="openai/loopback", base_url=server.url, preflight=False))
 
 
 def test_inspects_own_runs_are_refused_since_its_log_would_hold_everything(secret: Secret) -> None:

@@ -105,7 +105,7 @@ def evaluate(
         )
     if stop:
         raise stop[0]
-    _check(logs, 0 if keeps_samples else len(assignments))
+    _check(logs, 0 if keeps_samples else len(assignments) - tidy.played)
 
 
 @contextmanager
@@ -138,12 +138,16 @@ class _ConnectionCloser:
         self._play_one = play_one
         self._left = episodes
         self._alive = 0
+        self.played = 0
+        """Episodes that were played to their end, be it an error of the infrastructure."""
 
     async def play_one(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
         self._left -= 1
         self._alive += 1
         try:
-            return await self._play_one(assignment, ask)
+            record = await self._play_one(assignment, ask)
+            self.played += 1
+            return record
         except VigilError:
             self._left = 0
             raise
@@ -153,14 +157,13 @@ class _ConnectionCloser:
                 await self._model.api.aclose()
 
 
-def _check(logs: list[EvalLog], least: int) -> None:
+def _check(logs: list[EvalLog], missing: int) -> None:
     if not logs or any(log.status == "cancelled" for log in logs):
         raise KeyboardInterrupt  # Inspect has taken the signal, and gives back nothing
     for log in logs:
         faults = [sample.error.message for sample in log.samples or [] if sample.error is not None]
-        done = 0 if log.results is None else log.results.completed_samples
-        if log.status != "success" or faults or done < least:
-            told = "; ".join(faults[:3]) or f"{done} of {least} samples ended"
+        if log.status != "success" or faults or missing:
+            told = "; ".join(faults[:3]) or f"{missing} episodes broke off"
             what = told if log.error is None else log.error.message
             raise ModelAPIError(f"Inspect's evaluation ended as {log.status!r}: {what}. See {log.location}.")
 
