@@ -15,4 +15,6 @@ def holdable(text: str) -> str:
 
 def finalized(value: Any) -> Any:
     """Returns a value as a template may put it out, a text of markup as such: Jinja's `finalize`."""
-    return type(value)(holdable(value)) if isinstance(value, str) else value
+    if not isinstance(value, str) or (text := holdable(value)) == value:
+        return value
+    return type(value)(text)

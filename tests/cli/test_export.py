@@ -34,6 +34,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["a", "--format", "hf", "--out", "new", "--episode", "AI-000"], "--episode is for a page or a film"),
         (["a", "b", "--out", "new"], "A site shows one run, and 2 were given"),
         (["a", "--format", "hf", "--out", "new", "--pack", "p", "--pack", "q"], "--pack may be given several times"),
+        (["a", "--out", "new", "--answer-key"], "--answer-key is for --format hf and every-eval-ever"),
         (["a", "--out", "new", "--anyway"], "--anyway is for --format every-eval-ever alone"),
         (["a", "--format", "hf", "--out", "new", "--developer", "me"], "--developer is for --format every-eval-ever"),
         (["a", "--format", "every-eval-ever", "--out", "new", "--relationship", "friend"], "--relationship"),
