@@ -65,11 +65,13 @@ def around(scene: Scene, thing: Thing) -> list[Thing]:
 
     It, or something below it in its chain of supports, rests on a surface inside each of them, or of a drawer of them.
     """
-    found: list[Thing] = []
-    for parent, surface in _rests(scene, thing):
-        if surface.is_inside:
-            found += [parent, *(whole for whole in [whole_of(scene, parent)] if whole is not None)]
-    return found
+    hollows = (parent for parent, _ in hollows_around(scene, thing))
+    return [each for parent in hollows for each in (parent, whole_of(scene, parent)) if each is not None]
+
+
+def hollows_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
+    """Returns the interior surfaces that the thing, or something below it, rests on, each with whose it is."""
+    return [(parent, surface) for parent, surface in _rests(scene, thing) if surface.is_inside]
 
 
 def whole_of(scene: Scene, thing: Thing) -> Thing | None:

@@ -9,11 +9,12 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.goals import ObjectAtReceptacle
 from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
+from vigil.scene.build import build_scene
 from vigil.scene.geometry import Motion
 from vigil.scene.supports import around, level_surfaces, rests_over
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.trial_house import DRAWER, DRESSER, WATCH, trial_house
 from vigil.sim.core.click_target import kind_meant
 from vigil.sim.core.handling import Click, interact
 from vigil.sim.core.motion import CollisionMap
@@ -149,6 +150,56 @@ def test_the_chain_of_supports_says_what_a_thing_is_inside_of():
     assert [each.id for each in around(state.scene, spoon)] == ["Bowl", "Fridge"]
     put(state, bowl, fridge, middle(fridge, inside=False))
     assert [each.id for each in around(state.scene, spoon)] == ["Bowl"]
+
+
+def bowl_in(hollow: Thing, *others: Thing) -> tuple[SceneState, Thing]:
+    bowl = thing("Bowl", Vec3(2, 0, 2))
+    state = state_of(hollow, bowl, *others)
+    put(state, bowl, hollow, middle(hollow, inside=True))
+    assert bowl.parent == hollow.id
+    return state, bowl
+
+
+HOLLOWS = ("Drawer", "Dresser", "Sink", "Bathtub", "LaundryHamper", "WashingMachine", "Fridge", "Microwave")
+
+
+@pytest.mark.parametrize("category", HOLLOWS)
+def test_a_dish_takes_what_it_takes_wherever_it_lies_inside(category):
+    egg = thing("Egg", Vec3(2, 0, -2))
+    state, bowl = bowl_in(thing(category, openness=1.0), egg)
+    state.take(egg)
+    assert interact(state, "place", Click(bowl, middle(bowl, inside=True))).refusal is None
+    assert [each.id for each in around(state.scene, egg)] == ["Bowl", category]
+
+
+def test_a_dish_in_the_drawer_of_a_dresser_takes_too():
+    scene = build_scene(trial_house(), AssetDatabase.default())
+    drawer, bowl, egg = scene.things[DRAWER], thing("Bowl", Vec3(2, 0, 2)), thing("Egg", Vec3(2, 0, 1))
+    del scene.things[WATCH]
+    scene.things |= {"Bowl": bowl, "Egg": egg}
+    drawer.openness = 1.0
+    state = SceneState(scene, Pose(position=Vec3(7.5, 0, 1.5), rotation=180.0), CollisionMap(scene))
+    put(state, bowl, drawer, middle(drawer, inside=True))
+    state.take(egg)
+    assert interact(state, "place", Click(bowl, middle(bowl, inside=True))).refusal is None
+    assert [each.id for each in around(scene, egg)] == ["Bowl", DRAWER, DRESSER]
+
+
+@pytest.mark.parametrize(("category", "held"), [("Drawer", "Kettle"), ("Microwave", "Statue")])
+def test_what_stands_out_of_the_hollow_has_no_room_on_a_dish_in_it(category, held):
+    tall = thing(held, Vec3(2, 0, -2))
+    state, bowl = bowl_in(thing(category, openness=1.0), tall)
+    state.take(tall)
+    assert interact(state, "place", Click(bowl, middle(bowl, inside=True))).refusal == "no_room"
+
+
+@pytest.mark.parametrize(("dropped", "refusal"), [("Egg", None), ("Kettle", "no_room")])
+def test_what_is_dropped_falls_onto_a_dish_in_a_basin(dropped, refusal):
+    falling = thing(dropped, Vec3(2, 0, -2))
+    state, _ = bowl_in(thing("Sink", Vec3(0, 0, 0.8)), falling)
+    state.take(falling)
+    assert interact(state, "drop", Click(None, None)).refusal == refusal
+    assert falling.parent == (None if refusal else "Bowl")
 
 
 def test_the_tolerance_of_inside_stays_in_the_hollow():

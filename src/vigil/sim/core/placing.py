@@ -17,7 +17,18 @@ from vigil.assets.kernel.asset import Surface
 from vigil.pose import Vec3, heading, wrap_deg
 from vigil.scene.geometry import Motion, Prism, place_of, prisms_of
 from vigil.scene.outlines import polygon_of
-from vigil.scene.supports import TOUCH_M, contents, is_over, is_shut, level_surfaces, offset_from
+from vigil.scene.supports import (
+    TOUCH_M,
+    around,
+    contents,
+    hollows_around,
+    is_over,
+    is_shut,
+    level_surfaces,
+    offset_from,
+    surface_frame,
+    whole_of,
+)
 from vigil.scene.things import Thing
 from vigil.sim.core.click_target import kind_meant
 from vigil.sim.core.state import SceneState
@@ -108,6 +119,7 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
     owners = np.repeat(np.arange(len(options)), [len(each.keys) for each in options])
     yaws = np.array([each.yaw for each in options])[owners]
     order = np.lexsort(keys.T[::-1])
+    order = order[_stay_in(state, bulk, positions[order], yaws[order], receptacle)]
     for chunk in (order[:FIRST_TRIED], order[FIRST_TRIED:]):
         free = _first_free(state, bulk, (positions[chunk], yaws[chunk]), receptacle, clicked)
         if free is not None:
@@ -169,10 +181,9 @@ def _spots(bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked:
     places, gaps = places[keep], np.round(gaps[keep], 6)
     turn = _yaw_of(frame)
     found: list[_Spots] = []
-    edge = half + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
     for rank, yaw in enumerate(dict.fromkeys((held.rotation.y, wrap_deg(turn), wrap_deg(turn + 90.0)))):
         corners = bulk.footprint(places[:, 0], places[:, 1], np.full(len(places), yaw - turn))
-        fits = (np.abs(corners) <= edge).all(axis=(1, 2))
+        fits = (np.abs(corners) <= _edge(surface)).all(axis=(1, 2))
         x, z = places[fits].T
         keys = np.column_stack([gaps[fits], np.full(len(x), float(rank)), x, z])
         positions = frame(np.column_stack([x, np.zeros(len(x)), z])) - np.array([0.0, bulk.low[1], 0.0])
@@ -200,7 +211,7 @@ def _unobstructed(
     """Returns at which places, x, z and yaw (n,) each, no solid is in the way; each solid is asked what is left."""
     corners = bulk.footprint(*columns)
     lows, highs = corners.min(axis=1), corners.max(axis=1)
-    around = {receptacle.id, receptacle.parent} if receptacle.is_part else {receptacle.id}
+    hollow = _ids_around(state, receptacle)
     is_free = np.ones(len(bottoms), dtype=bool)
     for owner, prism in _overlapping(state, lows, highs):
         x0, z0, x1, z1 = prism.bounds
@@ -210,7 +221,7 @@ def _unobstructed(
         if not len(left):
             continue
         shape = polygon_of(prism)
-        if owner in around:  # solids of hollow things are not hollow: what goes in lies inside them
+        if owner in hollow:  # solids of hollow things are not hollow: what goes in lies inside them
             middles = shapely.points(columns[0][left], columns[1][left])
             left = left[~(shapely.intersects(shape, middles) & (prism.bottom < bottoms[left] - TOUCH_M))]
             shape = shape.buffer(-OWN_SLACK_M)
@@ -218,6 +229,32 @@ def _unobstructed(
         if not is_free.any():
             break
     return is_free
+
+
+def _ids_around(state: SceneState, receptacle: Thing) -> set[str]:
+    """Returns the ids of a receptacle, of what it is part of, and of all that it lies inside of."""
+    whole = whole_of(state.scene, receptacle)
+    return {each.id for each in (receptacle, whole, *around(state.scene, receptacle)) if each is not None}
+
+
+def _stay_in(
+    state: SceneState, bulk: HeldBox, positions: np.ndarray, yaws: np.ndarray, receptacle: Thing
+) -> np.ndarray:
+    """Returns which of some places (n, 3) with yaws (n,) on a receptacle keep within the hollows that it lies in."""
+    stays = np.ones(len(positions), dtype=bool)
+    for owner, surface in hollows_around(state.scene, receptacle):
+        frame = surface_frame(owner, surface)
+        local = frame.inverse()(positions)
+        corners = bulk.footprint(local[:, 0], local[:, 2], yaws - _yaw_of(frame))
+        stays &= (np.abs(corners) <= _edge(surface)).all(axis=(1, 2))
+        stays &= local[:, 1] + bulk.high[1] <= surface.clearance + TOUCH_M
+    return stays
+
+
+def _edge(surface: Surface) -> np.ndarray:
+    """Returns how far (x, z) from a surface's middle a thing on it may reach."""
+    over = EDGE_INSIDE_M if surface.needs_opening else EDGE_M
+    return np.array([surface.size_x, surface.size_z]) / 2 + over
 
 
 def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iterator[tuple[str, Prism]]:
@@ -273,17 +310,19 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
         return FreeSpot(Vec3(x, state.agent.position.y - float(bulk.low[1]), z), yaw) if on_floor else None
     landings = [spot for thing in things.values() for spot in _landings_on(thing, bulk, x, z, yaw)]
     for spot in sorted(landings, key=lambda each: -each.position.y):
-        rest = spot.position.y + float(bulk.low[1])
-        is_clear = all(_lets_through(prism, rest, owner == spot.parent) for owner, prism in below)
+        rest, support = spot.position.y + float(bulk.low[1]), things[spot.parent or ""]
+        hollow = _ids_around(state, support)
+        is_clear = all(_lets_through(prism, rest, owner in hollow) for owner, prism in below)
+        is_clear &= bool(_stay_in(state, bulk, np.array([spot.position]), np.array([yaw]), support).all())
         if is_clear and not body.intersects(footprint):
             return spot
         return None
     return None
 
 
-def _lets_through(prism: Prism, rest: float, is_support: bool) -> bool:
-    """Whether a solid in the column leaves the fall to height `rest` free; a support may have a rim around it."""
-    return prism.top <= rest + TOUCH_M or (is_support and prism.bottom < rest - TOUCH_M)
+def _lets_through(prism: Prism, rest: float, is_around: bool) -> bool:
+    """Whether a solid in the column leaves the fall to height `rest` free; what is around may have a rim."""
+    return prism.top <= rest + TOUCH_M or (is_around and prism.bottom < rest - TOUCH_M)
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:
@@ -296,8 +335,8 @@ def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) ->
             continue  # a thin thing would lie with its middle over the edge
         height = float(frame.shift[1])
         corners = bulk.footprint(np.array([local.x]), np.array([local.z]), np.array([yaw - _yaw_of(frame)]))
-        edge = np.array([surface.size_x, surface.size_z]) / 2 + (EDGE_INSIDE_M if surface.needs_opening else EDGE_M)
-        if height < DROP_FROM_M and (np.abs(corners) <= edge).all() and bulk.height <= surface.clearance + TOUCH_M:
+        fits = (np.abs(corners) <= _edge(surface)).all() and bulk.height <= surface.clearance + TOUCH_M
+        if fits and height < DROP_FROM_M:
             position = Vec3(x, height - float(bulk.low[1]), z)
             found.append(FreeSpot(position, yaw, thing.id, surface.name, surface.joint))
     return found
