@@ -3,6 +3,7 @@
 import gzip
 import json
 import math
+import random
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase, guess_category, own_asset_id
+from vigil.assets.sizes import AssetDatabase, own_asset_id
 from vigil.errors import SettingError
 from vigil.pose import Vec3
 
@@ -93,15 +94,44 @@ def test_an_asset_that_a_database_lacks_is_noted_and_one_that_it_has_is_not() ->
     ],
 )
 def test_words_of_an_asset_id(asset_id: str, category: str) -> None:
-    assert guess_category(asset_id, "small|3|1") == category
     entry = DEFAULT.look_up(asset_id, "small|3|1")
+    assert (entry.category, entry.note) == (category, None)
+
+
+@pytest.mark.parametrize(
+    ("asset_id", "name", "category", "note"),
+    [
+        ("Mystery_1", "Chair|7|0", "Chair", None),
+        ("Sofa_1", "ArmChair|7|0", "ArmChair", None),
+        ("0a1b2c", "coffee_table_1|2", "CoffeeTable", "a guess by the name 'coffee_table_1'"),
+        ("0000b0e0d00000000000000000000001", "bookshelf-0 (living room)", "ShelvingUnit", "by the name 'bookshelf-0'"),
+        ("00000000000000000000000000cd0000", "tv-0 (living room)", "Television", "by the name 'tv-0'"),
+        ("b0e0d0f1-4bed-00cd-9c0d-0123456789ab", "sofa-0", "Sofa", "by the name 'sofa-0'"),
+        ("objaverse_0BED00CD0000", "mug-1|desk-0 (study)", "Mug", "by the name 'mug-1'"),
+        ("12bed34", "x", "Box", "no known category"),
+        ("4bed56cd78bed90a", "0bed0cd0", "Box", "no known category"),
+        ("Bed_3", "sofa-0", "Sofa", "though its id speaks of Bed"),
+        ("Bed001", "small|1|2", "Bed", None),
+        ("a1", "plant-0 (shower room)", "HousePlant", "by the name 'plant-0'"),
+    ],
+)
+def test_the_objects_own_name_decides_and_a_guess_is_said(asset_id, name, category, note) -> None:
+    entry = DEFAULT.look_up(asset_id, name)
     assert entry.category == category
+    assert (entry.note is None) if note is None else note in (entry.note or "")
 
 
-def test_object_id_decides_over_words_and_helps_without_them() -> None:
-    assert guess_category("Mystery_1", "Chair|7|0") == "Chair"
-    assert guess_category("Sofa_1", "ArmChair|7|0") == "ArmChair"
-    assert guess_category("0a1b2c", "coffee_table_1|2") == "CoffeeTable"
+def test_random_hashes_are_no_words() -> None:
+    rng = random.Random(0)
+    for _ in range(2000):
+        asset_id = f"{rng.getrandbits(128):032x}"
+        assert DEFAULT.look_up(asset_id, "obj|1").category == "Box", asset_id
+        assert DEFAULT.look_up(f"objaverse_{asset_id.upper()}", "obj|1").category == "Box", asset_id
+
+
+def test_a_database_decides_over_all_names() -> None:
+    database = AssetDatabase({"0000b0e0d00000": ("Chair", Vec3(0.5, 1.0, 0.5))})
+    assert database.look_up("0000b0e0d00000", "Sofa|1").category == "Chair"
 
 
 def test_sizes_that_ids_state() -> None:
@@ -164,12 +194,14 @@ def test_missing_database_file(tmp_path: Path) -> None:
         AssetDatabase.load(tmp_path / "none.json")
 
 
-def nodes(house: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    stack = [*house["objects"], *house["doors"], *house["windows"]]
+def names(house: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yields the asset id and the name of all that stands in a house; openings have no names but their assets'."""
+    yield from ((node["assetId"], node["assetId"]) for node in [*house["doors"], *house["windows"]])
+    stack = [*house["objects"]]
     while stack:
         node = stack.pop()
         stack.extend(node.get("children") or [])
-        yield node
+        yield node["assetId"], node["id"]
 
 
 def test_every_object_of_thors_is_known_with_and_without_the_database(thor_files: Path) -> None:
@@ -177,8 +209,9 @@ def test_every_object_of_thors_is_known_with_and_without_the_database(thor_files
     with gzip.open(thor_files / "one_room_train.jsonl.gz") as lines:
         houses = [json.loads(line) for line in lines]
     houses += [json.loads((thor_files / f"house_{k}.json").read_bytes()) for k in range(3)]
-    seen = {(node["assetId"], node["id"]) for house in houses for node in nodes(house)}
+    seen = {name for house in houses for name in names(house)}
     for asset_id, object_id in sorted(seen):
         known, guessed = database.look_up(asset_id, object_id), DEFAULT.look_up(asset_id, object_id)
         assert known.category == guessed.category, (asset_id, object_id)
         assert known.variant == guessed.variant
+        assert (known.note, guessed.note) == (None, None)

@@ -2,7 +2,8 @@
 
 Three sources, in this order: the project's own ids (`vigil_<Category>_<n>`, whose size follows from the catalogue and
 n; with `_drawer<k>` behind it, a drawer of that), an asset database file (AI2-THOR's `asset-database.json`, not part of
-this project), and, without one, a guess from the words of the ids with the catalogue's typical size.
+this project), and, without one, a guess from the words of the ids with the catalogue's typical size. Hashes in ids are
+no words.
 """
 
 import json
@@ -54,7 +55,6 @@ _ALIASES = {
     "curtain": "Curtains",
     "cushion": "Pillow",
     "decorativebox": "Box",
-    "door": "Doorway",
     "dryer": "ClothesDryer",
     "fertilitystatue": "Statue",
     "foil": "AluminumFoil",
@@ -96,6 +96,14 @@ _ALIASES = {
     "winebottle": "WineBottle",
 }
 _LONGEST_NAME_WORDS = 4
+_CODES = re.compile(
+    r"(?<![A-Za-z\d])[\da-f]{8}(?:-[\da-f]{4}){3}-[\da-f]{12}"
+    r"|(?<![A-Za-z\d])(?=[\da-f]*\d[a-f])[\da-f]{6,}(?![A-Za-z\d])"
+    r"|(?=[\da-f]*\d)[\da-f]{16,}"
+    r"|(?<=\d)[A-Za-z]+(?=\d)",
+    re.IGNORECASE,
+)
+"""What of an id is no word: hashes, and letters between digits."""
 _ALIKE, _LEAST_LETTERS = 0.72, 4
 """How alike (0..1) a word must be to a name to be taken for it, and how long at least."""
 NEAREST_OF_ALL = "Box"
@@ -164,10 +172,10 @@ class AssetDatabase:
         """Returns the assets of a category that the database's file names: id and bounding box."""
         return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
 
-    def look_up(self, asset_id: str, object_id: str) -> AssetEntry:
-        """Returns the category, size and variant of `asset_id`, which object `object_id` of a house names.
+    def look_up(self, asset_id: str, name: str) -> AssetEntry:
+        """Returns the category, size and variant of `asset_id`; `name` is what the house calls its object, or its id.
 
-        What is unknown gets the nearest known category, and a note that says so.
+        What is unknown gets the nearest known category, and a note says what was guessed.
         """
         own = _OWN_ID.fullmatch(asset_id)
         if own and own[1] in CATALOG:
@@ -175,13 +183,12 @@ class AssetDatabase:
         drawer = _own_drawer(asset_id)
         if drawer is not None:
             return drawer
-        stated, size = self._known.get(asset_id, (object_id, None))
-        category = stated if stated in CATALOG else guess_category(asset_id, stated)
-        note = None
+        stated, size = self._known.get(asset_id, (name, None))
+        category, note = _category_of(asset_id, stated)
         if category is None:
-            category = nearest_category(asset_id, object_id)
+            category = nearest_category(asset_id, name)
             note = f"asset {asset_id!r} is of no known category; it is shown as the nearest one, {category}"
-        elif size is None and (own or self._known):
+        elif note is None and size is None and (own or self._known):
             note = f"asset {asset_id!r} is not known; it is shown as a {category} of usual size"
         return AssetEntry(category, size or _guessed_size(category, asset_id), _variant(asset_id), note)
 
@@ -191,23 +198,31 @@ def own_asset_id(category: str, number: int) -> str:
     return f"vigil_{category}_{number}"
 
 
-def guess_category(asset_id: str, object_id: str) -> str | None:
-    """Returns the category that the ids speak of; None when no word of theirs is known.
+def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
+    """Returns the category that a name and an asset id speak of, if any, and what had to be guessed for it.
 
-    An object id that starts with a category ("Chair|7|0") decides; else the asset id's words, then the object id's.
+    A name that begins with a category ("Chair|7|0") states it; else the name's words come before the asset id's.
     """
-    prefix = object_id.split("|")[0]
-    if prefix in CATALOG:
-        return prefix
-    return _category_in(asset_id) or _category_in(prefix)
+    own = _own_name(name)
+    if own in CATALOG:
+        return own, None
+    by_name, by_asset = _category_in(own), _category_in(asset_id)
+    if by_name is None or by_name == by_asset:
+        return by_asset, None
+    against = f", though its id speaks of {by_asset}" if by_asset else ""
+    return by_name, f"asset {asset_id!r} is shown as {by_name}, a guess by the name {own!r}{against}"
 
 
-def nearest_category(asset_id: str, object_id: str) -> str:
+def _own_name(name: str) -> str:
+    """Returns a name without what follows of places: "lamp-0|desk-1 (living room)" is a lamp."""
+    return name.split("|")[0].partition(" (")[0]
+
+
+def nearest_category(asset_id: str, name: str) -> str:
     """Returns the category whose name is spelt most like a word of the ids; "Box" when none is like it."""
-    prefix = object_id.split("|")[0]
     own = _OWN_ID.fullmatch(asset_id)
     names = _names()
-    for text in (own[1] if own else asset_id, prefix):
+    for text in (own[1] if own else asset_id, _own_name(name)):
         words = [word for word in _words(text) if len(word) >= _LEAST_LETTERS]
         for word in ["".join(words), *reversed(words)]:
             alike = get_close_matches(word, names, n=1, cutoff=_ALIKE)
@@ -288,7 +303,8 @@ def _category_in(text: str) -> str | None:
 
 
 def _words(text: str) -> list[str]:
-    return [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", text.removeprefix("RoboTHOR"))]
+    named = _CODES.sub(" ", text.removeprefix("RoboTHOR"))
+    return [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", named)]
 
 
 def _guessed_size(category: str, asset_id: str) -> Vec3:
