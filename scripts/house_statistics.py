@@ -66,7 +66,7 @@ def _common(houses: list[House], thor: AssetDatabase) -> set[str]:
     """Returns the kinds of things that more than a few of the real houses have."""
     counts: Counter[str] = Counter()
     for house in houses:
-        counts.update({thor.look_up(node.asset_id, node.id).category for node, _ in house.objects()})
+        counts.update({thor.look_up(node.asset_id, node.called).category for node, _ in house.objects()})
     return {category for category, count in counts.items() if count >= LEAST_SHARE * len(houses)}
 
 
@@ -132,7 +132,7 @@ def _whereabouts(houses: list[House], assets: AssetDatabase, common: set[str]) -
     rooms: Counter[str] = Counter()
     for house in houses:
         kind = house.document.rooms[0].room_type
-        kinds = {node.id: assets.look_up(node.asset_id, node.id).category for node, _ in house.objects()}
+        kinds = {node.id: assets.look_up(node.asset_id, node.called).category for node, _ in house.objects()}
         counted = held.setdefault(kind, Counter())
         loose = [
             (kinds[node.id], CATALOG[kinds[parent]].spoken if parent else "floor")

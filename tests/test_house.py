@@ -73,7 +73,6 @@ def test_objects_come_with_their_parents_and_the_start_lies_on_the_floor(data):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        (("rooms",), [], "rooms: List should have at least 1 item"),
         (("walls", 0, "polygon", 2, "y"), float("nan"), "walls.0.polygon.2.y"),
         (("objects", 0, "position", "x"), 1.5 * FARTHEST, "objects.0.position.x: Input should be less than"),
         (("windows", 0, "holePolygon", 1, "y"), -1e308, "windows.0.holePolygon.1.y: Input should be greater than"),
@@ -82,7 +81,7 @@ def test_objects_come_with_their_parents_and_the_start_lies_on_the_floor(data):
         (("windows", 0, "room1"), "room|9", "'window|1' names room 'room|9', absent from `rooms`"),
         (("objects", 1, "id"), "Cup|1", "two objects have the id 'Cup|1'"),
     ],
-    ids=["no room", "nan", "far", "far hole", "no rotation", "no wall", "no such room", "same id"],
+    ids=["nan", "far", "far hole", "no rotation", "no wall", "no such room", "same id"],
 )
 def test_what_is_wrong_is_named_with_its_place(data, path, value, said):
     place = data
@@ -110,6 +109,125 @@ def test_a_house_with_more_openings_than_any_has_is_refused(data):
     assert len(House("h", data).document.windows) == MAX_OPENINGS
     data["doors"] = [{**window, "id": "door|1"}]
     with pytest.raises(HouseError, match=f"House 'h': {MAX_OPENINGS + 1} doors and windows, more than the limit"):
+        House("h", data)
+
+
+OPTIONAL = ("walls", "doors", "windows", "objects", "proceduralParameters", "metadata")
+
+
+@pytest.mark.parametrize("key", OPTIONAL)
+@pytest.mark.parametrize("is_null", [True, False])
+def test_what_ai2thor_leaves_to_its_defaults_may_be_null_or_left_out(data, key, is_null):
+    data["windows"] = []
+    before = copy.deepcopy(data)
+    empty = data.pop(key).__class__()
+    if is_null:
+        data[key] = None
+    house = House("h", data)
+    assert house.document.model_dump() == House("h", {**before, key: empty}).document.model_dump()
+    assert house.data == data
+
+
+def test_nodes_may_leave_out_what_they_need_not_say(data):
+    room, wall, table = data["rooms"][0], data["walls"][0], data["objects"][0]
+    for corner in room["floorPolygon"]:
+        del corner["y"]
+    for point_ in data["windows"][0]["holePolygon"]:
+        del point_["z"]
+    room |= {"roomType": None, "ceilings": None, "floorMaterial": {"name": None, "color": None}}
+    wall |= {"roomId": None, "material": None, "empty": None}
+    table |= {"children": None, "kinematic": None, "material": None, "openness": None, "rotation": {"y": 90}}
+    document = House("h", data).document
+    assert [corner.y for corner in document.rooms[0].floor_polygon] == [0.0, 0.0, 0.0]
+    assert (document.walls[0].room_id, document.walls[0].empty) == ("", False)
+    assert document.objects[0].rotation.vec == Vec3(0, 90, 0)
+    assert document.objects[0].children == []
+
+
+@pytest.mark.parametrize("outside", ["exterior", "", None])
+@pytest.mark.parametrize("side", ["room0", "room1"])
+def test_an_opening_may_lead_outside(data, outside, side):
+    door = {**data["windows"][0], "id": "door|1", "openable": False, side: outside}
+    data["doors"], data["windows"] = [door], []
+    assert not House("h", data).document.doors[0].joins_rooms
+
+
+@pytest.mark.parametrize(
+    ("axis", "degrees", "angles"),
+    [
+        ((0, 1, 0), 90, (0, 90, 0)),
+        ((0, -2, 0), 90, (0, -90, 0)),
+        ((1, 0, 0), 30, (30, 0, 0)),
+        ((0, 0, 1), -45, (0, 0, -45)),
+        ((0, 0, 0), 70, (0, 70, 0)),
+    ],
+)
+def test_a_turn_about_an_axis_is_a_rotation(data, axis, degrees, angles):
+    data["objects"][0]["rotation"] = {"axis": point(*axis), "degrees": degrees}
+    assert House("h", data).document.objects[0].rotation.vec == pytest.approx(angles)
+
+
+def test_a_house_starts_at_the_default_of_its_poses_where_it_names_no_agent(data):
+    pose = data["metadata"].pop("agent")
+    data["metadata"]["agentPoses"] = {"arm": {**pose, "horizon": 0}, "default": pose}
+    assert House("h", data).start == Pose(position=Vec3(1, 0, 2), rotation=90, horizon=30)
+
+
+def _text_materials(data: dict) -> None:
+    data["rooms"][0]["floorMaterial"] = "Wood"
+
+
+def _text_ceiling(data: dict) -> None:
+    data["proceduralParameters"]["ceilingMaterial"] = "PureWhite"
+
+
+def _boxes(data: dict) -> None:
+    low, high = data["windows"][0].pop("holePolygon")
+    data["windows"][0]["boundingBox"] = {"min": low, "max": high}
+
+
+def _underscores(data: dict) -> None:
+    data["rooms"][0]["floor_polygon"] = data["rooms"][0].pop("floorPolygon")
+
+
+def _parameters(data: dict) -> None:
+    data["procedural_parameters"] = data.pop("proceduralParameters")
+
+
+def _ends(data: dict) -> None:
+    data["walls"][0] = {"id": "wall|1", "p0": point(0, 0, 0), "p1": point(4, 0, 0)}
+
+
+@pytest.mark.parametrize(
+    ("age", "place"),
+    [
+        (_text_materials, "rooms.0.floorMaterial is the text 'Wood'"),
+        (_text_ceiling, "proceduralParameters.ceilingMaterial is the text 'PureWhite'"),
+        (_boxes, "windows.0.boundingBox stands there, and 1.0.0 has `holePolygon`"),
+        (_underscores, "rooms.0.floor_polygon stands there, and 1.0.0 has `floorPolygon`"),
+        (_parameters, "procedural_parameters stands there, and 1.0.0 has `proceduralParameters`"),
+        (_ends, "walls.0.p0 stands there, and 1.0.0 has `polygon`"),
+    ],
+)
+def test_an_older_schema_is_told_by_its_name_and_what_to_do(data, age, place):
+    age(data)
+    with pytest.raises(HouseError, match=r"of an older schema than 1\.0\.0: " + re.escape(place)) as caught:
+        House("h", data)
+    assert "upgrade_house.py" in str(caught.value)
+
+
+def test_drawers_that_the_document_does_not_name_may_be_there(data):
+    house = House("h", data)
+    assert house.ids == {"Table|1", "Cup|1", "Fridge|1", "window|1"}
+    may_be = ("Table|1", "window|1", "Drawer|1|Table0", "Drawer|1|Table12")
+    cannot = ("Table|2", "Drawer|1|Table", "Drawer|1|Tablex", "Drawer|2|Table0", "Drawer|1|Desk0")
+    assert [house.may_have(each) for each in (*may_be, *cannot)] == [True] * 4 + [False] * 5
+
+
+def test_a_house_without_rooms_is_refused(data):
+    data["rooms"] = []
+    data["windows"] = []
+    with pytest.raises(HouseError, match="House 'h' has no rooms"):
         House("h", data)
 
 

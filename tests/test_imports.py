@@ -17,7 +17,7 @@ import vigil
 ROOT = Path(vigil.__file__).parent
 
 BASE = [
-    *("errors", "imports", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house", "world"),
+    *("errors", "imports", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house_forms", "house", "world"),
     *("observation", "json_text", "glossary", "private", "markup"),
     *("reasoning", "endings", "actions", "costs", "replies", "kept_reply", "prompt_file", "profile"),
 ]
@@ -42,7 +42,7 @@ PURE = [
     "saved_run",
 ]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
-PHYSICS = {"errors", "pose", "house", "world", "actions"}
+PHYSICS = {"errors", "pose", "house_forms", "house", "world", "actions"}
 """What a simulator or a generator of houses may know: where to stand and what to do, never what is wanted."""
 
 ALLOWED: dict[str, set[str]] = {

@@ -1,7 +1,8 @@
 """House: a ProcTHOR house document (JSON, schema 1.0.0), loaded, saved and hashed.
 
-Unknown keys are kept, so that a house that was loaded and saved again is the same document. This
-module knows the document, not what the things in it look like or do (`vigil.scene.build`).
+Unknown keys are kept, so that a house that was loaded and saved again is the same document. What AI2-THOR leaves to its
+defaults may be left out, or null. This module knows the document, not what the things in it look like or do
+(`vigil.scene.build`), nor what is done with the keys that it does not read (`vigil.scene.keys`).
 """
 
 import hashlib
@@ -10,10 +11,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic.alias_generators import to_camel
 
 from vigil.errors import HouseError, first_fault
+from vigil.house_forms import euler_about, older_form
 from vigil.pose import Pose, Vec3
 from vigil.strict_json import read_json
 
@@ -25,19 +27,31 @@ FARTHEST = 10_000.0
 """No coordinate (m) or angle (degrees) of a house is beyond this: a larger one is a typo or hostile input."""
 MAX_NESTING = 16
 """How deep things may lie in things; in ProcTHOR's houses it is three."""
+LEVEL_M = 1e-4
+"""Corners of a wall that differ in height by less are as low."""
+EXTERIOR = "exterior"
+"""Stands for the outside where a room is named; null and "" do, too."""
+SCHEMA = "1.0.0"
 
 
-class _Node(BaseModel):
+class _Values(BaseModel):
     model_config = ConfigDict(
         extra="allow", frozen=True, allow_inf_nan=False, alias_generator=to_camel, populate_by_name=True
     )
 
 
-class Point(_Node):
-    """x, y, z in metres (THOR's frame), or degrees for a rotation."""
+class _Node(_Values):
+    @model_validator(mode="before")
+    @classmethod
+    def _leave_out_null(cls, data: Any) -> Any:
+        return {key: value for key, value in data.items() if value is not None} if isinstance(data, dict) else data
+
+
+class Point(_Values):
+    """x, y, z in metres (THOR's frame); a point of a floor need not say its height."""
 
     x: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
-    y: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    y: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
     z: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
 
     @property
@@ -46,7 +60,32 @@ class Point(_Node):
         return Vec3(self.x, self.y, self.z)
 
 
-class Color(_Node):
+class HolePoint(Point):
+    """x along a wall and y up, in metres; z means nothing."""
+
+    z: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+
+
+class Rotation(HolePoint):
+    """Euler angles in degrees, or `degrees` about an `axis`, which are made into angles."""
+
+    x: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_angles(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "axis" not in data or "x" in data:
+            return data
+        about = _Turn.model_validate(data)
+        return dict(zip("xyz", euler_about(about.axis.vec, about.degrees), strict=True))
+
+
+class _Turn(_Values):
+    axis: Point
+    degrees: float = Field(ge=-FARTHEST, le=FARTHEST)
+
+
+class Color(_Values):
     """Red, green and blue in 0..1."""
 
     r: float
@@ -57,26 +96,46 @@ class Color(_Node):
 class MaterialRef(_Node):
     """A material by name, maybe tinted."""
 
-    name: str
+    name: str = ""
     color: Color | None = None
+
+
+class Ceiling(_Node):
+    """A ceiling of a room alone."""
+
+    material: MaterialRef | None = None
 
 
 class Room(_Node):
     """A room: its floor polygon and material."""
 
     id: str
-    room_type: str
+    room_type: str = ""
     floor_polygon: list[Point] = Field(min_length=3)
-    floor_material: MaterialRef
+    floor_material: MaterialRef = MaterialRef()
+    ceilings: list[Ceiling] = Field(default_factory=list)
 
 
 class Wall(_Node):
-    """A wall panel: a vertical quad seen from one side."""
+    """A wall panel: a vertical quad seen from one side; `empty` where two rooms are joined and nothing stands."""
 
     id: str
-    room_id: str
-    polygon: list[Point] = Field(min_length=4, max_length=4)
-    material: MaterialRef
+    room_id: str = ""
+    polygon: list[Point] = Field(min_length=4)
+    material: MaterialRef = MaterialRef()
+    empty: bool = False
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Its first two bottom corners (x, z); the same twice where it stands on one point."""
+        bottom = min(corner.y for corner in self.polygon)
+        low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_M]
+        return low[0], low[min(1, len(low) - 1)]
+
+    @property
+    def is_exterior(self) -> bool:
+        """Whether it is seen from outside the house."""
+        return EXTERIOR in self.room_id or EXTERIOR in self.id.split("|")
 
 
 class Opening(_Node):
@@ -84,12 +143,16 @@ class Opening(_Node):
 
     id: str
     asset_id: str
-    room0: str
-    room1: str
+    room0: str = ""
+    room1: str = ""
     wall0: str
-    wall1: str | None = None
-    hole_polygon: list[Point] = Field(min_length=2)
-    asset_position: Point | None = None
+    wall1: str = ""
+    hole_polygon: list[HolePoint] = Field(min_length=2)
+
+    @property
+    def joins_rooms(self) -> bool:
+        """Whether it lies between two rooms; else it leads outside."""
+        return self.room0 != self.room1 and not (is_outside(self.room0) or is_outside(self.room1))
 
 
 class Door(Opening):
@@ -108,13 +171,18 @@ class HouseObject(_Node):
 
     id: str
     asset_id: str
+    object_name: str | None = Field(default=None, alias="object_name")
     position: Point
-    rotation: Point
-    kinematic: bool = True
+    rotation: Rotation
     children: list["HouseObject"] = Field(default_factory=list)
     openness: float | None = None
     is_on: bool | None = None
     is_dirty: bool | None = None
+
+    @property
+    def called(self) -> str:
+        """What the house calls it: Holodeck's houses name their objects apart."""
+        return self.object_name or self.id
 
 
 class Light(_Node):
@@ -128,22 +196,21 @@ class Light(_Node):
 
 
 class ProceduralParameters(_Node):
-    """Lights, ceiling and sky."""
+    """Lights and ceiling."""
 
     lights: list[Light] = Field(default_factory=list)
     ceiling_material: MaterialRef | None = None
-    skybox_id: str | None = None
 
 
 class HouseDocument(_Node):
     """The whole document as ProcTHOR writes it."""
 
-    rooms: list[Room] = Field(min_length=1)
-    walls: list[Wall]
-    doors: list[Door]
-    windows: list[Window]
-    objects: list[HouseObject]
-    procedural_parameters: ProceduralParameters
+    rooms: list[Room] = Field(default_factory=list)
+    walls: list[Wall] = Field(default_factory=list)
+    doors: list[Door] = Field(default_factory=list)
+    windows: list[Window] = Field(default_factory=list)
+    objects: list[HouseObject] = Field(default_factory=list)
+    procedural_parameters: ProceduralParameters = ProceduralParameters()
     metadata: dict[str, Any] = Field(default_factory=dict)
 
 
@@ -154,6 +221,12 @@ class House:
         """`data` is the JSON document. Raises HouseError."""
         self.name = name
         self.data = data
+        older = older_form(data)
+        if older is not None:
+            raise HouseError(
+                f"House {name!r} is of an older schema than {SCHEMA}: {older}. Bring it to {SCHEMA}, as ProcTHOR's own "
+                "`scripts/upgrade_house.py` does."
+            )
         try:
             self.document = HouseDocument.model_validate(data)
         except ValidationError as error:
@@ -167,11 +240,14 @@ class House:
 
     @property
     def start(self) -> Pose | None:
-        """The start pose that the document proposes (`metadata.agent`), on the floor; None without one.
+        """The start pose that the document proposes, on the floor; None without one.
 
-        Raises HouseError when what is there is no pose.
+        It is `metadata.agent`, else the default one of `metadata.agentPoses`. Raises HouseError when what is there is
+        no pose.
         """
-        agent = self.document.metadata.get("agent")
+        agent, poses = (self.document.metadata.get(key) for key in ("agent", "agentPoses"))
+        if agent is None and isinstance(poses, dict):
+            agent = poses.get("default")
         if not isinstance(agent, dict):
             return None
         try:
@@ -183,6 +259,25 @@ class House:
             raise HouseError(
                 f"House {self.name!r}: metadata.agent is no start pose; it needs position (x, z) and rotation (y)."
             ) from None
+
+    def may_have(self, object_id: str) -> bool:
+        """Whether the document names an object or opening, or some furniture of it may have a drawer with that id.
+
+        Which drawers a piece has is known only where its shape is.
+        """
+        return object_id in self.ids or any(
+            object_id.startswith(start) and object_id.removeprefix(start).isdecimal() for start in self._drawer_starts
+        )
+
+    @cached_property
+    def ids(self) -> frozenset[str]:
+        """The ids of all objects, doors and windows that the document names."""
+        openings = [*self.document.doors, *self.document.windows]
+        return frozenset(each.id for each in [*openings, *(node for node, _ in self.objects())])
+
+    @cached_property
+    def _drawer_starts(self) -> frozenset[str]:
+        return frozenset(drawer_id(node.id, "") for node, _ in self.objects())
 
     def objects(self) -> list[tuple[HouseObject, str | None]]:
         """Returns every object with its parent's id, parents before children, in document order."""
@@ -235,6 +330,18 @@ def canonical_json(data: Any) -> bytes:
     return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
 
 
+def drawer_id(chest_id: str, name: str) -> str:
+    """Returns the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5", and of no other."""
+    kind, _, rest = chest_id.partition("|")
+    number = name.removeprefix("drawer")
+    return f"Drawer|{rest}|{kind}{number}" if rest else f"Drawer|{chest_id}|{number}"
+
+
+def is_outside(room: str) -> bool:
+    """Whether a door, window or wall that names this room is open to the outside there."""
+    return not room or EXTERIOR in room
+
+
 def _first_fault(name: str, error: ValidationError) -> str:
     more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
     return f"House {name!r}: {first_fault(error)}{more}. A house is a ProcTHOR document of schema 1.0.0."
@@ -243,11 +350,13 @@ def _first_fault(name: str, error: ValidationError) -> str:
 def _check_references(name: str, document: HouseDocument) -> None:
     rooms, walls = {room.id for room in document.rooms}, {wall.id for wall in document.walls}
     openings = [*document.doors, *document.windows]
+    if not rooms:
+        raise HouseError(f"House {name!r} has no rooms. A house has at least one, with its `floorPolygon`.")
     if len(openings) > MAX_OPENINGS:
         raise HouseError(f"House {name!r}: {len(openings)} doors and windows, more than the limit of {MAX_OPENINGS}.")
     for opening in openings:
         for room in (opening.room0, opening.room1):
-            if room not in rooms:
+            if room not in rooms and not is_outside(room):
                 raise HouseError(f"House {name!r}: opening {opening.id!r} names room {room!r}, absent from `rooms`.")
         if opening.wall0 not in walls:
             raise HouseError(f"House {name!r}: {opening.id!r} has wall0 {opening.wall0!r}, absent from `walls`.")

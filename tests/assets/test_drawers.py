@@ -7,13 +7,13 @@ from vigil.assets import make
 from vigil.assets.drawers import (
     body_of,
     drawer_asset_id,
-    drawer_id,
     drawer_names,
     drawer_of,
     named_drawer,
 )
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.sizes import AssetDatabase, own_asset_id
+from vigil.house import drawer_id
 
 DATABASE = AssetDatabase.default()
 HOLDS_DRAWERS = ("Dresser", "SideTable", "Desk", "TVStand")

@@ -29,13 +29,6 @@ def named_drawer(asset_id: str) -> tuple[str, str] | None:
     return (found[1], found[2]) if found else None
 
 
-def drawer_id(chest_id: str, name: str) -> str:
-    """Returns the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5", and of no other."""
-    kind, _, rest = chest_id.partition("|")
-    number = name.removeprefix("drawer")
-    return f"{DRAWER}|{rest}|{kind}{number}" if rest else f"{DRAWER}|{chest_id}|{number}"
-
-
 def drawer_names(asset: Asset) -> tuple[str, ...]:
     """Returns the names of the drawers that an asset is taken apart into, from the lowest row up.
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.drawers import drawer_asset_id, drawer_id, drawer_names, drawer_of
-from vigil.house import House
+from vigil.assets.drawers import drawer_asset_id, drawer_names, drawer_of
+from vigil.house import SCHEMA, House, drawer_id
 from vigil.housegen.base.models import PlacedThing
 from vigil.housegen.base.randomness import GENERATOR_VERSION
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
@@ -16,7 +16,6 @@ from vigil.housegen.layout.palette import RoomFinish, material
 from vigil.housegen.layout.walls import wall_pieces
 from vigil.pose import Pose
 
-SCHEMA = "1.0.0"
 AGENT_Y = 0.95
 """Height that ProcTHOR gives the agent's position (its middle)."""
 

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy import ndimage
 
-from vigil.assets.drawers import drawer_id, drawer_names
+from vigil.assets.drawers import drawer_names
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
-from vigil.house import House
+from vigil.house import House, drawer_id
 from vigil.housegen import document
 from vigil.housegen.base.models import PlacedThing
 from vigil.housegen.base.randomness import GENERATOR_VERSION, generator, pick, shuffled

@@ -78,7 +78,8 @@ def _thin_out(export: Export, exported: House, thor: AssetDatabase, changed: set
 
     Faults among things that are as they were are the house's own, and stay.
     """
-    carried = {node.id: thor.look_up(node.asset_id, node.id).size for node, up in exported.objects() if up is not None}
+    inner = (node for node, up in exported.objects() if up is not None)
+    carried = {node.id: thor.look_up(node.asset_id, node.called).size for node in inner}
     for fault in check_house(exported, thor):
         if fault.rule not in ("overlap", "outside-room") or not {fault.subject, fault.other} & changed:
             continue
@@ -91,7 +92,7 @@ def _thin_out(export: Export, exported: House, thor: AssetDatabase, changed: set
 def _remove(nodes: list[dict[str, Any]], unwanted: set[str]) -> None:
     nodes[:] = [node for node in nodes if node["id"] not in unwanted]
     for node in nodes:
-        _remove(node.get("children", []), unwanted)
+        _remove(node.get("children") or [], unwanted)
 
 
 def load_materials(path: Path) -> dict[str, list[str]]:
@@ -130,7 +131,7 @@ class _Exporter:
 
         `above` is the box of what carries it, before and after.
         """
-        entry = self.thor.look_up(node.asset_id, node.id)
+        entry = self.thor.look_up(node.asset_id, node.called)
         before = after = Box(center=node.position.vec, size=entry.size, yaw=node.rotation.y)
         if node.asset_id not in self.thor or (above is not None and above[0] != above[1]):
             asset = self._nearest(entry.category, entry.size, node.asset_id)
@@ -189,14 +190,14 @@ class _Exporter:
             return True
         xs, ys = [point.x for point in opening.hole_polygon], [point.y for point in opening.hole_polygon]
         size = Vec3(max(xs) - min(xs), max(ys) - min(ys), 0.1)
-        wall = next(wall for wall in self.house.document.walls if wall.id == opening.wall0).polygon
-        length = math.dist((wall[0].x, wall[0].z), (wall[1].x, wall[1].z))
-        height = max(point.y for point in wall) - min(point.y for point in wall)
-        category = self.thor.look_up(opening.asset_id, opening.id).category
+        wall = next(wall for wall in self.house.document.walls if wall.id == opening.wall0)
+        length, heights = math.dist(*wall.ends), [point.y for point in wall.polygon]
+        height = max(heights) - min(heights)
+        category = self.thor.look_up(opening.asset_id, opening.asset_id).category
         fitting = [
             choice for choice in self.thor.of_category(category) if choice[1].x <= length and choice[1].y <= height
         ]
-        if not fitting and isinstance(opening, Door) and opening.room0 != opening.room1:
+        if not fitting and isinstance(opening, Door) and opening.joins_rooms:
             raise SettingError(
                 f"House {self.house.name!r}: the asset database has no {category} that fits {opening.id!r} in its wall "
                 f"of {length:.2f} x {height:.2f} m. Give AI2-THOR's whole asset-database.json."

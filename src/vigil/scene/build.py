@@ -19,6 +19,7 @@ from vigil.house import Door, House, HouseObject, Opening
 from vigil.pose import Vec3, wrap_deg
 from vigil.scene.chests import drawers_in, named_drawers
 from vigil.scene.geometry import Motion, rotation_matrix, whole_box
+from vigil.scene.keys import told_keys
 from vigil.scene.partitions import Partitions
 from vigil.scene.supports import level_surfaces, offset_from
 from vigil.scene.things import Scene, Thing, WallPanel
@@ -41,8 +42,8 @@ TURN_BACK = 0.02
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
     """Returns the scene of a house. Raises HouseError."""
-    scene = Scene(rooms=rooms_of(house), panels=panels_of(house))
-    panels = {panel.id: panel for panel in scene.panels}
+    scene = Scene(rooms=rooms_of(house), panels=panels_of(house), notes=told_keys(house))
+    panels = {panel.id: panel for panel in [*scene.panels, *panels_of(house, empty=True)]}
     openings = [_opening_thing(house, each, panels) for each in [*house.document.doors, *house.document.windows]]
     shell = Scene(rooms=scene.rooms, panels=scene.panels, things={thing.id: thing for thing in openings})
     partitions = Partitions(shell)
@@ -75,7 +76,7 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
             f"Object {node.id!r} has the id of a drawer that {scene.things[node.id].parent!r} has. "
             "Name the drawer by an asset id that begins with that of its furniture, or give the object another id."
         )
-    entry = assets.look_up(node.asset_id, node.id)
+    entry = assets.look_up(node.asset_id, node.called)
     if entry.note is not None:
         scene.notes.append(f"{node.id}: {entry.note}")
     asset = make(entry.category, entry.size, entry.variant, _levels(node, entry, assets))
@@ -151,7 +152,7 @@ def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tupl
     drawers = list(named_drawers(node).values())
     resting = [child for child in node.children if all(child is not drawer for drawer in drawers)]
     resting += [child for drawer in drawers for child in drawer.children]
-    bottoms = sorted(_bottom(child, assets.look_up(child.asset_id, child.id).size) - base for child in resting)
+    bottoms = sorted(_bottom(child, assets.look_up(child.asset_id, child.called).size) - base for child in resting)
     levels: list[float] = []
     for height in bottoms:
         is_new = not levels or height > levels[-1] + HOVER_M

@@ -8,10 +8,10 @@ furniture, never from the document.
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.drawers import DRAWER, drawer_id, drawer_names, drawer_of, named_drawer
+from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, named_drawer
 from vigil.assets.kernel.asset import Asset
 from vigil.errors import HouseError
-from vigil.house import HouseObject
+from vigil.house import HouseObject, drawer_id
 from vigil.pose import Vec3
 from vigil.scene.geometry import place_of
 from vigil.scene.things import Thing

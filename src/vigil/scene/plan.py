@@ -102,7 +102,7 @@ def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
     return FloorPlan(
         rooms=tuple(_rooms(house, furniture)),
         things=tuple(sorted(drawn, key=lambda each: each.kind != "rug")),
-        walls=tuple(np.array([(point.x, point.z) for point in wall.polygon[:2]]) for wall in house.document.walls),
+        walls=tuple(np.array(wall.ends) for wall in house.document.walls if not wall.empty),
         openings=tuple(_opening(thing) for thing in things if thing.is_structure),
         small=tuple((e.id, e.position.x, e.position.z) for e in things if e.parent is not None and not e.is_part),
     )

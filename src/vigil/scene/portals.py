@@ -91,6 +91,10 @@ class Portals:
         self._corners = [hole.corners() for hole in self._holes]
         self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(KEPT_EYES)
 
+    def joined(self) -> list[list[int]]:
+        """Returns the numbers of the rooms, those together that no wall parts."""
+        return [np.flatnonzero(self._spaces[:-1] == space).tolist() for space in np.unique(self._spaces[:-1])]
+
     def distances(self, places: np.ndarray) -> np.ndarray:
         """Returns how far places (n, 2) are from each room (n, rooms), in metres."""
         return np.stack([self.distances_from(room, places) for room in range(len(self._rooms))], axis=1)

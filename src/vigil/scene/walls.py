@@ -1,7 +1,8 @@
 """The shell of a house: wall panels with their holes, rooms, and where doors and windows sit.
 
 ProcTHOR's odd ways with walls are handled here and nowhere else: bottom points first for rooms but top points first for
-the outside; two coincident panels of opposite direction between rooms; holes given along the first panel only.
+the outside; two coincident panels of opposite direction between rooms; holes given along the first panel only; walls
+that are `empty`, where nothing stands.
 """
 
 import math
@@ -10,13 +11,12 @@ import numpy as np
 import shapely
 
 from vigil.errors import HouseError
-from vigil.house import House, HouseDocument, Light, MaterialRef, Opening, Wall
+from vigil.house import EXTERIOR, House, HouseDocument, Light, MaterialRef, Opening, Wall
 from vigil.house import Room as RoomNode
 from vigil.pose import Vec3, wrap_deg, yaw_towards
 from vigil.scene.outlines import floor_of
 from vigil.scene.things import Hole, RoomShape, WallPanel
 
-EXTERIOR = "exterior"
 DEFAULT_HEIGHT_M = 2.6
 LIGHT_DROP_M = 0.2
 DOOR_DEPTH_M = 0.14
@@ -65,15 +65,16 @@ def _check_extent(house: House) -> None:
             )
 
 
-def panels_of(house: House) -> list[WallPanel]:
-    """Returns the wall panels with the holes of all doors and windows.
+def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
+    """Returns the panels of the walls that stand, or of those that are empty, with the holes of all doors and windows.
 
     Raises HouseError on a wall without length or height.
     """
     document = house.document
-    for wall in document.walls:
+    wanted = [wall for wall in document.walls if wall.empty == empty]
+    for wall in wanted:
         heights = [point.y for point in wall.polygon]
-        if math.dist(*_ends(wall)) < LEAST_WALL_M or max(heights) - min(heights) < LEAST_WALL_M:
+        if math.dist(*wall.ends) < LEAST_WALL_M or max(heights) - min(heights) < LEAST_WALL_M:
             raise HouseError(
                 f"House {house.name!r}: wall {wall.id!r} has no length or no height. Mend its corners, or leave it out."
             )
@@ -84,7 +85,7 @@ def panels_of(house: House) -> list[WallPanel]:
         for wall_id in dict.fromkeys((opening.wall0, opening.wall1)):
             if wall_id in walls:
                 holes.setdefault(wall_id, []).append(_hole_in(walls[wall_id], opening, walls[opening.wall0]))
-    return [_panel(wall, tuple(holes.get(wall.id, ())), rooms) for wall in document.walls]
+    return [_panel(wall, tuple(holes.get(wall.id, ())), rooms) for wall in wanted]
 
 
 def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel]) -> tuple[Vec3, float, Vec3]:
@@ -101,8 +102,9 @@ def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel
 
 def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomShape:
     floor = floor_of(room)
-    own = [wall for wall in document.walls if wall.room_id == room.id and not _is_exterior(wall)]
+    own = [wall for wall in document.walls if wall.room_id == room.id and not wall.is_exterior]
     height = max((point.y for wall in own or document.walls for point in wall.polygon), default=DEFAULT_HEIGHT_M)
+    ceilings = (ceiling.material for ceiling in room.ceilings if ceiling.material is not None)
     light = _light_of(room, floor, lights)
     if light is None:
         inner = floor.representative_point() if not floor.contains(floor.centroid) else floor.centroid
@@ -115,7 +117,7 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
         polygon=np.array([(point.x, point.z) for point in room.floor_polygon]),
         height=height,
         floor_material=room.floor_material,
-        ceiling_material=document.procedural_parameters.ceiling_material,
+        ceiling_material=next(iter(ceilings), document.procedural_parameters.ceiling_material),
         light=place,
         light_rgb=rgb,
         light_intensity=intensity,
@@ -127,17 +129,6 @@ def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Li
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]
     return next((light for light in named if light in inside), next(iter(inside), next(iter(named), None)))
-
-
-def _is_exterior(wall: Wall) -> bool:
-    return EXTERIOR in wall.room_id or EXTERIOR in wall.id.split("|")
-
-
-def _ends(wall: Wall) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Returns the two bottom points (x, z) in the document's order."""
-    bottom = min(point.y for point in wall.polygon)
-    low = [(point.x, point.z) for point in wall.polygon if point.y <= bottom + 1e-6]
-    return low[0], low[1] if len(low) > 1 else low[0]
 
 
 def _direction(start: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
@@ -155,27 +146,27 @@ def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
     """Returns the opening's hole along `wall`, through the house's frame when that is not its first wall."""
     xs, ys = _hole_extent(opening)
     if wall.id != first.id:
-        start, end = _ends(first)
+        start, end = first.ends
         points = np.array(start) + np.outer(xs, _direction(start, end))
-        start, end = _ends(wall)
+        start, end = wall.ends
         along = sorted(float(value) for value in (points - np.array(start)) @ _direction(start, end))
         xs = (along[0], along[1])
-    length = math.dist(*_ends(wall))
+    length = math.dist(*wall.ends)
     return Hole(left=max(0.0, xs[0]), right=min(length, xs[1]), bottom=ys[0], top=ys[1])
 
 
 def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon]) -> WallPanel:
-    start, end = _ends(wall)
+    start, end = wall.ends
     heights = [point.y for point in wall.polygon]
-    exterior = _is_exterior(wall)
+    room_id = EXTERIOR if wall.is_exterior else wall.room_id or _room_faced(start, end, rooms)
     return WallPanel(
         id=wall.id,
-        room_id=EXTERIOR if exterior else wall.room_id,
+        room_id=room_id,
         start=start,
         end=end,
         bottom=min(heights),
         height=max(heights) - min(heights),
-        normal=_normal(start, end, None if exterior else rooms.get(wall.room_id), list(rooms.values())),
+        normal=_normal(start, end, rooms.get(room_id), list(rooms.values())),
         material=MaterialRef.model_validate(wall.material.model_dump()),
         holes=tuple(sorted(holes, key=lambda hole: hole.left)),
     )
@@ -185,9 +176,20 @@ def _normal(
     start: tuple[float, float], end: tuple[float, float], room: shapely.Polygon | None, rooms: list[shapely.Polygon]
 ) -> tuple[float, float]:
     """Returns the unit normal towards the panel's own room; for the outside, away from every room."""
-    direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
-    normal = np.array([direction[1], -direction[0]])
-    probe = shapely.Point(*(middle + PROBE_M * normal))
+    normal, probe = _faced(start, end)
     inward = room.contains(probe) if room is not None else not any(other.contains(probe) for other in rooms)
     sign = 1.0 if inward else -1.0
     return float(sign * normal[0]), float(sign * normal[1])
+
+
+def _room_faced(start: tuple[float, float], end: tuple[float, float], rooms: dict[str, shapely.Polygon]) -> str:
+    """Returns the room that a wall which names none is seen from, by the way that its corners go round."""
+    _, probe = _faced(start, end)
+    return next((room for room, floor in rooms.items() if floor.contains(probe)), EXTERIOR)
+
+
+def _faced(start: tuple[float, float], end: tuple[float, float]) -> tuple[np.ndarray, shapely.Point]:
+    """Returns the unit normal of a wall's seen side by the order of its ends, and a point just before it."""
+    direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
+    normal = np.array([direction[1], -direction[0]])
+    return normal, shapely.Point(*(middle + PROBE_M * normal))

@@ -122,7 +122,8 @@ class HouseContext:
 
     def with_open_doors(self, setup: Setup) -> Setup:
         """Returns a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
-        doors = [door for door in self.house.document.doors if door.openable and (door.openness or 0.0) < 0.5]
+        doors = [door for door in self.house.document.doors if door.joins_rooms]
+        doors = [door for door in doors if door.openable and (door.openness or 0.0) < 0.5]
         opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
         return setup.model_copy(update={"objects": {**opened, **setup.objects}})
 

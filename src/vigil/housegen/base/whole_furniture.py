@@ -18,10 +18,10 @@ def with_whole_furniture(house: House) -> House:
 
 def _whole(node: dict[str, Any]) -> dict[str, Any]:
     """Returns an object of a document without its drawers: it has their contents, and is as open as the widest."""
-    if "children" not in node:
+    if not node.get("children"):
         return node
     drawers = [child for child in node["children"] if (named_drawer(child["assetId"]) or ("",))[0] == node["assetId"]]
     children = [child for child in node["children"] if child not in drawers]
-    children += [each for drawer in drawers for each in drawer.get("children", [])]
+    children += [each for drawer in drawers for each in drawer.get("children") or []]
     whole = {**node, "children": [_whole(child) for child in children]}
     return {**whole, "openness": max(drawer.get("openness") or 0.0 for drawer in drawers)} if drawers else whole

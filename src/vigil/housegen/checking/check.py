@@ -4,24 +4,23 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 
-import numpy as np
 import shapely
 from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
-from vigil.house import House, HouseObject
+from vigil.house import LEVEL_M, SCHEMA, House, HouseObject, is_outside
 from vigil.housegen.checking.cuts import Cuts
 from vigil.housegen.checking.pairs import Pairs
 from vigil.housegen.checking.walkable import LEAST_SHARE, Walkable, walkable_of
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import is_upright, whole_box
+from vigil.scene.keys import told_keys
 from vigil.scene.outlines import floor_of, footprint
 from vigil.scene.partitions import SWEEP, Partitions
 from vigil.scene.things import Scene, Thing
 
-SCHEMA = "1.0.0"
 HOVER_M = 0.02
 WALL_M = 0.1
 """Things whose box comes this near a wall count as hanging on it."""
@@ -51,7 +50,7 @@ class Fault:
 
 def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     """Returns the house's faults, in a fixed order."""
-    faults = [*_schema(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
+    faults = [*_schema(house), *_keys(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
     if any(fault.rule in SHAPELESS for fault in faults):
         return faults
     try:
@@ -72,16 +71,20 @@ def _schema(house: House) -> list[Fault]:
     return [Fault("schema", house.name, f"metadata.schema is {found!r}, expected {SCHEMA!r}")]
 
 
+def _keys(house: House) -> list[Fault]:
+    return [Fault("key", house.name, told) for told in told_keys(house)]
+
+
 def _references(house: House) -> list[Fault]:
     document = house.document
     rooms, walls = {room.id for room in document.rooms}, {wall.id for wall in document.walls}
     faults = [
         Fault("reference", wall.id, f"names room {wall.room_id!r}, which is not in the house")
         for wall in document.walls
-        if wall.room_id not in rooms and "exterior" not in wall.room_id
+        if wall.room_id not in rooms and not is_outside(wall.room_id)
     ]
     for opening in [*document.doors, *document.windows]:
-        if opening.wall1 is not None and opening.wall1 not in walls:
+        if opening.wall1 and opening.wall1 not in walls:
             faults.append(Fault("reference", opening.id, f"names wall {opening.wall1!r}, which is not in the house"))
     ids = [node.id for node in [*document.rooms, *document.walls, *document.doors, *document.windows]]
     twice = sorted(name for name, count in Counter(ids).items() if count > 1)
@@ -118,8 +121,10 @@ def _extent(house: House) -> list[Fault]:
     faults = [Fault("extent", name, f"reaches over {FARTHEST_M:g} m from the origin") for name in far]
     for wall in document.walls:
         bottom = min(point.y for point in wall.polygon)
-        low = {(point.x, point.z) for point in wall.polygon if point.y <= bottom + 1e-6}
-        high = {(point.x, point.z) for point in wall.polygon if point.y > bottom + 1e-6}
+        low = {(point.x, point.z) for point in wall.polygon if point.y <= bottom + LEVEL_M}
+        high = {(point.x, point.z) for point in wall.polygon if point.y > bottom + LEVEL_M}
+        if wall.empty:
+            continue
         if len(low) < 2 or not high:
             faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
         elif low != high:
@@ -135,11 +140,8 @@ def _holes(house: House) -> list[Fault]:
     walls = {wall.id: wall for wall in house.document.walls}
     spans: dict[str, list[tuple[float, float, float, float, str]]] = {}
     for opening in [*house.document.doors, *house.document.windows]:
-        polygon = walls[opening.wall0].polygon
-        bottom = min(point.y for point in polygon)
-        ends = [(point.x, point.z) for point in polygon if point.y <= bottom + 1e-6][:2]
-        height = max(point.y for point in polygon) - bottom
-        length = float(np.hypot(ends[0][0] - ends[-1][0], ends[0][1] - ends[-1][1]))
+        heights = [point.y for point in walls[opening.wall0].polygon]
+        height, length = max(heights) - min(heights), math.dist(*walls[opening.wall0].ends)
         xs, ys = [point.x for point in opening.hole_polygon], [point.y for point in opening.hole_polygon]
         if min(xs) < -1e-3 or max(xs) > length + 1e-3 or min(ys) < -1e-3 or max(ys) > height + 1e-3:
             size = f"{min(xs):.2f}..{max(xs):.2f} x {min(ys):.2f}..{max(ys):.2f}"
@@ -156,7 +158,7 @@ def _holes(house: House) -> list[Fault]:
 
 
 def _assets(house: House, assets: AssetDatabase) -> list[Fault]:
-    notes = ((node.id, assets.look_up(node.asset_id, node.id).note) for node, _ in house.objects())
+    notes = ((node.id, assets.look_up(node.asset_id, node.called).note) for node, _ in house.objects())
     return [Fault("asset", house.name, f"{name}: {note}") for name, note in notes if note is not None]
 
 

@@ -96,7 +96,7 @@ def _count(
     category = _category(node, assets)
     if category is None:
         return
-    size = assets.look_up(node.asset_id, node.id).size
+    size = assets.look_up(node.asset_id, node.called).size
     if size.y > LIES_FLAT_M and node.position.y - size.y / 2 < HANGS_M:
         shapes.append(footprint(Box(center=node.position.vec, size=size, yaw=node.rotation.y)))
     _count_alone(node, category, assets, only, room)
@@ -123,7 +123,7 @@ def _count_alone(
 
 def _category(node: HouseObject, assets: AssetDatabase) -> str | None:
     try:
-        return assets.look_up(node.asset_id, node.id).category
+        return assets.look_up(node.asset_id, node.called).category
     except HouseError:
         return None
 

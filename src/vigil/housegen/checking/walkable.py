@@ -1,5 +1,6 @@
 """The floor that an agent can walk: nodes of the 0.25 m grid where its body fits, through doors that can be passed."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,20 @@ from shapely import MultiPoint, Polygon
 from vigil.house import House
 from vigil.pose import Box, Vec3
 from vigil.scene.geometry import Prism, moving_prisms_of, prisms_of, whole_box
-from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of, footprint, meets_body, polygon_of
-from vigil.scene.things import Scene, Thing
+from vigil.scene.outlines import (
+    BODY_HIGH_M,
+    BODY_LOW_M,
+    BODY_RADIUS_M,
+    FLOOR_GROWTH_M,
+    GRID_M,
+    footprint,
+    meets_body,
+    polygon_of,
+    room_floor,
+    whole_floor,
+)
+from vigil.scene.portals import Portals
+from vigil.scene.things import Scene, Thing, WallPanel
 
 LEAST_SHARE = 0.9
 JAMB_M = 0.08
@@ -67,8 +80,8 @@ class Walkable:
 
 def walkable_of(house: House, scene: Scene) -> Walkable:
     """Returns the walkable floor; doors that can be opened count as passable."""
-    floors = [floor_of(room) for room in house.document.rooms]
-    space = shapely.union_all([*(floor.buffer(-BODY_RADIUS_M) for floor in floors), *_passages(house, scene)])
+    floors = [room_floor(room) for room in scene.rooms]
+    space = shapely.union_all([*_spaces(scene), *_passages(house, scene)])
     x0, z0, x1, z1 = MultiPoint([corner for floor in floors for corner in floor.exterior.coords]).bounds
     columns = np.arange(np.floor(x0 / GRID_M), np.ceil(x1 / GRID_M) + 1) * GRID_M
     rows = np.arange(np.floor(z0 / GRID_M), np.ceil(z1 / GRID_M) + 1) * GRID_M
@@ -79,6 +92,22 @@ def walkable_of(house: House, scene: Scene) -> Walkable:
     labels, count = ndimage.label(free)  # type: ignore[misc]
     main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1 if count else np.zeros_like(free)
     return Walkable(xs, zs, space, obstacles, free, main)
+
+
+def _spaces(scene: Scene) -> Iterator[shapely.Geometry]:
+    """Yields where the body's axis can be in each room, or in rooms that no wall parts, things and doors aside."""
+    for rooms in Portals(scene).joined():
+        if len(rooms) == 1:
+            yield room_floor(scene.rooms[rooms[0]]).buffer(-BODY_RADIUS_M)
+            continue
+        floor = whole_floor([scene.rooms[room] for room in rooms])
+        walls = shapely.MultiLineString([(panel.start, panel.end) for panel in scene.panels if _bars(panel)])
+        yield floor.buffer(-BODY_RADIUS_M - FLOOR_GROWTH_M, join_style="mitre") - walls.buffer(BODY_RADIUS_M)
+
+
+def _bars(panel: WallPanel) -> bool:
+    """Whether a wall reaches into the heights that a body takes; its doors are passages of their own."""
+    return panel.bottom < BODY_HIGH_M and panel.bottom + panel.height > BODY_LOW_M
 
 
 def _standing(scene: Scene) -> list[Prism]:
@@ -98,7 +127,7 @@ def _passages(house: House, scene: Scene) -> list[Polygon]:
     for door in house.document.doors:
         thing = scene.things[door.id]
         width = thing.asset.size.x - 2 * (BODY_RADIUS_M + JAMB_M)
-        if door.room0 != door.room1 and door.openable is not False and width > 0.0:
+        if door.joins_rooms and door.openable is not False and width > 0.0:
             size = Vec3(width, thing.asset.size.y, 2 * (BODY_RADIUS_M + BEHIND_M))
             strips.append(footprint(Box(center=thing.position, size=size, yaw=thing.rotation.y)))
     return strips

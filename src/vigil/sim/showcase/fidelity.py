@@ -42,7 +42,7 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
 
     Furniture whose drawers are things of their own does not fill its box without them; each of them does.
     """
-    asked = {node.id: assets.look_up(node.asset_id, node.id).size for node, _ in house.objects()}
+    asked = {node.id: assets.look_up(node.asset_id, node.called).size for node, _ in house.objects()}
     return [
         Mismatch(rule, thing.id, message)
         for thing in scene.things.values()

@@ -1,0 +1,125 @@
+"""What is done with the keys of a house document: which are read, which are not and do no harm, and which are told.
+
+A key is read when the document's models (`vigil.house`) have it. The others of AI2-THOR's schema, and of the houses
+that Holodeck writes, stand here; docs/houses.md has the table of all. A key that is in neither is told, as is one that
+would change where one can walk, what is there or what can be done, with a value that asks for it.
+"""
+
+from collections.abc import Iterator
+
+from pydantic import BaseModel
+
+from vigil.house import (
+    Ceiling,
+    Door,
+    House,
+    HouseDocument,
+    HouseObject,
+    Light,
+    MaterialRef,
+    ProceduralParameters,
+    Room,
+    Wall,
+    Window,
+)
+
+PLACES: dict[str, type[BaseModel]] = {
+    "house": HouseDocument,
+    "rooms": Room,
+    "ceilings": Ceiling,
+    "walls": Wall,
+    "doors": Door,
+    "windows": Window,
+    "objects": HouseObject,
+    "proceduralParameters": ProceduralParameters,
+    "lights": Light,
+    "materials": MaterialRef,
+}
+"""Where keys stand, with the model of what stands there."""
+HARMLESS: dict[str, frozenset[str]] = {
+    place: frozenset(keys.split())
+    for place, keys in {
+        "house": "id query wall_height raw_floor_plan raw_doorway_plan room_pairs open_room_pairs open_walls"
+        " raw_window_plan object_selection_plan selected_objects floor_objects wall_objects small_objects"
+        " receptacle2small_objects ceiling_objects raw_ceiling_plan",
+        "rooms": "layer vertices full_vertices floor_design wall_design wallMaterial",
+        "ceilings": "id",
+        "walls": "layer unlit connected_rooms connect_exterior width height direction segment",
+        "doors": "assetPosition type material color axesXZ roomId doorBoxes doorSegment",
+        "windows": "assetPosition type material color axesXZ roomId windowBoxes windowSegment",
+        "objects": "kinematic layer material color unlit room roomId types navmeshArea collisionDetectionMode vertices",
+        "proceduralParameters": "floorColliderThickness minWallColliderThickness receptacleHeight skyboxId skyboxColor"
+        " datetime reflections navmeshVoxelSize ceilingBackFaces unlitCeiling squareTiling collisionDetectionMode"
+        " ceilingColor",
+        "lights": "indirectMultiplier range spotAngle rotation shadow layer cullingMaskOff roomId localPosition"
+        " linkedObjectId linkedSimObj parentSimObjId parentSimObjName objectId",
+        "materials": "shader unlit tilingDivisorX tilingDivisorY metallic smoothness",
+    }.items()
+}
+"""Keys that are not read: they say how AI2-THOR draws or computes, or repeat what other keys say."""
+TOLD: dict[str, dict[str, tuple[object, str]]] = {
+    "house": {"roof": (None, "houses have no roof")},
+    "rooms": {
+        "rooms": ([], "rooms lie in no rooms"),
+        "children": ([], "rooms lie in no rooms"),
+    },
+    "ceilings": {"polygon": ([], "the ceiling is over the room's whole floor, as high as its walls")},
+    "walls": {"thickness": (0, "walls have no thickness")},
+    "doors": {
+        "scale": ({"x": 1, "y": 1, "z": 1}, "what fills a hole is as large as the hole"),
+        "opennessByParts": ({}, "all leaves of a door are open alike; `openness` says how far"),
+    },
+    "windows": {
+        "scale": ({"x": 1, "y": 1, "z": 1}, "what fills a hole is as large as the hole"),
+        "openable": (False, "windows stay shut"),
+        "openness": (0, "windows stay shut"),
+    },
+    "objects": {"boundingBox": ({}, "sizes are those of the assets")},
+    "lights": {"enabled": (True, "the room is lit all the same")},
+}
+"""Keys that are not read, each with the value that asks for nothing, and what is so instead."""
+
+
+def told_keys(house: House) -> list[str]:
+    """Returns what is not done of what a house's keys ask for, or what is not understood, a line for each key."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for place, node in _nodes(house.document):
+        for key, value in (node.model_extra or {}).items():
+            unasked, instead = TOLD.get(place, {}).get(key, (None, "it is not understood"))
+            if key not in HARMLESS[place] and value != unasked:
+                found.setdefault((place, key, instead), []).append(str(getattr(node, "id", place)))
+    return [
+        f"key `{key}` of {place} is not followed: {instead} ({_named(names)})"
+        for (place, key, instead), names in found.items()
+    ]
+
+
+def _named(names: list[str]) -> str:
+    return repr(names[0]) if len(names) == 1 else f"{names[0]!r} and {len(names) - 1} more"
+
+
+def _nodes(document: HouseDocument) -> Iterator[tuple[str, BaseModel]]:
+    """Yields every part of a document with where it stands."""
+    parameters = document.procedural_parameters
+    yield "house", document
+    yield "proceduralParameters", parameters
+    yield from (("lights", light) for light in parameters.lights)
+    yield from _materials(parameters.ceiling_material)
+    for room in document.rooms:
+        yield "rooms", room
+        yield from (("ceilings", ceiling) for ceiling in room.ceilings)
+        yield from _materials(room.floor_material, *(ceiling.material for ceiling in room.ceilings))
+    for wall in document.walls:
+        yield "walls", wall
+        yield from _materials(wall.material)
+    yield from (("doors", door) for door in document.doors)
+    yield from (("windows", window) for window in document.windows)
+    stack = list(reversed(document.objects))
+    while stack:
+        node = stack.pop()
+        yield "objects", node
+        stack.extend(reversed(node.children))
+
+
+def _materials(*materials: MaterialRef | None) -> Iterator[tuple[str, BaseModel]]:
+    yield from (("materials", material) for material in materials if material is not None)
