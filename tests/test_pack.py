@@ -27,6 +27,7 @@ def task(family: Any, episode_id: str, **facts: Any) -> Episode:
     return episode(family, id=episode_id, **{"house": HouseRef(name="house", sha256=HOUSE.sha256), **facts})
 
 
+DRAWER = {"target": "Drawer|2|0|Dresser3"}
 EPISODES = [task("PG", "pg_b"), task("DA", "da_a"), task("PG", "pg_a")]
 
 
@@ -180,6 +181,16 @@ def test_what_contradicts_house_or_family_is_not_frozen(tmp_path: Path, facts: d
     with pytest.raises((EpisodeError, PackMismatch), match=message):
         frozen(tmp_path / "bad", [task("DA", "da_a", **facts)])
     assert not (tmp_path / "bad").exists()
+
+
+def test_an_episode_may_be_about_a_drawer_that_the_house_does_not_name(tmp_path: Path):
+    house = bare_house("house", "target", "Dresser|2|0")
+    about = episode("SV", id="sv_a", house=HouseRef(name="house", sha256=house.sha256), bindings=DRAWER)
+    pack = freeze(tmp_path / "drawer", [about], [solution(about)], [house], name="small")
+    assert Pack.load(pack.folder).episodes[0].bindings == DRAWER
+    elsewhere = about.model_copy(update={"bindings": {"target": "Drawer|2|1|Dresser3"}})
+    with pytest.raises(EpisodeError, match=r"names 'Drawer\|2\|1\|Dresser3', absent from house 'house'"):
+        freeze(tmp_path / "other", [elsewhere], [solution(elsewhere)], [house], name="small")
 
 
 def test_every_episode_needs_its_solution(tmp_path: Path):

@@ -299,19 +299,16 @@ def check_house(episode: Episode, house: House) -> None:
             f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
             f"for {episode.house.sha256[:12]}.... Restore the house that it was made for, or author the episode anew."
         )
-    document = house.document
-    known = {node.id for node, _ in house.objects()}
-    known |= {opening.id for opening in [*document.doors, *document.windows]}
     parents = {change.placement.parent for change in episode.setup.objects.values() if change.placement}
     named = {
         "bindings or goal": set(episode.bound_ids()),
         "setup": set(episode.setup.objects) | {parent for parent in parents if parent is not None},
     }
     for place, ids in named.items():
-        for object_id in sorted(ids - known):
+        for object_id in sorted(each for each in ids if not house.may_have(each)):
             raise EpisodeError(
                 f"Episode {episode.id!r}: {place} names {object_id!r}, absent from house {house.name!r}."
-                f"{did_you_mean(object_id, sorted(known))}"
+                f"{did_you_mean(object_id, house.ids)}"
             )
 
 

@@ -13,6 +13,7 @@ from vigil.episode import Episode
 from vigil.goals import ObjectAtReceptacle
 from vigil.house import House
 from vigil.housegen import generate, spec_for
+from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.scene.supports import parts_of
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import Setup
@@ -70,6 +71,19 @@ def test_every_kind_has_a_valid_episode_about_a_drawer(name: str, simulator: Pri
             return
         context.begin(Setup())
     pytest.fail(f"{name}: no valid episode about a drawer of {sorted(drawers)}")
+
+
+def test_a_drawer_that_the_house_does_not_name_is_proposed_and_holds(
+    simulator: PrivilegedSimulator, house: House
+) -> None:
+    """As in ProcTHOR's own houses, which name no drawer."""
+    whole = with_whole_furniture(house)
+    context = HouseContext(simulator, whole, np.random.default_rng(3))
+    context.only = frozenset(drawers_of(context))
+    assert context.only.isdisjoint(whole.ids)
+    drafts = list(islice(proposals.verifying(context, "open"), 3))
+    assert drafts
+    assert any(Validator(simulator).validate(draft, whole).is_valid for draft in drafts)
 
 
 @pytest.mark.parametrize("find", [proposals.approaching, lambda context: proposals.searching(context, by_turning=True)])
