@@ -7,6 +7,7 @@ defaults may be left out, or null. This module knows the document, not what the 
 
 import hashlib
 import json
+import re
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ LEVEL_M = 1e-4
 """Corners of a wall that differ in height by less are as low."""
 EXTERIOR = "exterior"
 """Stands for the outside where a room is named; null and "" do, too."""
+ROOM_KINDS = {kind.lower(): kind for kind in ("Kitchen", "LivingRoom", "Bedroom", "Bathroom")}
 SCHEMA = "1.0.0"
 
 
@@ -74,7 +76,7 @@ class Rotation(HolePoint):
     @model_validator(mode="before")
     @classmethod
     def _as_angles(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or "axis" not in data or "x" in data:
+        if not isinstance(data, dict) or data.get("axis") is None or any(data.get(side) is not None for side in "xyz"):
             return data
         about = _Turn.model_validate(data)
         return dict(zip("xyz", euler_about(about.axis.vec, about.degrees), strict=True))
@@ -114,6 +116,11 @@ class Room(_Node):
     floor_polygon: list[Point] = Field(min_length=3)
     floor_material: MaterialRef = MaterialRef()
     ceilings: list[Ceiling] = Field(default_factory=list)
+
+    @property
+    def kind(self) -> str:
+        """Its type as ProcTHOR spells it, where it is one of ProcTHOR's: a "living room" is a LivingRoom."""
+        return ROOM_KINDS.get(re.sub(r"[^a-z]", "", self.room_type.lower()), self.room_type)
 
 
 class Wall(_Node):

@@ -120,6 +120,8 @@ class AssetEntry:
     """Which of the category's looks: a stable hash of the asset id."""
     note: str | None = None
     """What had to be guessed, for people; None when the category was named and the size known."""
+    is_measured: bool = True
+    """Whether the size is the asset's own, and not what is usual for its kind."""
 
 
 class AssetDatabase:
@@ -190,7 +192,8 @@ class AssetDatabase:
             note = f"asset {asset_id!r} is of no known category; it is shown as the nearest one, {category}"
         elif note is None and size is None and (own or self._known):
             note = f"asset {asset_id!r} is not known; it is shown as a {category} of usual size"
-        return AssetEntry(category, size or _guessed_size(category, asset_id), _variant(asset_id), note)
+        variant, is_measured = _variant(asset_id), size is not None
+        return AssetEntry(category, size or _guessed_size(category, asset_id), variant, note, is_measured)
 
 
 def own_asset_id(category: str, number: int) -> str:

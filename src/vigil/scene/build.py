@@ -10,7 +10,7 @@ import re
 import numpy as np
 
 from vigil.assets import make
-from vigil.assets.catalog import CATALOG
+from vigil.assets.catalog import CATALOG, FLOOR
 from vigil.assets.drawers import body_of, drawer_names
 from vigil.assets.kernel.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, AssetEntry
@@ -20,6 +20,7 @@ from vigil.pose import Vec3, wrap_deg
 from vigil.scene.chests import drawers_in, named_drawers
 from vigil.scene.geometry import Motion, rotation_matrix, whole_box
 from vigil.scene.keys import told_keys
+from vigil.scene.loose import nested
 from vigil.scene.partitions import Partitions
 from vigil.scene.supports import level_surfaces, offset_from
 from vigil.scene.things import Scene, Thing, WallPanel
@@ -32,6 +33,8 @@ HOVER_M = 0.07
 """Heights of children nearer than this are one level: in ProcTHOR's houses children hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
 """How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
+UNMEASURED_M = 0.5
+"""How far a thing of a guessed size that stands on the floor is let down, or lifted, to it."""
 SURFACE_EDGE_M = 0.1
 OVERHANG_M = 0.01
 """How far a thing behind a door or in a drawer may stand out over the edge of what it lies on."""
@@ -49,7 +52,9 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
     partitions = Partitions(shell)
     for opening in openings:
         scene.notes += _turned_back(opening, partitions)
-    for node in house.document.objects:
+    nodes, guesses = nested(house.document.objects, assets)
+    scene.notes += guesses
+    for node in nodes:
         _add(scene, node, [], assets, partitions)
     for opening in openings:
         if opening.id in scene.things:
@@ -86,7 +91,9 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
         settle(thing, *carriers)
     if thing.surface is None and (not carriers or _lies_under(thing, carriers[0])):
         thing.parent = None
-        _settle_on_floor(thing, FALL_M if carriers else HOVER_M)
+        # What a house says of a thing's middle is meant for a size that may not be known here.
+        slack = UNMEASURED_M if not entry.is_measured and FLOOR in CATALOG[entry.category].rests_on else 0.0
+        _settle_on_floor(thing, FALL_M if carriers else max(HOVER_M, slack), slack)
     scene.notes += _turned_back(thing, partitions)
     scene.things[thing.id] = thing
     named, drawers = named_drawers(node), drawers_in(node, thing, asset)
@@ -205,7 +212,7 @@ def _lies_under(thing: Thing, parent: Thing) -> bool:
     return bool(heights) and whole_box(thing).bottom < min(heights) - ADAPT_M
 
 
-def _settle_on_floor(thing: Thing, within_m: float) -> None:
+def _settle_on_floor(thing: Thing, above_m: float, below_m: float) -> None:
     gap = whole_box(thing).bottom
-    if 0.0 < gap < within_m:
+    if -below_m < gap < above_m:
         thing.position = Vec3(thing.position.x, thing.position.y - gap, thing.position.z)

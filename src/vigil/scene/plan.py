@@ -138,8 +138,8 @@ def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:
     return [
         PlanRoom(
             id=room.id,
-            room_type=room.room_type,
-            name=re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room.room_type).lower(),
+            room_type=room.kind,
+            name=re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room.kind).lower(),
             corners=np.array([(point.x, point.z) for point in room.floor_polygon]),
             area_m2=floor_of(room).area,
             name_at=_freest(floor_of(room), furniture),

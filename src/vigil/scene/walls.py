@@ -113,7 +113,7 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
         place, rgb, intensity = light.position.vec, (light.rgb.r, light.rgb.g, light.rgb.b), light.intensity
     return RoomShape(
         id=room.id,
-        room_type=room.room_type,
+        room_type=room.kind,
         polygon=np.array([(point.x, point.z) for point in room.floor_polygon]),
         height=height,
         floor_material=room.floor_material,

@@ -14,7 +14,7 @@ from vigil.house import LEVEL_M, SCHEMA, House, HouseObject, is_outside
 from vigil.housegen.checking.cuts import Cuts
 from vigil.housegen.checking.pairs import Pairs
 from vigil.housegen.checking.walkable import LEAST_SHARE, Walkable, walkable_of
-from vigil.scene.build import build_scene
+from vigil.scene.build import UNMEASURED_M, build_scene
 from vigil.scene.geometry import is_upright, whole_box
 from vigil.scene.keys import told_keys
 from vigil.scene.outlines import floor_of, footprint
@@ -57,7 +57,12 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
         scene = build_scene(house, assets)
     except HouseError as error:
         return [*faults, Fault("load", house.name, str(error))]
-    faults += [*_assets(house, assets), *_hovering(house, scene), *_outside(house, scene), *_belonging(house, scene)]
+    faults += [
+        *_assets(house, assets),
+        *_hovering(house, scene, assets),
+        *_outside(house, scene),
+        *_belonging(house, scene),
+    ]
     pairs = Pairs(scene)
     faults += _overlaps(pairs)
     ground = walkable_of(house, scene)
@@ -162,7 +167,7 @@ def _assets(house: House, assets: AssetDatabase) -> list[Fault]:
     return [Fault("asset", house.name, f"{name}: {note}") for name, note in notes if note is not None]
 
 
-def _hovering(house: House, scene: Scene) -> list[Fault]:
+def _hovering(house: House, scene: Scene, assets: AssetDatabase) -> list[Fault]:
     ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=0.0)
     lines = [floor_of(room).exterior for room in house.document.rooms]
     faults: list[Fault] = []
@@ -179,7 +184,7 @@ def _hovering(house: House, scene: Scene) -> list[Fault]:
         if gap is None:
             bottom = whole_box(thing).bottom
             faults.append(Fault("hovering", thing.id, f"its bottom at {bottom:.3f} m is on no surface of {under}"))
-        elif abs(gap) > HOVER_M:
+        elif abs(gap) > (HOVER_M if assets.look_up(node.asset_id, node.called).is_measured else UNMEASURED_M):
             faults.append(Fault("hovering", thing.id, f"its bottom is {gap:.3f} m above {under}"))
     return faults
 
@@ -223,7 +228,7 @@ def _outside(house: House, scene: Scene) -> list[Fault]:
 
 
 def _belonging(house: House, scene: Scene) -> list[Fault]:
-    kinds = {room.id: room.room_type for room in house.document.rooms}
+    kinds = {room.id: room.kind for room in house.document.rooms}
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     faults: list[Fault] = []
     present: dict[str, set[str]] = {room_id: set() for room_id in kinds}

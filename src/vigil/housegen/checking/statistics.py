@@ -75,7 +75,7 @@ def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = 
     house = with_whole_furniture(house)
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     rooms = {
-        room.id: RoomMeasures(room.room_type, floors[room.id].area)
+        room.id: RoomMeasures(room.kind, floors[room.id].area)
         for room in house.document.rooms
         if floors[room.id].is_valid
     }

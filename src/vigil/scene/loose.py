@@ -1,0 +1,58 @@
+"""Small things that a house names beside the furniture that carries them, and not as its children, as Holodeck does.
+
+They get the parent over which they are, so that shelves are where they lie, and what is on or in what is known.
+"""
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG, CEILING, WALL
+from vigil.assets.sizes import AssetDatabase, AssetEntry
+from vigil.house import HouseObject
+from vigil.pose import rotate_floor
+
+ON_FLOOR_M = 0.07
+"""What is no higher stands on the floor."""
+OVER_M = 0.25
+"""How far above its carrier's top a thing may hover."""
+
+
+def nested(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
+    """Returns the objects of a house, loose ones among the children of what carries them, with a note on each."""
+    entries = {node.id: assets.look_up(node.asset_id, node.called) for node in nodes}
+    furniture = [node for node in nodes if _carries(entries[node.id])]
+    carried: dict[str, list[HouseObject]] = {}
+    for node in nodes:
+        carrier = _carrier_of(node, furniture, entries) if _is_loose(node, entries[node.id]) else None
+        if carrier is not None:
+            carried.setdefault(carrier.id, []).append(node)
+    moved = {node.id: carrier for carrier, inner in carried.items() for node in inner}
+    kept = [
+        node.model_copy(update={"children": [*node.children, *carried[node.id]]}) if node.id in carried else node
+        for node in nodes
+        if node.id not in moved
+    ]
+    return kept, [f"{node}: it is taken to rest on {carrier!r}, by its place" for node, carrier in moved.items()]
+
+
+def _carries(entry: AssetEntry) -> bool:
+    return CATALOG[entry.category].is_receptacle and not CATALOG[entry.category].is_pickupable
+
+
+def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
+    kind = CATALOG[entry.category]
+    is_hung = WALL in kind.rests_on or CEILING in kind.rests_on
+    return kind.is_pickupable and not is_hung and node.position.y - entry.size.y / 2 > ON_FLOOR_M
+
+
+def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
+    """Returns the furniture in or on whose box a thing is, that with the nearest top of several."""
+    bottom = node.position.y - entries[node.id].size.y / 2
+    gaps: list[float] = []
+    for each in furniture:
+        size = entries[each.id].size
+        x, z = rotate_floor(node.position.x - each.position.x, node.position.z - each.position.z, -each.rotation.y)
+        above = bottom - each.position.y - size.y / 2
+        is_over = abs(x) <= size.x / 2 and abs(z) <= size.z / 2 and -size.y < above <= OVER_M
+        gaps.append(abs(above) if is_over else np.inf)
+    nearest = int(np.argmin(gaps)) if gaps else -1
+    return furniture[nearest] if gaps and gaps[nearest] < np.inf else None
