@@ -3,6 +3,7 @@
 import copy
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -94,7 +95,7 @@ def house(**changes: object) -> House:
     data["proceduralParameters"]["lights"] = [{"id": "l", "type": "point", "position": {"x": 1, "y": 2, "z": 1}}]
     for path, value in changes.items():
         *places, key = path.split("__")
-        node = data
+        node: Any = data
         for place in places:
             node = node[int(place[1:])] if place[0] == "_" and place[1:].isdecimal() else node[place]
         node[key] = value
