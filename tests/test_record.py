@@ -308,6 +308,8 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     told = {"agent", "agent_kind", "prompt_policy", "prompt_policy_sha256", "pack", "pack_sha256", "episode_ids"}
     assert spec().model_dump(exclude={*told, "versions", "pack_versions"}) == {
         "agent_files": {},
+        "keep_program": None,
+        "beat_seconds": None,
         "base_url": None,
         "sampling": {},
         "thinking": "default",

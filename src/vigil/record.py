@@ -145,6 +145,10 @@ class RunSpec(_Record):
     agent_kind: AgentKind
     agent_files: dict[str, str] = Field(default_factory=dict)
     """Of `exec:COMMAND`: SHA-256 of the program and of the code that the command names, by file name."""
+    keep_program: bool | None = None
+    """Of `exec:COMMAND`: whether one process and folder play all episodes of a worker; None where nobody noted it."""
+    beat_seconds: float | None = None
+    """Of `exec:COMMAND`: frames are handed over whole numbers of these after the reply; 0 or None: when ready."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
@@ -173,6 +177,29 @@ class RunSpec(_Record):
     asset_database_sha256: str | None = None
     """Of the file with the sizes of THOR's assets; None when the project's own sizes are used."""
     render_quality: Quality = "default"
+
+    @property
+    def mark(self) -> str:
+        """What stands behind the agent's name in every table: that it could know more than its frames tell."""
+        if self.agent_kind == "privileged":
+            return " (privileged)"
+        return " (program kept)" if self.agent_kind == "exec" and self.keep_program is not False else ""
+
+    @property
+    def program_notes(self) -> tuple[str, ...]:
+        """What a reader must know of a program that could learn more than its frames tell."""
+        notes: list[str] = []
+        if self.agent_kind == "exec" and self.keep_program is not False:
+            notes.append(
+                "Its program and the program's folder lived on from episode to episode, as with --keep-program: it "
+                "could remember the other side of a pair, and an episode's earlier epochs."
+            )
+        if self.agent_kind == "exec" and not self.beat_seconds:
+            notes.append(
+                "Its program was handed frames as soon as they were ready, as with --beat-seconds 0: the time could "
+                "tell whether an act was carried out."
+            )
+        return tuple(notes)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -281,6 +308,11 @@ class RunHeader(_Record):
             self.spec.pack_versions.note(f"Its pack {self.spec.pack!r}"),
         )
         return tuple(note for note in notes if note is not None)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the run before any number."""
+        return (*self.version_notes, *self.spec.program_notes)
 
     @property
     def is_privileged(self) -> bool:

@@ -152,7 +152,7 @@ class SavedRun:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know before any number."""
-        return (*self.header.version_notes, *self.table.notes)
+        return (*self.header.notes, *self.table.notes)
 
 
 def read_run(folder: Path, pack: str | Path | None = None) -> SavedRun:

@@ -1,17 +1,22 @@
 import json
 import os
 import re
+import select
+import site
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import psutil
 import pytest
+from waiting import HANGS_AFTER_S, wait_until
 
-from vigil.agents.exec_agent import ExecAgent
+from vigil.agents import program
+from vigil.agents.exec_agent import ExecAgent, ProgramSettings
 from vigil.agents.picture import encode
-from vigil.agents.program import MAX_LINE_BYTES, environment, resolved
+from vigil.agents.program import MAX_LINE_BYTES, Program, environment, resolved
 from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import Feedback, Observation
 from vigil.profile import Profile
@@ -24,14 +29,21 @@ Maker = Callable[..., ExecAgent]
 
 
 @pytest.fixture
+def ends_are_awaited(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
+    """Waits for the exit code of a program that is to have one, however slow the machine is."""
+    if "exit code" in how:
+        monkeypatch.setattr(program, "CLOSING_SECONDS", HANGS_AFTER_S)
+
+
+@pytest.fixture
 def make(tmp_path: Path) -> Iterator[Maker]:
     """Makes an agent of a program's text; all are ended afterwards."""
     agents: list[ExecAgent] = []
 
-    def made(program: str, reply_seconds: float = 20.0, *, is_started: bool = True) -> ExecAgent:
+    def made(text: str, reply_seconds: float = HANGS_AFTER_S, *, is_started: bool = True) -> ExecAgent:
         script = tmp_path / f"agent{len(agents)}.py"
-        script.write_text(HEAD + program)
-        agent = ExecAgent(f"{sys.executable} {script}", Profile(), reply_seconds)
+        script.write_text(HEAD + text)
+        agent = ExecAgent(f"{sys.executable} {script}", Profile(), plain(reply_seconds=reply_seconds))
         agents.append(agent)
         if is_started:
             agent.start("Find the mug.")
@@ -46,9 +58,31 @@ def look(feedback: Feedback | None = None) -> Observation:
     return Observation(lambda: RGB, feedback)
 
 
-def tell_and_ask(agent: ExecAgent) -> None:
+def plain(**changes: Any) -> ProgramSettings:
+    """Returns how a program is run that need not wait for a beat."""
+    return ProgramSettings(**{"beat_seconds": 0.0, **changes})
+
+
+def running(agent: ExecAgent) -> Program:
+    assert agent._program is not None
+    return agent._program
+
+
+def wait_until_it_has_read(agent: ExecAgent) -> None:
+    """Waits until the program has read all that it was sent."""
+    wait_until(lambda: running(agent).unread() == 0, "the program reads")
+
+
+def wait_until_it_has_written(agent: ExecAgent) -> None:
+    """Waits until the program has written something that nobody has read."""
+    wait_until(lambda: select.select([running(agent)._process.stdout], [], [], 0)[0], "the program writes")
+
+
+def tell_and_ask(agent: ExecAgent, *, has_to_read: bool) -> None:
     """Begins an episode and shows a frame: a program that ends at once is found out by the one or the other."""
     agent.start("Find the mug.")
+    if has_to_read:
+        wait_until_it_has_read(agent)
     agent.act(look())
 
 
@@ -74,8 +108,8 @@ def test_the_program_gets_frame_and_feedback_and_nothing_else(make: Maker) -> No
 
 
 def test_the_start_carries_prompt_and_instruction(make: Maker) -> None:
-    program = ECHO.replace("json.dumps(message)}", "json.dumps(start)}")
-    start = json.loads(make(program).act(look()).text)
+    text = ECHO.replace("json.dumps(message)}", "json.dumps(start)}")
+    start = json.loads(make(text).act(look()).text)
     assert start == {
         "type": "start",
         "protocol": 1,
@@ -101,7 +135,7 @@ for line in sys.stdin:
 def test_a_program_that_ends_after_an_episode_is_started_again(make: Maker) -> None:
     agent = make('sys.stdin.readline(); sys.stdin.readline(); print("x", flush=True)')
     assert agent.act(look()).text == "x"
-    time.sleep(0.3)
+    wait_until(lambda: not running(agent).is_running, "the program ends")
     agent.start("Another.")
     assert agent.act(look()).text == "x"
 
@@ -132,7 +166,7 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
 
 
 @pytest.mark.parametrize(
-    ("program", "how"),
+    ("text", "how"),
     [
         ("sys.stdin.readline(); sys.exit(3)", r"ended without an answer \(exit code 3\)"),
         ("sys.exit(3)", r"ended without an answer \(exit code 3\)"),
@@ -145,12 +179,13 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
         ),
     ],
 )
+@pytest.mark.usefixtures("ends_are_awaited")
 def test_a_program_that_fails_before_it_saw_a_frame_is_an_infrastructure_failure(
-    make: Maker, program: str, how: str
+    make: Maker, text: str, how: str
 ) -> None:
-    agent = make(program, reply_seconds=1.5, is_started=False)
+    agent = make(text, reply_seconds=HANGS_AFTER_S if "exit code" in how else 1.5, is_started=False)
     with pytest.raises(ModelAPIError, match=how):
-        tell_and_ask(agent)
+        tell_and_ask(agent, has_to_read="readline" in text and "sleep" in text)
     try:
         agent.start("Another.")
     except ModelAPIError as error:  # started again, it may have failed again before it was told
@@ -168,8 +203,11 @@ def test_a_program_that_fails_before_it_saw_a_frame_is_an_infrastructure_failure
         ("print('half', end='', flush=True); sys.exit(0)", r"ended without an answer \(exit code 0\)"),
     ],
 )
+@pytest.mark.usefixtures("ends_are_awaited")
 def test_a_program_that_fails_after_it_saw_a_frame_has_failed_itself(make: Maker, deed: str, how: str) -> None:
-    agent = make(f"for line in sys.stdin:\n    if FRAME in line: {deed}", reply_seconds=1.5)
+    hangs = deed == "time.sleep(60)"
+    agent = make(f"for line in sys.stdin:\n    if FRAME in line: {deed}", reply_seconds=1.5 if hangs else HANGS_AFTER_S)
+    wait_until_it_has_read(agent)
     for _ in range(2):
         reply = agent.act(look())
         assert re.fullmatch(how, reply.agent_ended)
@@ -179,9 +217,6 @@ def test_a_program_that_fails_after_it_saw_a_frame_has_failed_itself(make: Maker
 
 
 def test_a_program_that_reads_a_part_of_a_frame_has_seen_it(make: Maker) -> None:
-    agent = make("sys.stdin.readline(); os.read(0, 3); sys.exit(3)")
-    time.sleep(0.3)
-    agent.close()
     agent = make("d = b''\nwhile b'\\n' not in d: d += os.read(0, 1)\nos.read(0, 200); sys.exit(3)")
     assert "exit code 3" in agent.act(look()).agent_ended
 
@@ -215,7 +250,7 @@ def test_a_program_that_cannot_be_started_again_has_failed_itself(tmp_path: Path
     script = tmp_path / "agent.sh"
     script.write_text("#!/bin/sh\nread start; read frame; rm $0; exit 5\n")
     script.chmod(0o755)
-    agent = ExecAgent(str(script), Profile())
+    agent = ExecAgent(str(script), Profile(), plain())
     agent.start("Find the mug.")
     assert agent.act(look()).agent_ended == "ended without an answer (exit code 5)"
     assert agent.act(look()).agent_ended == "cannot be started: No such file or directory"
@@ -233,7 +268,7 @@ def test_an_episode_taken_over_is_gone_on_with(make: Maker) -> None:
 def test_talking_out_of_turn_after_a_frame_is_a_failure_of_the_programs(make: Maker) -> None:
     agent = make("for line in sys.stdin:\n    if FRAME in line: print('{}', flush=True); print('more', flush=True)")
     assert agent.act(look()).text == "{}"
-    time.sleep(0.3)
+    wait_until_it_has_written(agent)
     reply = agent.act(look())
     assert (reply.text, parse_reply(reply, "pixel", "strict").reason) == ("more\n", "agent_ended")
     assert agent.act(look()).text == "{}"
@@ -247,7 +282,7 @@ def test_a_program_that_does_not_read_is_ended(make: Maker) -> None:
 
 def test_talking_out_of_turn_is_refused(make: Maker) -> None:
     agent = make("print('Loading the model ...', flush=True)\nfor line in sys.stdin: pass")
-    time.sleep(0.5)
+    wait_until_it_has_written(agent)
     with pytest.raises(ModelAPIError, match=r"Loading the model.*answers only"):
         agent.act(look())
 
@@ -260,15 +295,11 @@ open({str(tmp_path / "pid")!r}, "w").write(str(child.pid))
 print("started", flush=True)
 time.sleep(60)
 """)
-    time.sleep(0.5)
+    wait_until_it_has_written(agent)
+    child = psutil.Process(int((tmp_path / "pid").read_text()))
     with pytest.raises(ModelAPIError):
         agent.act(look())
-    pid = int((tmp_path / "pid").read_text())
-    for _ in range(50):
-        if not Path(f"/proc/{pid}").exists() or "Z" in Path(f"/proc/{pid}/stat").read_text().split()[2]:
-            return
-        time.sleep(0.05)
-    raise AssertionError("the child lives on")
+    wait_until(lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE, "the end of the child")
 
 
 @pytest.mark.parametrize(
@@ -339,7 +370,7 @@ def test_nothing_that_a_program_is_handed_leads_anywhere(
 def test_a_programs_folder_goes_with_it(tmp_path: Path) -> None:
     script = tmp_path / "agent.py"
     script.write_text(HEAD + FACTS)
-    agent = ExecAgent(f"{sys.executable} {script}", Profile())
+    agent = ExecAgent(f"{sys.executable} {script}", Profile(), plain())
     agent.start("Find the mug.")
     folder = Path(json.loads(agent.act(look()).text)["cwd"])
     assert folder.is_dir()
@@ -352,7 +383,8 @@ def test_what_a_program_says_is_passed_on_without_secrets(tmp_path: Path, capfd:
     script.write_text(
         HEAD + "print('using', sys.argv[1], file=sys.stderr)\nfor line in sys.stdin: print(1, flush=True)"
     )
-    agent = ExecAgent(f"{sys.executable} {script} word", Profile(), hide=lambda text: text.replace("word", "-"))
+    hide = plain(hide=lambda text: text.replace("word", "-"))
+    agent = ExecAgent(f"{sys.executable} {script} word", Profile(), hide)
     agent.start("Find the mug.")
     agent.close()
     assert capfd.readouterr().err == "using -\n"
@@ -364,7 +396,7 @@ def test_relative_paths_in_a_command_are_the_users_own(tmp_path: Path, monkeypat
     (tmp_path / "bin" / "agent.sh").write_text("#!/bin/sh\nread start; read frame; cat $1; cat\n")
     (tmp_path / "bin" / "agent.sh").chmod(0o755)
     (tmp_path / "words").write_text("found\n")
-    agent = ExecAgent("./bin/agent.sh words", Profile())
+    agent = ExecAgent("./bin/agent.sh words", Profile(), plain())
     agent.start("Find the mug.")
     assert agent.act(look()).text == "found"
     agent.close()
@@ -381,6 +413,11 @@ def test_only_words_that_name_what_exists_are_made_absolute(tmp_path: Path) -> N
 
 def test_the_environment_is_the_users_without_what_is_vigils(tmp_path: Path) -> None:
     given = {"VIGIL_X": "1", "INSPECT_Y": "2", "PWD": "/a", "HOME": "/h", "PATH": "bin:/usr/bin", "PYTHONPATH": "src:"}
+    given |= {"TMPDIR": "/t", "XDG_CACHE_HOME": "/h/.cache", "MPLCONFIGDIR": "/h/mpl"}
     here, folder = tmp_path / "here", tmp_path / "own"
-    kept = {"HOME": "/h", "PATH": f"{here}/bin:/usr/bin", "PYTHONPATH": f"{here}/src", "PWD": str(folder)}
+    kept = {"PATH": f"{here}/bin:/usr/bin", "PYTHONPATH": f"{here}/src", "MPLCONFIGDIR": "/h/mpl"}
+    kept |= {"PYTHONUSERBASE": site.getuserbase()} | dict.fromkeys(
+        ("PWD", "HOME", "TMPDIR", "TMP", "TEMP"), str(folder)
+    )
     assert environment(given, here, folder) == kept
+    assert environment({**given, "PYTHONUSERBASE": "/u"}, here, folder)["PYTHONUSERBASE"] == "/u"

@@ -11,12 +11,15 @@ from quick_runs import quick
 from tiny_pack import tiny_pack
 from troublesome import REPORT
 
+from vigil.analysis.measures.models import model_of
+from vigil.cli.scores import label_of
 from vigil.errors import RecordError
 from vigil.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
 from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.saved_run import read_run
 from vigil.summary import settle_run, summarise
 
 pytestmark = pytest.mark.usefixtures("real_workers")
@@ -50,7 +53,8 @@ def played(pack: Path, tmp_path: Path, body: str, **changes: Any) -> RunResult:
     agent = tmp_path / "agent.py"
     agent.write_text(HEAD + "".join(f"    {line}\n" for line in body.splitlines()))
     fields = {"agent": f"exec:{sys.executable} {agent} {tmp_path / 'notes'}", "episode_ids": ("tiny-AI-003",)}
-    return run_pack(quick(pack, tmp_path / "run", **{**fields, **changes}))
+    log_dir = changes.pop("log_dir", tmp_path / "run")
+    return run_pack(quick(pack, log_dir, **{**fields, **changes}))
 
 
 def test_a_program_that_looks_round_and_ends_goes_on_where_it_was(pack: Path, tmp_path: Path) -> None:
@@ -162,6 +166,63 @@ def test_a_program_that_has_changed_goes_on_only_when_told_to(pack: Path, tmp_pa
     files = (header.spec.agent_files["agent.py"], header.resumed[0].agent_files["agent.py"])
     assert files[0] == first.header.spec.agent_files["agent.py"] != files[1]
     assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 2
+
+
+MEMORY = """
+import json, os, pathlib, sys, tempfile
+REPORT = {report!r}
+places = [pathlib.Path(folder) / "memory" for folder in (".", os.environ["HOME"], "~", tempfile.gettempdir())]
+places = [place.expanduser() for place in places]
+begun = 0
+for line in sys.stdin:
+    if json.loads(line)["type"] == "start":
+        begun += 1
+        kept = [place.read_text() for place in places if place.exists()]
+        for place in places:
+            place.write_text("what is true of the twin")
+        told = {{"begun": begun, "kept": kept, "pid": os.getpid(), "folder": os.getcwd()}}
+        with open(sys.argv[1], "a") as notes:
+            notes.write(json.dumps(told) + "\\n")
+    else:
+        print(REPORT, flush=True)
+"""
+
+
+@pytest.mark.parametrize("keep_program", [False, True])
+def test_a_program_remembers_nothing_of_other_episodes_unless_it_is_kept(
+    pack: Path, tmp_path: Path, keep_program: bool
+) -> None:
+    (tmp_path / "agent.py").write_text(MEMORY.format(report=REPORT))
+    agent = f"exec:{sys.executable} {tmp_path / 'agent.py'} {tmp_path / 'notes'}"
+    wanted = quick(pack, tmp_path / "run", agent=agent, limit=3, epochs=2, workers=2, keep_program=keep_program)
+    result = run_pack(wanted)
+    told = [json.loads(line) for line in (tmp_path / "notes").read_text().splitlines()]
+    assert len(told) == len(result.records) == 6
+    assert not any(Path(each["folder"]).exists() for each in told)
+    processes = len({(each["pid"], each["folder"]) for each in told})
+    if keep_program:
+        assert processes <= 2
+        assert sum(len(each["kept"]) == 4 for each in told) == sum(each["begun"] > 1 for each in told) == 6 - processes
+    else:
+        assert processes == 6
+        assert [(each["begun"], each["kept"]) for each in told] == [(1, [])] * 6
+    assert read_header(tmp_path / "run").spec.keep_program is keep_program
+
+
+def test_tables_say_which_programs_could_remember_or_take_the_time(pack: Path, tmp_path: Path) -> None:
+    shown = {}
+    for name, changes in (("fresh", {"beat_seconds": 0.01}), ("kept", {"keep_program": True})):
+        played(pack, tmp_path, "say(REPORT)", log_dir=tmp_path / name, **changes)
+        run = read_run(tmp_path / name)
+        shown[name] = (label_of(run.header), model_of(run.header.spec).name, " ".join(run.notes))
+    label, model, notes = shown["fresh"]
+    assert "kept" not in label + model
+    assert not notes
+    label, model, notes = shown["kept"]
+    assert label.endswith(" (program kept)")
+    assert model.endswith(" (program kept)")
+    assert "could remember the other side of a pair" in notes
+    assert "time could tell whether an act was carried out" in notes
 
 
 def test_the_first_error_is_said_at_once_with_the_programs_last_words(pack: Path, tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ from vigil.runner.settings import RunSettings
 
 
 def quick(pack: Path, log_dir: Path | None, **changes: Any) -> RunSettings:
-    """Returns the settings of a run on the fake backend, with one worker and no waits between retries."""
-    fields: dict[str, Any] = {"backend": "fake", "workers": 1, "first_wait_s": 0.0}
+    """Returns the settings of a run on the fake backend, with one worker, no waits between retries and no beat."""
+    fields: dict[str, Any] = {"backend": "fake", "workers": 1, "first_wait_s": 0.0, "beat_seconds": 0.0}
     return RunSettings(pack=pack, log_dir=log_dir, **{**fields, **changes})
 
 

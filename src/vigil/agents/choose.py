@@ -1,8 +1,7 @@
 """Agents by name, as `--agent` takes them: a scripted agent, or `exec:COMMAND`."""
 
-from vigil.agents.agent import REPLY_SECONDS, Agent
-from vigil.agents.exec_agent import PREFIX, ExecAgent
-from vigil.agents.program import Hide
+from vigil.agents.agent import Agent
+from vigil.agents.exec_agent import PREFIX, ExecAgent, ProgramSettings
 from vigil.agents.scripted import SCRIPTS, scripted_agent
 from vigil.errors import SettingError
 from vigil.profile import Profile
@@ -18,20 +17,13 @@ def is_known(name: str) -> bool:
     return is_exec(name) or name in SCRIPTS
 
 
-def make_agent(
-    name: str,
-    profile: Profile,
-    seed: int = 0,
-    reply_seconds: float = REPLY_SECONDS,
-    hide: Hide = lambda text: text,
-) -> Agent:
+def make_agent(name: str, profile: Profile, seed: int = 0, program: ProgramSettings | None = None) -> Agent:
     """Returns the agent of that name. Raises SettingError on an unknown one.
 
-    `seed` is for the scripted ones; a program may take `reply_seconds` for a reply, and `hide` takes the secrets out of
-    what it writes to standard error.
+    `seed` is for the scripted ones, `program` for programs.
     """
     if is_exec(name):
-        return ExecAgent(name.removeprefix(PREFIX), profile, reply_seconds, hide)
+        return ExecAgent(name.removeprefix(PREFIX), profile, program or ProgramSettings())
     if name in SCRIPTS:
         return scripted_agent(name, seed)
     known = ", ".join(SCRIPTS)

@@ -1,10 +1,10 @@
 """`exec:COMMAND`: a program of one's own as an agent, in any language, speaking JSON lines.
 
-The program is started once for each simulator worker and plays one episode after another. It reads from its standard
-input one JSON object a line:
+The program is started for an episode, in a folder of its own that is new and empty, unless the run keeps it for all
+episodes of a simulator worker. It reads from its standard input one JSON object a line:
 
     {"type": "start", "protocol": 1, "prompt": "...", "instruction": "..."}
-        A new episode begins; forget the one before. `prompt` is the full system prompt that a model would get,
+        An episode begins; a program that is kept forgets the one before. `prompt` is what a model would get,
         `instruction` the task alone. Nothing is to be answered.
     {"type": "observation", "frame": {"media_type": "image/png", "width": 640, "height": 480, "data": "<base64>"}}
         The current frame; in the action-feedback profile also "feedback": {"too_far": bool, "path_blocked": bool}
@@ -13,7 +13,8 @@ input one JSON object a line:
 An answer is one line: the reply itself, e.g. {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 15}},
 or, for a reply that may hold line breaks or prose, {"text": "<the raw reply>"}. Flush after each line. Standard output
 is for answers only: write logs to standard error. A line that is no valid reply counts against the agent, as a model's
-would.
+would. The next frame comes a whole number of beats after the reply, so that the time between does not tell whether an
+act was carried out.
 
 A program that ends, hangs, or writes a line that nobody asked for, after it began to read a frame of the episode, has
 failed itself: the step is a protocol failure (`agent_ended`), and the program is started again with the next frame. One
@@ -27,11 +28,13 @@ import json
 import os
 import shlex
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from vigil.actions import Reply, ReplyCut
-from vigil.agents.agent import REPLY_SECONDS
+from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS
+from vigil.agents.beat import Beat
 from vigil.agents.picture import encode
 from vigil.agents.program import Hide, Program, ProgramFault, WorkingFolder, files_of, resolved
 from vigil.errors import ModelAPIError, SettingError
@@ -46,21 +49,38 @@ MAX_HASHED_BYTES = 64 * 1024 * 1024
 PROTOCOL = 1
 
 
+@dataclass(frozen=True, slots=True)
+class ProgramSettings:
+    """How a program is run."""
+
+    reply_seconds: float = REPLY_SECONDS
+    """How long one reply may take."""
+    beat_seconds: float = BEAT_SECONDS
+    """0 hands frames over as soon as they are ready."""
+    hide: Hide = lambda text: text
+    """Takes the secrets out of what the program writes to standard error, and of messages."""
+
+
 class ExecAgent:
     """A running program that answers observations."""
 
     def __init__(
-        self, command: str, profile: Profile, reply_seconds: float = REPLY_SECONDS, hide: Hide = lambda text: text
+        self,
+        command: str,
+        profile: Profile,
+        settings: ProgramSettings = ProgramSettings(),
+        beat: Beat | None = None,
     ) -> None:
         """`command` is split as a shell would, but no shell is used. Raises SettingError when it is not one.
 
-        `hide` takes the secrets out of what the program writes to standard error, and of messages.
+        `beat` is None for one by the machine's clock.
         """
         self.name = f"{PREFIX}{command}"
         self._arguments = _split(command)
         self._profile = profile
-        self._reply_seconds = reply_seconds
-        self._hide = hide
+        self._reply_seconds = settings.reply_seconds
+        self._hide = settings.hide
+        self._beat = beat or Beat(settings.beat_seconds)
         self._workplace = WorkingFolder()
         self._program: Program | None = None
         self._opening = b""
@@ -76,28 +96,33 @@ class ExecAgent:
             self._open(time.monotonic() + self._reply_seconds)
         except ProgramFault as fault:
             raise self._failed(fault) from None
+        self._beat.begin()
 
     def resume(self, instruction: str) -> None:
         """Takes over an episode of which a program was shown a frame before, in a process that is gone."""
         self._end()
         self._begin(instruction, was_shown=True)
+        self._beat.begin()
 
     def act(self, observation: Observation) -> Reply:
         """Returns the program's answer, or how it failed once it was shown a frame. Raises ModelAPIError before."""
-        started = time.monotonic()
         picture = encode(observation.rgb, self._profile.image_format)
         frame = {"media_type": picture.media_type, "width": FRAME_WIDTH, "height": FRAME_HEIGHT, "data": picture.base64}
         message: dict[str, Any] = {"type": "observation", "frame": frame}
         if observation.feedback is not None:
             message["feedback"] = observation.feedback.model_dump()
+        line = _line(message)
+        self._beat.wait()
+        started = time.monotonic()
         try:
-            line, cut = self._answer(_line(message), started + self._reply_seconds)
+            line, cut = self._answer(line, started + self._reply_seconds)
             text, how = _whole_characters(line) if cut else _raw_reply(line), ""
         except ProgramFault as fault:
             self._program = None
             if not self._was_shown:
                 raise self._failed(fault) from None
             text, cut, how = fault.written, None, str(fault)
+        self._beat.begin()
         seconds = time.monotonic() - started
         reply = Reply.model_validate({"text": text, "cut": cut, "seconds": seconds, "agent_ended": how})
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})

@@ -1,7 +1,8 @@
 """A program that runs beside VIGIL and speaks lines: how it is started, written to, read from and ended.
 
-It gets a folder of its own, outside of the run's, as its working directory; three pipes and no other open file; and the
-user's environment without VIGIL's own variables. So nothing that it was handed leads to hidden state.
+It gets a folder of its own, outside of the run's, as its working directory, its home and its place for temporary files;
+three pipes and no other open file; and the user's environment without VIGIL's own variables. So nothing that it was
+handed leads to hidden state, or to what it wrote in another folder.
 """
 
 import array
@@ -12,6 +13,7 @@ import os
 import select
 import shutil
 import signal
+import site
 import subprocess
 import sys
 import tempfile
@@ -36,7 +38,10 @@ _CHUNK = 1 << 16
 _DRAIN_SECONDS = 0.002
 _OWN_VARIABLES = ("VIGIL_", "INSPECT_")
 """What the names of variables begin with that are VIGIL's, or of the library that it runs models with."""
-_PLACES = ("PWD", "OLDPWD")
+_FOLDERS = ("PWD", "HOME", "TMPDIR", "TMP", "TEMP")
+"""Variables that name where a program is, or may write."""
+_PLACES = ("OLDPWD", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME", "XDG_RUNTIME_DIR")
+"""And those that name others of the user's; without them a program takes places in its home."""
 _SEARCH_PATHS = ("PATH", "PYTHONPATH")
 
 Hide = Callable[[str], str]
@@ -248,14 +253,17 @@ def files_of(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Returns the environment of a program in `folder`: the user's own, without what is VIGIL's."""
+    """Returns the environment of a program in `folder`: the user's own, without what is VIGIL's and places to write to.
+
+    Packages of Python that the user has installed at home are still found.
+    """
     kept = {
         name: value for name, value in variables.items() if not name.startswith(_OWN_VARIABLES) and name not in _PLACES
     }
     for name in _SEARCH_PATHS:
         if name in kept:
             kept[name] = os.pathsep.join(str(here / part) for part in kept[name].split(os.pathsep) if part)
-    return {**kept, "PWD": str(folder)}
+    return {"PYTHONUSERBASE": site.getuserbase(), **kept, **dict.fromkeys(_FOLDERS, str(folder))}
 
 
 def _program(word: str, here: Path) -> str:

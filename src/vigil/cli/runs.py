@@ -153,7 +153,7 @@ def _print_estimate(settings: RunSettings) -> None:
 
 
 def _print_result(result: RunResult) -> None:
-    say(result.notes)
+    say((*result.header.spec.program_notes, *result.notes))
     settlement = settle_run(result.episodes, result.records, result.header.spec.epochs)
     print_families(label_of(result.header), settlement)
     if result.torn is not None:

@@ -88,9 +88,9 @@ def _told_apart(runs: list[_Settled]) -> list[_Settled]:
 
 
 def label_of(header: RunHeader) -> str:
-    """Returns the name under which a run stands in tables: hidden sight and a prompt of one's own are said."""
+    """Returns the name under which a run stands in tables: hidden sight, memory and a prompt of one's own are said."""
     own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_own_prompt else ""
-    return header.spec.agent + own_prompt + (" (privileged)" if header.is_privileged else "")
+    return header.spec.agent + own_prompt + header.spec.mark
 
 
 def print_families(name: str, settlement: Settlement) -> None:

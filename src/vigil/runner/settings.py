@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from vigil.actions import ReplyPolicy
-from vigil.agents.agent import REPLY_SECONDS
+from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.exec_agent import file_hashes
 from vigil.episode import Episode
@@ -137,6 +137,18 @@ class RunSettings:
     asset_database: AssetFile = None
     reply_seconds: Annotated[int, Setting("How long one reply may take.", least=1, metavar="SECONDS")] = REPLY_SECONDS
     """Of a model or a program."""
+    beat_seconds: Annotated[
+        float,
+        Setting(
+            "A program's next frame comes a whole number of these after its reply; 0: as soon as it is ready.",
+            least=0,
+            most=60,
+            metavar="SECONDS",
+        ),
+    ] = BEAT_SECONDS
+    keep_program: Annotated[
+        bool, Setting("One process and folder of a program for all episodes of a worker, not one for each.")
+    ] = False
     seed: Annotated[int, Setting("For scheduling and scripted agents.")] = 0
     preflight: Annotated[bool, Setting("Do not first check that the model sees pictures and answers in form.")] = True
     anyway: Annotated[
@@ -184,13 +196,13 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         profile_of(settings),
         agent=settings.player,
         agent_kind=_kind(settings),
-        agent_files=file_hashes(settings.agent, Path.cwd()) if settings.agent and is_exec(settings.agent) else {},
         base_url=_address(settings),
         sampling=without_secrets(sampling_of(settings)),
         thinking=settings.thinking,
         model_args=without_secrets(settings.model_args),
         episode_ids=tuple(episode.id for episode in episodes),
         shard=settings.shard,
+        **_program_of(settings),
         epochs=settings.epochs,
         seed=settings.seed,
         simulator=settings.backend,
@@ -273,6 +285,8 @@ def worker_plan(
         agent=settings.agent or "",
         agent_factory=settings.agent_factory,
         reply_seconds=settings.reply_seconds,
+        beat_seconds=settings.beat_seconds,
+        keep_program=settings.keep_program,
         seed=settings.seed,
     )
 
@@ -317,6 +331,17 @@ def secrets_of(settings: RunSettings) -> Secrets:
         settings=({"model_args": settings.model_args, "extra_body": settings.extra_body},),
         key="" if found is None else found.api_key or "",
     )
+
+
+def _program_of(settings: RunSettings) -> dict[str, Any]:
+    """Returns what a run is by the program that plays it, as fields of its identity; none without a program."""
+    if settings.agent is None or _kind(settings) != "exec":
+        return {}
+    return {
+        "agent_files": file_hashes(settings.agent, Path.cwd()),
+        "keep_program": settings.keep_program,
+        "beat_seconds": settings.beat_seconds,
+    }
 
 
 def _kind(settings: RunSettings) -> AgentKind:

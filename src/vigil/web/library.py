@@ -123,8 +123,8 @@ class ShownRun:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know before any number of this run."""
-        versions = self.header.version_notes if self.header else ()
-        return versions if self.table is None else (*versions, *self.table.notes)
+        notes = self.header.notes if self.header else ()
+        return notes if self.table is None else (*notes, *self.table.notes)
 
     def saved_frame(self, sha256: str | None) -> Path | None:
         """Returns the file of a kept frame; None when it was not kept or lies outside of the run's folder."""

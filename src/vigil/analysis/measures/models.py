@@ -61,13 +61,13 @@ def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
     That reasoning came with its answers decides what its serving mode was, whatever name and settings say of it.
     """
     if spec.agent_kind == "privileged":
-        return ModelInfo(f"{spec.agent} (privileged)", GROUPS[4], None, None, is_privileged=True)
+        return ModelInfo(spec.agent + spec.mark, GROUPS[4], None, None, is_privileged=True)
     if spec.agent_kind in ("scripted", "human"):
         return ModelInfo(spec.agent, GROUPS[3], None, None)
     provider, _, short = spec.agent.rpartition("/")
     thinking = has_reasoning or stated_thinking(spec)
     name = f"{short} (T)" if thinking and not _THINKING.search(short.casefold()) else short
-    return ModelInfo(name, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
+    return ModelInfo(name + spec.mark, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
 
 
 def group_of(name: str, provider: str = "") -> ModelGroup:

@@ -170,7 +170,7 @@ def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> R
         rows=table,
         errors=pd.DataFrame(facts["errors"], columns=_ERROR_COLUMNS),
         planned=facts["planned"],
-        remarks=(*_unended(header.version_notes), *facts["remarks"]),
+        remarks=(*_unended(header.notes), *facts["remarks"]),
         name=model.name,
         is_private=facts["is_private"],
     )

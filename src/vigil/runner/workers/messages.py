@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vigil.actions import PhysicalAction, Reply
-from vigil.agents.agent import REPLY_SECONDS, Agent
+from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS, Agent
 from vigil.agents.picture import Picture
 from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
@@ -49,6 +49,10 @@ class WorkerPlan:
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
     """How long the agent may take for a reply when it is a program."""
+    beat_seconds: float = BEAT_SECONDS
+    """And when it is handed the next frame."""
+    keep_program: bool = False
+    """Whether it goes on from one episode to the next, instead of being started for each."""
     seed: int = 0
 
 

@@ -14,12 +14,15 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from vigil.actions import Reply
 from vigil.agents.agent import Agent, Closeable
 from vigil.agents.choose import is_exec, make_agent
+from vigil.agents.exec_agent import ProgramSettings
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
@@ -99,7 +102,7 @@ class RequestHandler:
     def __init__(self, plan: WorkerPlan, line: "WorkerChannel") -> None:
         self._plan = plan
         self._line = line
-        self._hide = Secrets.of_command(plan.agent).hide
+        self._program = ProgramSettings(plan.reply_seconds, plan.beat_seconds, Secrets.of_command(plan.agent).hide)
         self._pack = None if plan.pack is None else Pack.load(plan.pack)
         self._house: House | None = None
         """What the assignment at hand has brought."""
@@ -135,11 +138,15 @@ class RequestHandler:
 
     def close(self) -> None:
         """Ends the agents' programs and frees the simulators."""
-        for agent in self._agents.values():
-            if isinstance(agent, Closeable):
-                agent.close()
+        self._close_agents()
         for slot in [*self._live.values(), *self._spare]:
             slot.simulator.close()
+
+    def _close_agents(self) -> None:
+        agents, self._agents = self._agents, {}
+        for agent in agents.values():
+            if isinstance(agent, Closeable):
+                agent.close()
 
     def _facts(self) -> SimulatorFacts:
         slot = self._take_slot()
@@ -149,8 +156,8 @@ class RequestHandler:
     def _play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
         slot = self._slot_for(assignment)
         try:
-            agent = self._agent_for(assignment, slot.simulator)
-            play(assignment.episode, slot.env, agent, EpisodeObserver(self._line.shows, self._answered), earlier)
+            with self._agent_for(assignment, slot.simulator) as agent:
+                play(assignment.episode, slot.env, agent, EpisodeObserver(self._line.shows, self._answered), earlier)
             return self._record(slot)
         finally:
             self._release(slot)
@@ -160,16 +167,23 @@ class RequestHandler:
         if self._frames is not None:
             self._frames.keep(observation.rgb)
 
-    def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Agent:
+    @contextmanager
+    def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Iterator[Agent]:
+        """Yields the agent that plays an episode; a program ends with it, unless the run keeps programs."""
         plan = self._plan
         if plan.agent_factory is not None:
             if not isinstance(simulator, PrivilegedSimulator):
                 raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
-            return plan.agent_factory(plan.agent, assignment.episode, simulator)
+            yield plan.agent_factory(plan.agent, assignment.episode, simulator)
+            return
         seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, assignment.epoch)
         if seed not in self._agents:
-            self._agents[seed] = make_agent(plan.agent, plan.profile, seed, plan.reply_seconds, self._hide)
-        return self._agents[seed]
+            self._agents[seed] = make_agent(plan.agent, plan.profile, seed, self._program)
+        try:
+            yield self._agents[seed]
+        finally:
+            if is_exec(plan.agent) and not plan.keep_program:
+                self._close_agents()
 
     def _begin(self, session: int, assignment: Assignment) -> EncodedObservation | EpisodeRecord:
         slot = self._slot_for(assignment)
