@@ -1,6 +1,7 @@
 """Packs: frozen to the same bytes, verified by hash, refused with a message that names the place."""
 
 import json
+from collections import Counter
 from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
@@ -267,3 +268,31 @@ def test_a_pack_whose_making_was_killed_is_made_again(tmp_path: Path, monkeypatc
     assert not (tmp_path / "tiny").exists()
     assert len(tiny_pack(tmp_path / "tiny").episodes) == 4
     assert [path.name for path in tmp_path.iterdir()] == ["tiny"]
+
+
+SUITE = "vigil_closure_400"
+
+
+def test_a_limit_draws_evenly_from_the_kinds_of_a_suite_and_keeps_twins_together():
+    pack = Pack.load(SUITE)
+    kinds = {place.kind for place in pack.places.values()}
+    before: set[str] = set()
+    for limit in (1, 2, 3, 7, 13, 14, 40, 41, 100, 399):
+        found = {episode.id for episode in pack.select(Selection(limit=limit))}
+        assert before <= found
+        assert limit - 1 <= len(found) <= limit
+        halves = Counter(pack.pairs[name] for name in found if name in pack.pairs)
+        assert set(halves.values()) <= {2}
+        counts = Counter(pack.places[name].kind for name in found)
+        if 2 * len(kinds) <= limit <= 100:
+            assert counts.keys() == kinds
+            assert max(counts.values()) - min(counts.values()) <= 2
+        before = found
+
+
+def test_a_limit_below_two_of_twins_alone_leaves_nothing():
+    pack = Pack.load(SUITE)
+    twins = tuple(sorted(pack.pairs)[:2])
+    names = tuple(name for name, pair in pack.pairs.items() if pair in {pack.pairs[twin] for twin in twins})
+    with pytest.raises(SettingError, match=r"A limit of 1 leaves nothing to play: the episodes are twins. Give 2 or"):
+        pack.select(Selection(ids=names, limit=1))

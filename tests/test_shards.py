@@ -60,6 +60,18 @@ def test_shards_follow_one_another_from_house_to_house() -> None:
     assert [episode for part in parts for episode in part] == order_of_play(drawn)
 
 
+def test_of_twins_the_second_comes_when_all_else_is_played() -> None:
+    drawn = [tiny_episode(number, "DA", HOUSES[number // 2 % 5]) for number in range(20)]
+    pairs = {episode.id: f"pair {number // 2}" for number, episode in enumerate(drawn[:16])}
+    order = order_of_play(drawn, pairs)
+    assert sorted(order, key=lambda episode: episode.id) == drawn
+    at = {episode.id: place for place, episode in enumerate(order)}
+    apart = [(at[drawn[number].id], at[drawn[number + 1].id]) for number in range(0, 16, 2)]
+    assert min(abs(one - other) for one, other in apart) >= 8
+    assert len({one < other for one, other in apart}) == 2, "the order tells the side"
+    assert order_of_play(drawn[::-1], pairs) == order
+
+
 def test_a_shard_without_an_episode_is_refused_whichever_it_is() -> None:
     for index in (1, 4):
         with pytest.raises(SettingError, match=rf"Shard {index}/4 of 3 episodes: .* Give 3 shards or fewer"):

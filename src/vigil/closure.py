@@ -1,7 +1,7 @@
 """Closure stress: the suite in which reaching is easy and knowing is hard; its answers, and C, correct closure.
 
 A pack of the suite holds `closure.jsonl`: what is true of each episode's end, and which episode is its twin. Nothing
-that plays an episode reads it. C is a pure function of an answer and a record, beside W and B, never among them.
+that an agent is shown depends on it. C is a pure function of an answer and a record, beside W and B, never among them.
 Source: `protocol.md` section 8, decision 30.
 """
 
@@ -19,7 +19,7 @@ from vigil.errors import EpisodeError, PackMismatch
 from vigil.goal_check import check
 from vigil.goals import OBSERVABLE_M, OBSERVABLE_PX, AllOf, Goal, ObjectHeld, ObjectInState, is_observable
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pack import frozen_table, manifest_of
+from vigil.pack import ANSWERS, frozen_table, manifest_of
 from vigil.pose import Pose, Vec3, distance
 from vigil.record import EpisodeRecord
 from vigil.scoring import NEGATIVE, Outcome, settle
@@ -27,7 +27,6 @@ from vigil.world import RefusalCode, WorldState
 
 SUITE: Literal["closure"] = "closure"
 """What `meta.suite` says in the manifest of such a pack."""
-ANSWERS = "closure.jsonl"
 Kind = Literal["all_of", "impossible", "already", "if_so", "silent_refusal", "look_alike", "out_of_sight"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 Side = Literal["possible", "impossible", "open", "already", "so", "otherwise"]

@@ -10,11 +10,12 @@ The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code
 
 import hashlib
 import re
-from collections.abc import Iterable, Sequence
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
-from itertools import pairwise, zip_longest
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,6 +32,8 @@ PACK_SCHEMA = 1
 PACKAGED = Path(str(files("vigil") / "packs"))
 """Where the packs lie that come with the package."""
 MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
+ANSWERS = "closure.jsonl"
+"""Of a pack of the closure-stress suite: see `vigil.closure`."""
 MAX_MANIFEST_BYTES = 16 * 1024 * 1024
 MAX_LINES_BYTES = 512 * 1024 * 1024
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
@@ -80,7 +83,18 @@ class Selection:
     families: tuple[Family, ...] = ()
     ids: tuple[str, ...] = ()
     limit: int | None = None
-    """Only so many of the selected, evenly drawn from the families: see `evenly`."""
+    """Only so many of the selected, evenly drawn: see `evenly`. Twins are taken together or not at all."""
+
+
+class SuitePlace(BaseModel):
+    """Where an episode stands in its suite: all that drawing and ordering need of its answer."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    episode_id: str
+    kind: str
+    pair: str | None = None
+    """The same for both twins; None for an episode on its own."""
 
 
 class Pack:
@@ -120,6 +134,18 @@ class Pack:
         """The recorded solutions by episode id."""
         return {solution.episode_id: solution for solution in _lines(self.folder, SOLUTIONS, Solution)}
 
+    @cached_property
+    def places(self) -> dict[str, SuitePlace]:
+        """Where each episode stands in the pack's suite, by id; nothing for a pack of the families alone."""
+        if ANSWERS not in self.manifest.files:
+            return {}
+        return {place.episode_id: place for place in _lines(self.folder, ANSWERS, SuitePlace)}
+
+    @property
+    def pairs(self) -> dict[str, str]:
+        """The pair of each episode that has a twin, by id."""
+        return {name: place.pair for name, place in self.places.items() if place.pair is not None}
+
     def house_of(self, episode: Episode) -> House:
         """Returns an episode's house; several threads may ask at once. Raises HouseError."""
         name = episode.house.name
@@ -154,8 +180,19 @@ class Pack:
         if not chosen:
             raise SettingError(f"Pack {self.name!r} has no episode that fits the selection. See `vigil pack info`.")
         if selection.limit is not None:
-            chosen = sorted(evenly(chosen)[: selection.limit], key=lambda episode: episode.id)
+            chosen = self._first(chosen, selection.limit)
         return chosen
+
+    def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
+        """Returns so many episodes, evenly drawn; one fewer where only one of two twins would fit."""
+        found: list[Episode] = []
+        for unit in _units(episodes, self.places):
+            if len(found) + len(unit) > limit:
+                break
+            found += unit
+        if not found:
+            raise SettingError(f"A limit of {limit} leaves nothing to play: the episodes are twins. Give 2 or more.")
+        return sorted(found, key=lambda episode: episode.id)
 
     def _check(self) -> None:
         check_ids(self.episodes, self.folder)
@@ -272,16 +309,36 @@ def count_rooms(folder: Path, house: str) -> int | None:
         raise PackMismatch(f"{str(file)!r} is no house ({error!r}). Restore it from a copy of the pack.") from None
 
 
-def evenly(episodes: Iterable[Episode]) -> list[Episode]:
-    """Returns episodes so that any first part of them holds every family as often as can be.
+def evenly(episodes: Iterable[Episode], places: Mapping[str, SuitePlace] | None = None) -> list[Episode]:
+    """Returns episodes so that any first part of them holds every family as often as can be; of a suite, every kind.
 
-    Families come in turn, in the order of the table; within each the order is that of the SHA-256 of the ids, as good
-    as a random one, and the same wherever the pack is. A longer first part holds all of a shorter one.
+    They come in turn, families in the order of the table; within each the order is that of the SHA-256 of the ids, as
+    good as a random one, and the same wherever the pack is. A longer first part holds all of a shorter one. Twins
+    follow one another.
     """
-    shuffled = sorted(episodes, key=lambda episode: hashlib.sha256(episode.id.encode()).digest())
-    by_family = [[episode for episode in shuffled if episode.family == family] for family in FAMILIES]
-    rounds = zip_longest(*by_family)
-    return [episode for each in rounds for episode in each if episode is not None]
+    return [episode for unit in _units(episodes, places or {}) for episode in unit]
+
+
+def _units(episodes: Iterable[Episode], places: Mapping[str, SuitePlace]) -> Iterator[list[Episode]]:
+    """Yields episodes, twins together, each time of the family or kind that has given the fewest so far."""
+    units: dict[str, list[Episode]] = {}
+    waiting: dict[str, deque[list[Episode]]] = {}
+    for episode in sorted(episodes, key=lambda episode: hashlib.sha256(episode.id.encode()).digest()):
+        place = places.get(episode.id)
+        part, name = (episode.family, episode.id) if place is None else (place.kind, place.pair or episode.id)
+        unit = units.setdefault(name, [])
+        if not unit:
+            waiting.setdefault(part, deque()).append(unit)
+        unit.append(episode)
+    given, table = dict.fromkeys(waiting, 0), list(FAMILIES)
+    order = {part: (table.index(part) if part in table else len(table), part) for part in waiting}
+    while waiting:
+        part = min(waiting, key=lambda part: (given[part], len(waiting[part][0]), order[part]))
+        unit = waiting[part].popleft()
+        given[part] += len(unit)
+        if not waiting[part]:
+            del waiting[part]
+        yield unit
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:

@@ -6,8 +6,9 @@ differs by at most one from part to part, and so does the number of all its epis
 one another in the order of play, so that a part has few houses.
 """
 
+import hashlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
@@ -25,9 +26,18 @@ def read_shard(text: str) -> Shard:
     return Shard(index=index, of=count)
 
 
-def order_of_play(episodes: Iterable[Episode]) -> list[Episode]:
-    """Returns episodes house by house, so that a house is loaded once."""
-    return sorted(episodes, key=lambda episode: (episode.house.name, episode.id))
+def order_of_play(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = None) -> list[Episode]:
+    """Returns episodes house by house, so that a house is loaded once; of twins the second when all else is played.
+
+    `pairs` names the pair of each twin. Which of them comes first is as good as random: it does not tell the side.
+    """
+    rounds: tuple[list[Episode], list[Episode]] = [], []
+    begun: set[str] = set()
+    for episode in sorted(episodes, key=lambda episode: hashlib.sha256(episode.id.encode()).digest()):
+        pair = (pairs or {}).get(episode.id, episode.id)
+        rounds[pair in begun].append(episode)
+        begun.add(pair)
+    return [each for part in rounds for each in sorted(part, key=lambda each: (each.house.name, each.id))]
 
 
 def part_of(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:

@@ -25,6 +25,7 @@ from vigil.runner.models.observed import Observed
 from vigil.runner.models.redaction import Secrets, hiding
 from vigil.runner.models.serving import only_its_key
 from vigil.runner.models.thinking import how_set
+from vigil.runner.play_queue import PlayQueue
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import (
@@ -40,6 +41,7 @@ from vigil.runner.settings import (
 from vigil.runner.workers.live import boundary_of, lost_record, play_live
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
+from vigil.runner.workers.process import Worker
 from vigil.shards import order_of_play, part_of
 
 ATTEMPTS = 3
@@ -91,11 +93,11 @@ class _Run:
     secrets: Secrets
 
     def pending(self) -> list[Assignment]:
-        """Returns what is still to be played, epoch by epoch, house by house, so that a house is loaded once."""
+        """Returns what is still to be played, epoch by epoch, house by house, twins far from one another."""
         return [
             Assignment(episode, epoch)
             for epoch in range(1, self.spec.epochs + 1)
-            for episode in order_of_play(self.episodes)
+            for episode in order_of_play(self.episodes, self.pack.pairs)
             if not self.folder.is_done(episode.id, epoch)
         ]
 
@@ -191,19 +193,20 @@ def _pool(run: _Run, plan: WorkerPlan, most: int) -> Iterator[SimulatorPool]:
 
 async def _play_inside(run: _Run, pool: SimulatorPool, assignments: list[Assignment]) -> None:
     """Plays with the agent inside the workers, as many episodes at once as there are workers."""
-    waiting = iter(assignments)
+    waiting = PlayQueue(assignments, run.pack.pairs)
 
-    async def work() -> None:
-        for assignment in waiting:
-            run.keep(assignment, await _attempts(assignment, run, lambda attempt: _inside(pool, attempt, run)))
+    async def work(worker: Worker) -> None:
+        last = None
+        while (last := waiting.take(last)) is not None:
+            run.keep(last, await _attempts(last, run, lambda attempt: _inside(pool, worker, attempt, run)))
 
-    await asyncio.gather(*(work() for _ in pool.workers))
+    await asyncio.gather(*map(work, pool.workers))
 
 
-async def _inside(pool: SimulatorPool, assignment: Assignment, run: _Run) -> EpisodeRecord:
-    started = datetime.now(UTC)
+async def _inside(pool: SimulatorPool, worker: Worker, assignment: Assignment, run: _Run) -> EpisodeRecord:
+    started, goes_on = datetime.now(UTC), run.spec.agent_kind == "exec"
     try:
-        return await pool.play(assignment, _shows(assignment, run), goes_on=run.spec.agent_kind == "exec")
+        return await pool.play(assignment, _shows(assignment, run), goes_on=goes_on, worker=worker)
     except SimulatorError as error:
         return lost_record(assignment, run.folder.header.run_id, boundary_of(error), str(error), started)
 

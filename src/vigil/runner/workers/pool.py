@@ -117,8 +117,10 @@ class SimulatorPool:
         facts = [future.result()[1] for future in started or futures]
         return facts[0]
 
-    async def play(self, assignment: Assignment, shows: Callable[[], None], *, goes_on: bool) -> EpisodeRecord:
-        """Returns the record of an episode played by the agent inside a worker. Raises WorkerLost.
+    async def play(
+        self, assignment: Assignment, shows: Callable[[], None], *, goes_on: bool, worker: Worker | None = None
+    ) -> EpisodeRecord:
+        """Returns the record of an episode played by the agent inside `worker`, if it is free. Raises WorkerLost.
 
         `shows` is called before the agent is shown the first frame. With `goes_on`, an agent whose worker is lost after
         that plays on in another one from where it was; without, the loss is raised at once.
@@ -126,7 +128,7 @@ class SimulatorPool:
         earlier: tuple[Reply, ...] | None = None
         for left in range(MAX_RESTORES, -1, -1):
             try:
-                return await self._once(Play(assignment, earlier), shows)
+                return await self._once(Play(assignment, earlier), shows, worker)
             except WorkerLost as lost:
                 if not goes_on or not left or (earlier is None and lost.replies is None):
                     raise
@@ -143,19 +145,28 @@ class SimulatorPool:
         """Returns an episode to be played from outside, not begun yet."""
         return LiveEpisode(self, assignment, next(self._sessions))
 
-    async def _once(self, request: Request, shows: Callable[[], None] | None = None) -> Any:
-        return await AsyncRetrying(**_ASK_ANOTHER)(self._ask, request, shows)
+    async def _once(
+        self, request: Request, shows: Callable[[], None] | None = None, wanted: Worker | None = None
+    ) -> Any:
+        return await AsyncRetrying(**_ASK_ANOTHER)(self._ask, request, shows, wanted)
 
-    async def _ask(self, request: Request, shows: Callable[[], None] | None) -> Any:
-        worker = self.take()
+    async def _ask(self, request: Request, shows: Callable[[], None] | None, wanted: Worker | None) -> Any:
+        worker = self.take(wanted)
         try:
             return (await asyncio.wrap_future(worker.submit(request, shows=shows)))[1]
         finally:
             self.give_back(worker)
 
-    def take(self) -> Worker:
-        """Returns the least busy worker that there is room for, counted as busier by one until it is given back."""
-        worker = min(self.workers, key=lambda worker: (worker.waits_for_room, self._load[worker]))
+    def take(self, wanted: Worker | None = None) -> Worker:
+        """Returns the least busy worker that there is room for, counted as busier by one until it is given back.
+
+        Of several it is the one that is wanted.
+        """
+
+        def rank(worker: Worker) -> tuple[bool, int, bool]:
+            return worker.waits_for_room, self._load[worker], worker is not wanted
+
+        worker = min(self.workers, key=rank)
         self._load[worker] += 1
         return worker
 
