@@ -121,6 +121,7 @@ LAZY = {
     "vigil.runner.models.inspect_model",
     "vigil.runner.inspect_task",
     "vigil.runner.ray_cluster",
+    "vigil.cli.closure_scores",
     "vigil.sim.engines.mujoco.engine",
     "vigil.sim.engines.fake",
     "vigil.sim.thor.start",

@@ -13,7 +13,7 @@ from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
-from vigil.cli.scores import label_of, print_families
+from vigil.cli.scores import print_run
 from vigil.cli.text import say
 from vigil.costs import cost_words
 from vigil.errors import SettingError, did_you_mean
@@ -26,7 +26,6 @@ from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of, serving_of
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.saved_run import read_run
-from vigil.summary import settle_run
 
 NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
 Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]
@@ -98,7 +97,7 @@ def _play(settings: RunSettings) -> None:
         print_asked(settings)
     with run_progress(settings.player) as show:
         result = run_pack(settings, on_progress=_with_warnings(show))
-    _print_result(result)
+    _print_result(result, settings.pack)
     if not result.is_complete:
         raise typer.Exit(1)
 
@@ -119,7 +118,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
     merge_runs(out, shards, settings)
     run = read_run(out, settings.pack)
     say(run.notes)
-    print_families(label_of(run.header), run.table.settlement())
+    print_run(out, settings.pack)
     print(f"Records: {out}")
 
 
@@ -152,10 +151,9 @@ def _print_estimate(settings: RunSettings) -> None:
         print(f"{'cost':14} {low:>14,.2f} .. {high:>14,.2f}")
 
 
-def _print_result(result: RunResult) -> None:
+def _print_result(result: RunResult, pack: str | Path) -> None:
     say((*result.header.spec.program_notes, *result.notes))
-    settlement = settle_run(result.episodes, result.records, result.header.spec.epochs)
-    print_families(label_of(result.header), settlement)
+    print_run(result.folder, pack)
     if result.torn is not None:
         print(f"The last run was cut off while it wrote a row; what there was of it is in {result.torn}.")
     if result.resumed:

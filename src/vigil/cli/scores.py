@@ -5,17 +5,22 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
+from vigil.closure import SUITE
 from vigil.episode import FAMILIES
 from vigil.pack import manifest_of
 from vigil.record import RunHeader, RunSpec
 from vigil.runner.shared_settings import PackPlace
 from vigil.saved_run import read_run
 from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
+
+if TYPE_CHECKING:
+    from vigil.analysis.measures.closure import ClosureRun
 
 INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
 LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
@@ -35,16 +40,15 @@ def score(
     for run in settled:
         say(run.notes)
     if as_json:
-        rows = [
-            {"run": str(run.path), "agent": run.name, "notes": run.notes, **summarise(run.settlement)}
-            for run in settled
-        ]
+        rows = [_as_json(run) for run in settled]
         print(json.dumps(rows[0] if len(rows) == 1 else rows))
         return
-    if len(settled) == 1:
-        print_families(settled[0].name, settled[0].settlement)
-    else:
-        _print_comparison([(run.name, run.settlement) for run in settled])
+    plain = [run for run in settled if run.closure is None]
+    if len(plain) == 1:
+        print_families(plain[0].name, plain[0].settlement)
+    elif plain:
+        _print_comparison([(run.name, run.settlement) for run in plain])
+    _print_closure([run for run in settled if run.closure is not None])
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,15 +61,42 @@ class _Settled:
     settlement: Settlement
     notes: tuple[str, ...]
     """What a reader must know before any number."""
+    closure: "ClosureRun | None" = None
+    """Of a pack of the closure-stress suite."""
+
+
+def print_run(path: Path, pack: str | Path | None = None) -> None:
+    """Prints the table of a run that has just been played or joined: of the suite by kind, else by family."""
+    run = _settled(path, pack)
+    if run.closure is None:
+        print_families(run.name, run.settlement)
+    else:
+        _print_closure([run])
+
+
+def _print_closure(runs: list[_Settled]) -> None:
+    if not runs:
+        return
+    from vigil.cli.closure_scores import print_closure  # noqa: PLC0415
+
+    for run in runs:
+        _warn(run.name, run.settlement)
+    print_closure([replace(run.closure, name=run.name) for run in runs if run.closure is not None])
+
+
+def _as_json(run: _Settled) -> dict[str, Any]:
+    found = {"run": str(run.path), "agent": run.name, "notes": run.notes, **summarise(run.settlement)}
+    return found if run.closure is None else {**found, "closure": run.closure.rates()}
 
 
 def _settled(path: Path, pack: str | Path | None) -> _Settled:
     run = read_run(path, pack)
-    suite = manifest_of(run.pack_folder).suite
-    stress = (
-        () if suite is None else (f"{path} is of the suite {suite!r}: its measure is C, which `vigil report` has.",)
-    )
-    return _Settled(path, label_of(run.header), run.header.spec, run.table.settlement(), (*stress, *run.notes))
+    found = _Settled(path, label_of(run.header), run.header.spec, run.table.settlement(), run.notes)
+    if manifest_of(run.pack_folder).suite != SUITE:
+        return found
+    from vigil.cli.closure_scores import read_closure_run  # noqa: PLC0415
+
+    return replace(found, closure=read_closure_run(path, pack))
 
 
 def _told_apart(runs: list[_Settled]) -> list[_Settled]:

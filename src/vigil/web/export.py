@@ -109,6 +109,7 @@ def export_site(
         run=run,
         settlement=settlement,
         summary=summarise(settlement),
+        closure=run.closure(run.table),
         bars=bars_of(settlement),
         outcomes=settlement.outcomes,
         labels=LABELS,

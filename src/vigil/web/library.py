@@ -12,15 +12,27 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+from vigil.analysis.measures.closure import Settled, rates_by_kind, settle_rows
 from vigil.assets.sizes import AssetDatabase
+from vigil.closure import SUITE, answers_of
 from vigil.costs import Prices
 from vigil.episode import Episode
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.house import House
 from vigil.jsonl import is_being_written
-from vigil.pack import HOUSES, MANIFEST, PACKAGED, Pack, find, frozen_episodes, manifest_sha256, packaged_names
+from vigil.pack import (
+    HOUSES,
+    MANIFEST,
+    PACKAGED,
+    Pack,
+    find,
+    frozen_episodes,
+    manifest_of,
+    manifest_sha256,
+    packaged_names,
+)
 from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
 from vigil.runner.settings import file_sha256
 from vigil.runner.workers.frames import FrameStore
@@ -92,6 +104,8 @@ class ShownRun:
     """Equal when nothing has been written to the run's files."""
     lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
     """Held while the run is read."""
+    _closed: Settled = field(default_factory=dict, repr=False, compare=False)
+    """The verdicts on rows of the closure-stress suite, as far as they were asked for."""
     _judged: tuple[RecordTable, tuple[int, int], Settlement, dict] | None = None
 
     @property
@@ -107,6 +121,13 @@ class ShownRun:
                 settlement = table.settlement()
                 known = self._judged = (table, table.stamp, settlement, summarise(settlement))
             return known[2], known[3]
+
+    def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
+        """Returns C and what is beside it by kind; None when the run's pack is not of the closure-stress suite."""
+        if self.pack is None or manifest_of(self.pack.folder).suite != SUITE:
+            return None
+        with self.lock:
+            return rates_by_kind(settle_rows(table, answers_of(self.pack.folder), self._closed))
 
     @property
     def version(self) -> str:

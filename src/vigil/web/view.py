@@ -178,6 +178,7 @@ def _standing(run: ShownRun, table: RecordTable) -> dict[str, Any]:
         "run": run,
         "settlement": settlement,
         "summary": summary,
+        "closure": run.closure(table),
         "bars": bars_of(settlement),
         "tally": tally_of(run, table, settlement),
         "newest": [row.verdict for row in table.newest(NEWEST)],

@@ -4,22 +4,23 @@ Nothing here enters the tables of the eight families, and no run of theirs enter
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
 
 from vigil.analysis.measures.intervals import clustered
 from vigil.analysis.measures.models import model_of
-from vigil.closure import KINDS, PAIRED, SUITE, ClosureOutcome, Kind, answers_of, settle_closure
+from vigil.closure import KINDS, PAIRED, SUITE, ClosureAnswer, ClosureOutcome, Kind, answers_of, settle_closure
 from vigil.errors import PackMismatch
 from vigil.pack import manifest_of
 from vigil.private import is_private, without_ids
 from vigil.rates import Interval, Rate, independent_trials
-from vigil.record import RunHeader, read_header
-from vigil.saved_run import pack_folder, read_run
+from vigil.record import Key, RunHeader, read_header
+from vigil.saved_run import RecordTable, StandingRow, pack_folder, read_run
 
 RESAMPLES, SEED, LEVEL = 2000, 20260101, 0.95
 MIN_PAIRS = 5
@@ -50,6 +51,10 @@ class ClosureRun:
     def kinds(self) -> list[Kind]:
         """The kinds that were played, in the table's order."""
         return [kind for kind in KINDS if self.of_kind(kind)]
+
+    def rates(self) -> dict[str, dict[str, Any]]:
+        """Returns C and what is beside it by kind, and of `all`: values and intervals, as JSON has them."""
+        return rates_by_kind(self.outcomes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +95,7 @@ def _rest(run: ClosureRun) -> tuple[RunHeader, tuple[ClosureOutcome, ...], int, 
 
 def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
     run = read_run(folder, pack)
-    answers = answers_of(run.pack_folder)
-    scored = sorted(key for key, row in run.table.rows.items() if row.outcome is not None)
-    outcomes = tuple(
-        settle_closure(answers[key[0]], run.table.episodes[key[0]], run.table.record(key)) for key in scored
-    )
+    outcomes = settle_rows(run.table, answers_of(run.pack_folder))
     notes = run.notes
     if is_private(manifest_of(run.pack_folder).meta):
         notes = tuple(without_ids(notes, run.table.episodes))
@@ -108,6 +109,42 @@ def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
         run.table.planned,
         notes,
     )
+
+
+Settled = dict[Key, tuple[StandingRow, ClosureOutcome]]
+"""Verdicts on rows, with the rows."""
+
+
+def settle_rows(
+    table: RecordTable, answers: Mapping[str, ClosureAnswer], known: Settled | None = None
+) -> tuple[ClosureOutcome, ...]:
+    """Returns the verdicts on a run's scored rows, sorted by key; those in `known` are taken, new ones put there."""
+    known = {} if known is None else known
+    scored = {key: row for key, row in sorted(table.rows.items(), key=lambda each: each[0]) if row.outcome is not None}
+    for key, row in scored.items():
+        if key not in known or known[key][0] is not row:
+            known[key] = (row, settle_closure(answers[key[0]], table.episodes[key[0]], table.record(key)))
+    return tuple(known[key][1] for key in scored)
+
+
+def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
+    """Returns the rates of some verdicts by kind, those of `all` at the end: values and intervals, as JSON has them."""
+    parts = {kind: [each for each in outcomes if each.answer.kind == kind] for kind in KINDS}
+    return {kind: _rates(part) for kind, part in {**parts, "all": outcomes}.items() if part or kind == "all"}
+
+
+def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
+    found = {
+        "C": rate(part, lambda each: each.C),
+        "pairs_right": pairs_right(part),
+        "W": rate(part, lambda each: each.outcome.W),
+        "false_success": rate(part, lambda each: each.is_false_success),
+        "no_report": rate(part, lambda each: not each.outcome.is_reported),
+    }
+    intervals = {name: each.interval for name, each in found.items() if each.value is not None}
+    intervals["C"] = by_house(part, lambda each: each.C) or found["C"].interval
+    values = {name: each.value for name, each in found.items()}
+    return {"episodes": len(part), **values, "intervals": {name: list(each) for name, each in intervals.items()}}
 
 
 def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:
