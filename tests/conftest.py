@@ -4,7 +4,7 @@ import gc
 import os
 import shutil
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -14,6 +14,7 @@ from forked_workers import PoolContext, fork
 from hypothesis import HealthCheck, settings
 from order import long_first
 from thor_files import write_thor_files
+from waiting import HANGS_AFTER_S
 
 from vigil import processes
 from vigil.runner.workers import process
@@ -100,6 +101,17 @@ def plain_tracebacks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("inspect_ai._display.core.results.rich_traceback", lambda *error: plain(*error)[0])
 
 
+def patient(make: Callable[..., Any]) -> Callable[..., Any]:
+    """Returns a maker of pages or of their contexts, which then wait for what a slow machine shows late."""
+
+    def made(**options: Any) -> Any:
+        found = make(**options)
+        found.set_default_timeout(1000 * HANGS_AFTER_S)
+        return found
+
+    return made
+
+
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
     """A headless browser; skips where none is installed."""
@@ -108,5 +120,6 @@ def chromium() -> Iterator[Any]:
         pytest.skip("no Chromium is installed: apt-get install chromium")
     with sync_api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        browser.new_page, browser.new_context = patient(browser.new_page), patient(browser.new_context)
         yield browser
         browser.close()

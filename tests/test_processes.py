@@ -3,6 +3,7 @@ import sys
 
 import psutil
 import pytest
+from waiting import HANGS_AFTER_S
 
 from vigil.processes import worker_pool
 
@@ -17,7 +18,6 @@ if __name__ == "__main__":
         print("at work", flush=True)
         futures[-1].result()
 """
-LONGEST_S = 10.0
 
 
 def begin(folder: str, name: str) -> None:
@@ -41,5 +41,5 @@ def test_killed_processes_leave_no_workers(tmp_path) -> None:
         workers = psutil.Process(process.pid).children(recursive=True)
         assert len(workers) >= 2
         process.kill()
-    _, alive = psutil.wait_procs(workers, timeout=LONGEST_S)
+    _, alive = psutil.wait_procs(workers, timeout=HANGS_AFTER_S)
     assert [worker for worker in alive if worker.status() != psutil.STATUS_ZOMBIE] == []

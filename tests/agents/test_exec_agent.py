@@ -11,17 +11,22 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+from tiny_pack import tiny_episode, tiny_house
 from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.agents import program
 from vigil.agents.exec_agent import ExecAgent, ProgramSettings
 from vigil.agents.picture import encode
 from vigil.agents.program import MAX_LINE_BYTES, Program, environment, resolved
+from vigil.assets.sizes import AssetDatabase
+from vigil.env import Env
 from vigil.errors import ModelAPIError, SettingError
 from vigil.observation import Feedback, Observation
 from vigil.profile import Profile
 from vigil.prompt import system_prompt
 from vigil.replies import parse_reply
+from vigil.runner.workers.play import play
+from vigil.sim import make_simulator
 
 RGB = np.full((480, 640, 3), 77, np.uint8)
 HEAD = 'import sys, json, time, os\nFRAME = \'"type": "observation"\'\n'
@@ -75,7 +80,12 @@ def wait_until_it_has_read(agent: ExecAgent) -> None:
 
 def wait_until_it_has_written(agent: ExecAgent) -> None:
     """Waits until the program has written something that nobody has read."""
-    wait_until(lambda: select.select([running(agent)._process.stdout], [], [], 0)[0], "the program writes")
+
+    def has_written() -> bool:
+        program = running(agent)
+        return bool(program._pending or select.select([program._process.stdout], [], [], 0)[0])
+
+    wait_until(has_written, "the program writes")
 
 
 def tell_and_ask(agent: ExecAgent, *, has_to_read: bool) -> None:
@@ -214,6 +224,24 @@ def test_a_program_that_fails_after_it_saw_a_frame_has_failed_itself(make: Maker
         assert reply.text == ("half" if "half" in deed else "")
         invalid = parse_reply(reply, "pixel", "strict")
         assert (invalid.kind, invalid.reason, invalid.detail) == ("protocol_failure", "agent_ended", reply.agent_ended)
+
+
+def test_a_program_that_keeps_hanging_ends_by_the_limit_of_invalid_actions(
+    make: Maker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    agent = make("for line in sys.stdin:\n    if FRAME in line: time.sleep(60)", reply_seconds=1.5, is_started=False)
+    start = agent.start
+
+    def started(instruction: str) -> None:
+        start(instruction)
+        wait_until_it_has_read(agent)
+
+    monkeypatch.setattr(agent, "start", started)
+    with Env(make_simulator("fake", assets=AssetDatabase.of(None)), lambda _: tiny_house(), Profile()) as env:
+        play(tiny_episode(2, "SV"), env, agent)
+        record = env.record()
+    assert (record.end, len(record.steps)) == ("invalid_action_limit_exceeded", 3)
+    assert {step.invalid.reason for step in record.steps} == {"agent_ended"}
 
 
 def test_a_program_that_reads_a_part_of_a_frame_has_seen_it(make: Maker) -> None:

@@ -5,12 +5,12 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 from commands import Said, Vigil
 from tiny_pack import tiny_pack
+from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.cli import text
 from vigil.prompt_file import variant_of
@@ -180,11 +180,9 @@ def test_an_interrupted_run_says_so_and_leaves_no_program_behind(
     program = f"{heed}; from vigil.cli import main; main()"
     arguments = [*map(str, command), "--agent", f"exec:bash {tmp_path / 'deaf.sh'}"]
     running = subprocess.Popen([sys.executable, "-c", program, *arguments], stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
-    while not pid.exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
+    wait_until(pid.exists, "the start of the program")
     running.send_signal(signal.SIGINT)
-    said = running.communicate(timeout=60)[1]
+    said = running.communicate(timeout=HANGS_AFTER_S)[1]
     assert running.returncode == 130
     assert said.endswith("Interrupted. What a run has recorded is kept; the same command goes on with it.\n")
     assert "Traceback" not in said

@@ -19,12 +19,13 @@ from commands import Vigil, runner
 from documented import PAGES, ROOT, SHELL, Command, Mark, blocks_of, commands_of, is_script, marks_of, name_of
 from documented_workspace import write_workspace
 from inspect_marks import INSPECT
+from waiting import HANGS_AFTER_S
 
 from scripts.markdown_pages import Block
 from vigil.cli import web
 
 pytestmark = INSPECT
-SECONDS = 100
+SECONDS = HANGS_AFTER_S
 """How long a program of a page may take."""
 
 

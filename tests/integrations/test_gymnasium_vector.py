@@ -19,6 +19,7 @@ import pytest
 from gymnasium.error import ClosedEnvironmentError
 from gymnasium.spaces import Discrete
 from tiny_pack import tiny_pack
+from waiting import HANGS_AFTER_S
 
 import vigil.integrations.gymnasium as integration
 from vigil.errors import SettingError, SimulatorError
@@ -270,7 +271,7 @@ def test_processes_end_with_a_killed_parent(pack: str, tmp_path: Path) -> None:
         left = [psutil.Process(int(pid)) for pid in parent.stdout.readline().split()]
         assert len(left) == 2
         os.kill(parent.pid, signal.SIGKILL)
-    assert not psutil.wait_procs(left, timeout=30)[1]
+    assert not psutil.wait_procs(left, timeout=HANGS_AFTER_S)[1]
 
 
 def test_engines_of_a_process_keep_models_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,7 @@ import pytest
 from commands import Vigil, runner
 from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
+from waiting import HANGS_AFTER_S
 
 from vigil.errors import RecordError
 from vigil.jsonl import AppendFile, dump_line
@@ -346,7 +347,7 @@ def test_the_script_of_the_docs_plays_and_joins(pack: Path, whole: RunResult, tm
     def bash(script: str, *arguments: object, **variables: str) -> None:
         (tmp_path / "script").write_text(script)
         words = ["bash", "script", "random", *map(str, arguments)]
-        subprocess.run(words, cwd=tmp_path, env={**os.environ, **paths, **variables}, check=True, timeout=300)
+        subprocess.run(words, cwd=tmp_path, env={**os.environ, **paths, **variables}, check=True, timeout=HANGS_AFTER_S)
 
     for index in "12":
         bash(array, *options, SLURM_ARRAY_TASK_ID=index, SLURM_ARRAY_TASK_COUNT="2")

@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import pytest
 import troublesome
 from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
+from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.costs import Prices
 from vigil.errors import InputError, RecordError, SettingError
@@ -152,12 +152,14 @@ def test_a_torn_last_line_is_put_aside_and_its_episode_played_again(pack: Path, 
 
 
 def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_path: Path) -> None:
-    agent = tmp_path / "slow.py"
+    agent, shown, go = (tmp_path / name for name in ("agent.py", "shown", "go"))
     agent.write_text(
-        "import sys, time\n"
+        "import os, sys, time\n"
         "for line in sys.stdin:\n"
         '    if \'"type": "observation"\' in line:\n'
-        "        time.sleep(0.25)\n"
+        f"        with open({str(shown)!r}, 'a') as file: file.write('one')\n"
+        f"        while os.path.getsize({str(shown)!r}) > 3 * len('one') and not os.path.exists({str(go)!r}):\n"
+        "            time.sleep(0.01)\n"
         f"        print({troublesome.REPORT!r}, flush=True)\n"
     )
     command = f"exec:{sys.executable} {agent}"
@@ -165,17 +167,16 @@ def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_pa
         "import sys; from pathlib import Path; from vigil.runner.run import run_pack; "
         "from vigil.runner.settings import RunSettings\n"
         f"run_pack(RunSettings(pack=Path({str(pack)!r}), agent={command!r}, log_dir=Path({str(tmp_path / 'run')!r}), "
-        "backend='fake', workers=1))"
+        "backend='fake', workers=1, beat_seconds=0.0))"
     )
     process = subprocess.Popen([sys.executable, "-c", program])
     path = tmp_path / "run" / EPISODES_FILE
-    deadline = time.monotonic() + 30
-    while time.monotonic() < deadline and not (path.is_file() and path.read_bytes().count(b"\n") >= 3):
-        time.sleep(0.02)
+    wait_until(lambda: path.is_file() and path.read_bytes().count(b"\n") >= 3, "the end of the third episode")
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
+    go.touch()
     survived = [row.key for row in read_records(path)]
-    assert 3 <= len(survived) < 8
+    assert len(survived) == 3
     again = run_pack(settings(pack, tmp_path / "run", agent=command))
     assert (again.resumed, again.is_complete) == (len(survived), True)
     assert [row.key for row in read_records(path)][: len(survived)] == survived
@@ -326,7 +327,7 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
             tmp_path / "run",
             agent=f"{deed}:{tmp_path}",
             agent_factory=troublesome.make,
-            patience_s=5.0,
+            patience_s=10.0 if deed == "hang" else HANGS_AFTER_S,
             episode_ids=FIRST,
         )
     )

@@ -89,13 +89,15 @@ class FormsInTurn:
     """A brain that answers the first request of each play in a form, and reports when it is asked again.
 
     The play of a place in the pack and a time (0 for the first play of that episode) has the form number place + time:
-    over as many times as there are forms, each episode is answered in each.
+    over as many times as there are forms, each episode is answered in each. Episodes are played one at a time, so that
+    two first requests of one in a row are one that a busy machine has sent again.
     """
 
     def __init__(self, pack: Pack) -> None:
         self._instructions = [episode.instruction for episode in pack.episodes]
         self._places = {episode.id: place for place, episode in enumerate(pack.episodes)}
         self._times = [0] * len(pack.episodes)
+        self._asked: int | None = None
 
     def __call__(self, wire: str, data: bytes) -> Said:
         messages = json.loads(data)["messages"]
@@ -103,7 +105,8 @@ class FormsInTurn:
             return text(REPORT)
         task = json.dumps(messages[0]["content"], ensure_ascii=False)
         (place,) = (place for place, words in enumerate(self._instructions) if words in task)
-        self._times[place] += 1
+        self._times[place] += place != self._asked
+        self._asked = place
         return REASONING_FORMS[_in_turn(place, self._times[place] - 1)].said
 
     def check(self, record: EpisodeRecord, time: int) -> str:

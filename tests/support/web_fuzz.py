@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import h11
+from waiting import HANGS_AFTER_S
 from web_oddities import (
     COOKIES,
     HOSTS,
@@ -32,7 +33,7 @@ from web_oddities import (
     TYPES,
 )
 
-PATIENCE_S = 30.0
+PATIENCE_S = HANGS_AFTER_S
 SHORT_S = 0.05
 """How long an answer to an unfinished request is waited for."""
 TOKEN = "correct horse"

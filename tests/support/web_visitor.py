@@ -64,7 +64,7 @@ class Visitor:
         raise AssertionError(f"{selector} is not among the first {most} stops of the Tab key")
 
     def has(self, selector: str) -> None:
-        self.page.wait_for_selector(selector, state="attached", timeout=10_000)
+        self.page.wait_for_selector(selector, state="attached")
 
     def text(self, selector: str) -> str:
         return self.page.text_content(selector).strip()

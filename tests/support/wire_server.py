@@ -313,7 +313,8 @@ class WireServer:
 class ScriptedModel:
     """A brain that says one thing after another to each episode, and keeps what it said.
 
-    Episodes are told apart by the number in brackets at the end of their instruction, as `tiny_pack` writes it.
+    Episodes are told apart by the number in brackets at the end of their instruction, as `tiny_pack` writes it. A
+    request that is sent again is answered as before.
     """
 
     _NUMBER = re.compile(rb"metres of it \((\d+)\)")
@@ -322,10 +323,14 @@ class ScriptedModel:
         """`say` tells what is said to an episode at a step, both by number, the first step being 0."""
         self._say = say
         self.said: dict[int, list[Said]] = {}
+        self._asked: dict[int, bytes] = {}
 
     def __call__(self, wire: str, data: bytes) -> Said:
         match = self._NUMBER.search(data)
         assert match is not None
-        said = self.said.setdefault(int(match[1]), [])
-        said.append(self._say(int(match[1]), len(said)))
+        number = int(match[1])
+        said = self.said.setdefault(number, [])
+        if data != self._asked.get(number):
+            said.append(self._say(number, len(said)))
+            self._asked[number] = data
         return said[-1]

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from thor_exchange import golden, played
+from waiting import HANGS_AFTER_S
 
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.thor.launch import thor_engine
@@ -39,7 +40,7 @@ def controller(request, tmp_path_factory):
         process, pipes = made.server.unity_proc, getattr(made.server, "server_pipe_path", None)
         yield made
         made.stop()
-        assert process.wait(timeout=60) is not None
+        assert process.wait(timeout=HANGS_AFTER_S) is not None
         if pipes is not None:
             made.server.tmp_dir.cleanup()
             assert not Path(pipes).exists()

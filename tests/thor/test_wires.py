@@ -13,6 +13,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
 from typer.testing import CliRunner
+from waiting import HANGS_AFTER_S
 
 from vigil.cli import app
 from vigil.errors import SettingError
@@ -130,5 +131,7 @@ def test_the_client_that_vanishes_leaves_no_engine(tmp_path):
     starter = "import os, sys; from vigil.thor.wire import fifo\nif os.fork(): sys.exit()\n"
     starter += f"try: fifo._opened({str(pipe)!r}, os.getppid() if os.getppid() != 1 else 0)\n"
     starter += "except fifo.ClientGone: print('gone', flush=True)"
-    done = subprocess.run([sys.executable, "-c", starter], capture_output=True, text=True, timeout=120, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", starter], capture_output=True, text=True, timeout=HANGS_AFTER_S, check=True
+    )
     assert done.stdout == "gone\n"

@@ -5,12 +5,12 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 import urllib.request
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
+from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.cli import app, web
 from vigil.cli.exports.site import write_site
@@ -110,19 +110,13 @@ def test_a_server_ends_with_its_drawing_process(runs: Path, pack: Pack) -> None:
     server = subprocess.Popen([*command, "--pack", str(pack.folder), "--port", str(port)], stdout=subprocess.DEVNULL)
     try:
         base = f"http://127.0.0.1:{port}"
-        deadline = time.monotonic() + 60
-        while not _answers(f"{base}/"):
-            assert time.monotonic() < deadline
-            time.sleep(0.1)
+        wait_until(lambda: _answers(f"{base}/"), "an answer of the server")
         assert _answers(f"{base}/runs/random/episodes/{pack.episodes[0].id}/1/frames/1.png")
         children = _children(server.pid)
         assert children
         server.send_signal(signal.SIGTERM)
-        server.wait(20)
-        deadline = time.monotonic() + 10
-        while any(Path(f"/proc/{child}").exists() for child in children):
-            assert time.monotonic() < deadline, children
-            time.sleep(0.05)
+        server.wait(HANGS_AFTER_S)
+        wait_until(lambda: not any(Path(f"/proc/{child}").exists() for child in children), "the end of its processes")
     finally:
         if server.poll() is None:
             server.kill()
@@ -131,7 +125,7 @@ def test_a_server_ends_with_its_drawing_process(runs: Path, pack: Pack) -> None:
 
 def _answers(url: str) -> bool:
     try:
-        with urllib.request.urlopen(url, timeout=30) as answer:
+        with urllib.request.urlopen(url, timeout=HANGS_AFTER_S) as answer:
             return answer.status == 200
     except OSError:
         return False

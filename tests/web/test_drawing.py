@@ -8,10 +8,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
+from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.actions import Navigate
 from vigil.agents.picture import decode
@@ -72,13 +74,15 @@ def reader_of(endless: EpisodeMoment) -> int:
     """Waits until the worker hangs. Returns the end of the pipe to close afterwards."""
     database = endless.render_settings.asset_database
     assert database is not None
-    deadline = time.monotonic() + 60
-    while True:
-        try:
-            return os.open(database, os.O_WRONLY | os.O_NONBLOCK)
-        except OSError:
-            assert time.monotonic() < deadline, "nobody reads the pipe"
-            time.sleep(0.02)
+    ends: list[int] = []
+
+    def opens() -> bool:
+        with suppress(OSError):
+            ends.append(os.open(database, os.O_WRONLY | os.O_NONBLOCK))
+        return bool(ends)
+
+    wait_until(opens, "somebody reads the pipe")
+    return ends[0]
 
 
 def test_pictures_walks_and_names_are_of_the_moment(
@@ -111,12 +115,15 @@ def test_a_process_that_dies_or_hangs_is_replaced(
     hung = service._worker.pid
     assert hung not in (None, dead)
     with monkeypatch.context() as impatient:
+        is_over = threading.Event()
         impatient.setattr(service._worker, "_patience_s", 3.0)
+        impatient.setattr(service._worker._connection, "poll", lambda _: not is_over.wait())
         impatient.setattr(service, "_patience_s", 0.2)
         thread, raised = failures(lambda: service.picture(endless))
         writer = reader_of(endless)
         with pytest.raises(SimulatorError, match="busy with other pictures"):
             service.walk(moment, None)
+        is_over.set()
         thread.join()
         os.close(writer)
     assert "did not answer DrawFrame within 3 s" in str(raised[0])
@@ -132,7 +139,7 @@ def test_closing_ends_a_process_that_is_at_something(
     monkeypatch: pytest.MonkeyPatch,
     is_stopped: bool,
 ) -> None:
-    monkeypatch.setattr(process, "CLOSING_S", 0.5 if is_stopped else 30.0)
+    monkeypatch.setattr(process, "CLOSING_S", 0.5 if is_stopped else HANGS_AFTER_S)
     service.picture(moment)
     pid = service._worker.pid
     assert pid is not None
@@ -142,10 +149,10 @@ def test_closing_ends_a_process_that_is_at_something(
         os.kill(pid, signal.SIGSTOP)
     began = time.monotonic()
     service.close()
-    assert time.monotonic() - began < 20.0
+    assert time.monotonic() - began < HANGS_AFTER_S / 2
     os.close(writer)
     for thread, raised in asked:
-        thread.join(5.0)
+        thread.join(HANGS_AFTER_S)
         assert "drawing-worker" in str(raised[0])
     assert not Path(f"/proc/{pid}").exists()
     with pytest.raises(SimulatorError, match="has been closed"):
@@ -160,10 +167,10 @@ def test_a_worker_whose_main_process_is_gone_ends_in_the_middle_of_a_drawing(end
     connection = Connection(ours.detach())
     connection.send(DrawingPlan())
     connection.send(DrawFrame(endless))
-    assert connection.poll(60)
+    assert connection.poll(HANGS_AFTER_S)
     assert connection.recv() == Heartbeat()
     connection.close()
-    assert worker.wait(20) == 0
+    assert worker.wait(HANGS_AFTER_S) == 0
 
 
 def test_a_worker_that_plays_draws_for_nobody(pack: Pack, moment: EpisodeMoment) -> None:

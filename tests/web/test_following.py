@@ -191,7 +191,7 @@ def test_no_cost_is_told_of_agents_without_tokens(going: GoingRun, site: Site) -
 def wait_for(visitor: Visitor, selector: str, text: str) -> None:
     """Waits until the page says so, without being loaded again."""
     says = "([where, text]) => document.querySelector(where).textContent.includes(text)"
-    visitor.page.wait_for_function(says, arg=[selector, text], timeout=20_000)
+    visitor.page.wait_for_function(says, arg=[selector, text])
 
 
 def test_a_page_follows_without_taking_focus_or_scroll(going: GoingRun, site: Site, visitor: Visitor) -> None:
@@ -266,6 +266,6 @@ def test_a_page_says_when_its_server_is_gone(
     page = chromium.new_page()  # type: ignore[attr-defined]
     with served(make_view(Library([going.folder], [pack.folder]), render_service)) as site:
         page.goto(f"{site.url}/runs/going")
-    page.wait_for_selector("#unheard:not([hidden])", timeout=15_000)
+    page.wait_for_selector("#unheard:not([hidden])")
     assert "no answer from the server" in page.text_content("#unheard")
     page.close()

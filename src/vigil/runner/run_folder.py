@@ -40,6 +40,8 @@ LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"
 DISTRIBUTION = "vigil-bench"
 CPU_FACTS, FEATURE_DIGITS = Path("/proc/cpuinfo"), 8
+GIT_S = 60.0
+"""How long Git may take to say where its checkout stands; one that hangs is not waited for."""
 _MAY_DIFFER = frozenset({"base_url"})
 """A model that is served from another address is the same model."""
 
@@ -279,7 +281,7 @@ def _processor() -> str:
 
 def _git(root: Path, *arguments: str) -> str | None:
     try:
-        done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True, timeout=10)
+        done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True, timeout=GIT_S)
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() if done.returncode == 0 else None

@@ -5,12 +5,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.streaming import houses, stream
@@ -28,19 +27,11 @@ from vigil.sim.privileged import PrivilegedSimulator
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
 PINNED = "ed96f72814968668c7668257ad16ca6164cfc9497769f304da37332ce15f9df8"
-WAIT_S = 60.0
 
 
 @pytest.fixture(scope="module")
 def made() -> StreamHouse:
     return StreamHouseMaker(StreamSettings(7, ("PG", "SV"))).made(BATHROOM)
-
-
-def wait_until(holds: Callable[[], bool]) -> None:
-    end = time.monotonic() + WAIT_S
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.02)
 
 
 def is_running(pid: int) -> bool:
@@ -87,22 +78,22 @@ def test_a_filter_leaves_episodes_out_and_changes_none(made: StreamHouse, pointi
 def test_two_killed_processes_change_nothing_and_none_is_left(pointing: StreamHouse) -> None:
     pool = HousePool(PG, workers=2)
     first, second = pool.ask(BATHROOM), pool.ask(BATHROOM)
-    wait_until(lambda: len(pool.pids()) == 2)
+    wait_until(lambda: len(pool.pids()) == 2, "the start of both")
     killed = pool.pids()
     for pid in killed:
         os.kill(pid, signal.SIGKILL)
-    assert first.result(WAIT_S) == second.result(WAIT_S) == pointing
+    assert first.result(HANGS_AFTER_S) == second.result(HANGS_AFTER_S) == pointing
     again = pool.pids()
     assert not set(again) & set(killed)
     pool.close()
-    wait_until(lambda: not any(map(is_running, [*killed, *again])))
+    wait_until(lambda: not any(map(is_running, [*killed, *again])), "the end of all")
 
 
 def test_a_process_that_ends_time_and_again_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/false")
     pool = HousePool(PG, workers=1)
     with pytest.raises(SimulatorError, match=r"House 15 of stream 7: 3 background processes ended"):
-        pool.ask(BATHROOM).result(WAIT_S)
+        pool.ask(BATHROOM).result(HANGS_AFTER_S)
     pool.close()
 
 
@@ -126,7 +117,7 @@ def test_no_process_outlives_a_reader_that_is_killed() -> None:
         pid = int(reader.stdout.readline())
         assert is_running(pid)
         reader.kill()
-    wait_until(lambda: not is_running(pid))
+    wait_until(lambda: not is_running(pid), "the end of the process")
 
 
 def of_numbers(numbers: list[int], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -197,6 +197,7 @@ def test_every_openai_style_name_plays_the_smoke_pack(tmp_path: Path) -> None:
     model, played = FormsInTurn(pack), set[str]()
     with WireServer(model) as server, shared_simulator(pack):
         wanted = {"base_url": f"{server.url}/v1", "api_key_env": "MY_KEY", "preflight": False, "limit": 4}
+        wanted["max_connections"] = 1  # as `FormsInTurn` needs
         for time, provider in enumerate(CHAT):
             settings = quick(pack.folder, tmp_path / provider, model=f"{provider}/{NAME}", **wanted)
             records = run_pack(settings).records

@@ -28,8 +28,8 @@ PATIENCE_S = 120.0
 """How long a worker may be silent over one request, or over one step of a whole episode."""
 START_S = 120.0
 """How long a process may take to start and to load its pack, however short the patience."""
-CLOSING_S = 5.0
-"""How long a process may take to leave before it is killed."""
+CLOSING_S = 20.0
+"""How long a process may take to leave before it is killed: it ends agents' programs first."""
 _LOG_TAIL = 2000
 
 

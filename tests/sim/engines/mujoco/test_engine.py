@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from waiting import HANGS_AFTER_S
 
 from vigil.errors import SimulatorError
 from vigil.pose import Pose, Vec3
@@ -191,7 +192,7 @@ def test_another_process_draws_the_same_bytes_and_leaves_quietly(engine: MujocoE
     """It needs none of the large libraries for it that take longest to load."""
     ours = hashlib.sha256(engine.draw(agent, None).tobytes()).hexdigest()
     command = [sys.executable, "-W", "error", "-c", SCRIPT, str(HERE / "conftest.py")]
-    other = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    other = subprocess.run(command, capture_output=True, text=True, timeout=HANGS_AFTER_S, check=False)
     assert other.stderr == ""
     assert other.returncode == 0
     assert other.stdout.strip() == ours
