@@ -340,7 +340,7 @@ class Runs(Kind):
         common = ["--pack", str(self._pack)]
         self._options = {
             "scripted": [*common, "--agent", "random"],
-            "exec": [*common, "--agent", f"exec:{sys.executable} {agent}"],
+            "exec": [*common, "--agent", f"exec:{sys.executable} {agent}", "--beat-seconds", "0"],
             "model": [*common, "--model", "openai/loopback", "--base-url", self._server.url, "--no-preflight"],
         }
 
