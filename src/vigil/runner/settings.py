@@ -85,9 +85,9 @@ class RunSettings:
     """The variable that holds the key; None for the provider's own, which goes to its own hosts alone."""
     log_dir: LogDir = None
     """None for a folder under `runs/` that the same settings find again."""
-    limit: Annotated[int | None, Setting("Only N episodes, evenly drawn from the families, or a suite's kinds.", least=1, metavar="N")] = (
-        None
-    )
+    limit: Annotated[
+        int | None, Setting("Only N episodes, evenly drawn from families or kinds.", least=1, metavar="N")
+    ] = None
     families: Families = ()
     episode_ids: EpisodeIds = ()
     workers: Workers = None
