@@ -29,8 +29,9 @@ from vigil.api import make_env
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import FAMILIES, Episode, families_named
+from vigil.even_draw import evenly
 from vigil.integrations.gymnasium.sources import load_pack
-from vigil.pack import Selection, evenly
+from vigil.pack import Selection
 from vigil.sim import make_simulator
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})

@@ -10,8 +10,7 @@ The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code
 
 import hashlib
 import re
-from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
@@ -23,6 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vigil.episode import FAMILIES, Episode, Family, Solution, own_goal_kinds
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean, first_fault
+from vigil.even_draw import SuitePlace, units_in_turn
 from vigil.house import MAX_HOUSE_BYTES, House
 from vigil.pack_names import STREAM, newest, successor
 from vigil.strict_json import read_json
@@ -83,18 +83,7 @@ class Selection:
     families: tuple[Family, ...] = ()
     ids: tuple[str, ...] = ()
     limit: int | None = None
-    """Only so many of the selected, evenly drawn: see `evenly`. Twins are taken together or not at all."""
-
-
-class SuitePlace(BaseModel):
-    """Where an episode stands in its suite: all that drawing and ordering need of its answer."""
-
-    model_config = ConfigDict(extra="ignore", frozen=True)
-
-    episode_id: str
-    kind: str
-    pair: str | None = None
-    """The same for both twins; None for an episode on its own."""
+    """Only so many of the selected, evenly drawn: see `even_draw`. Twins are taken together or not at all."""
 
 
 class Pack:
@@ -186,7 +175,7 @@ class Pack:
     def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
         """Returns so many episodes, evenly drawn; one fewer where only one of two twins would fit."""
         found: list[Episode] = []
-        for unit in _units(episodes, self.places):
+        for unit in units_in_turn(episodes, self.places):
             if len(found) + len(unit) > limit:
                 break
             found += unit
@@ -307,38 +296,6 @@ def count_rooms(folder: Path, house: str) -> int | None:
         return len(read_json(file.read_bytes())["rooms"])
     except (ValueError, TypeError, KeyError) as error:
         raise PackMismatch(f"{str(file)!r} is no house ({error!r}). Restore it from a copy of the pack.") from None
-
-
-def evenly(episodes: Iterable[Episode], places: Mapping[str, SuitePlace] | None = None) -> list[Episode]:
-    """Returns episodes so that any first part of them holds every family as often as can be; of a suite, every kind.
-
-    They come in turn, families in the order of the table; within each the order is that of the SHA-256 of the ids, as
-    good as a random one, and the same wherever the pack is. A longer first part holds all of a shorter one. Twins
-    follow one another.
-    """
-    return [episode for unit in _units(episodes, places or {}) for episode in unit]
-
-
-def _units(episodes: Iterable[Episode], places: Mapping[str, SuitePlace]) -> Iterator[list[Episode]]:
-    """Yields episodes, twins together, each time of the family or kind that has given the fewest so far."""
-    units: dict[str, list[Episode]] = {}
-    waiting: dict[str, deque[list[Episode]]] = {}
-    for episode in sorted(episodes, key=lambda episode: hashlib.sha256(episode.id.encode()).digest()):
-        place = places.get(episode.id)
-        part, name = (episode.family, episode.id) if place is None else (place.kind, place.pair or episode.id)
-        unit = units.setdefault(name, [])
-        if not unit:
-            waiting.setdefault(part, deque()).append(unit)
-        unit.append(episode)
-    given, table = dict.fromkeys(waiting, 0), list(FAMILIES)
-    order = {part: (table.index(part) if part in table else len(table), part) for part in waiting}
-    while waiting:
-        part = min(waiting, key=lambda part: (given[part], len(waiting[part][0]), order[part]))
-        unit = waiting[part].popleft()
-        given[part] += len(unit)
-        if not waiting[part]:
-            del waiting[part]
-        yield unit
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:

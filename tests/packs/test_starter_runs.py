@@ -12,7 +12,8 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.episode import FAMILIES
-from vigil.pack import Pack, evenly
+from vigil.even_draw import evenly
+from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings

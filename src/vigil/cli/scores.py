@@ -2,12 +2,14 @@
 
 import json
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
+from rich.text import Text
 
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
 
 INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
 LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
+CLOSURE = "C: the report says what is true of the world at the end. All tables of the suite: `vigil report`."
+CLOSURE_RATES = ("C", "pairs_right")
+"""Those that are shown with their intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
@@ -77,11 +82,9 @@ def print_run(path: Path, pack: str | Path | None = None) -> None:
 def _print_closure(runs: list[_Settled]) -> None:
     if not runs:
         return
-    from vigil.cli.closure_scores import print_closure  # noqa: PLC0415
-
     for run in runs:
         _warn(run.name, run.settlement)
-    print_closure([replace(run.closure, name=run.name) for run in runs if run.closure is not None])
+    _print_closure_tables([replace(run.closure, name=run.name) for run in runs if run.closure is not None])
 
 
 def _as_json(run: _Settled) -> dict[str, Any]:
@@ -94,9 +97,10 @@ def _settled(path: Path, pack: str | Path | None) -> _Settled:
     found = _Settled(path, label_of(run.header), run.header.spec, run.table.settlement(), run.notes)
     if manifest_of(run.pack_folder).suite != SUITE:
         return found
-    from vigil.cli.closure_scores import read_closure_run  # noqa: PLC0415
+    # It takes most of a second to load, and no other run needs it.
+    from vigil.analysis.measures.closure import read_closure_runs  # noqa: PLC0415
 
-    return replace(found, closure=read_closure_run(path, pack))
+    return replace(found, closure=read_closure_runs([path], pack)[0])
 
 
 def _told_apart(runs: list[_Settled]) -> list[_Settled]:
@@ -195,6 +199,50 @@ def _pair(rates: dict | None, is_full: bool) -> str:
     if is_full:
         return f"{percent(rates['W'])} / {percent(rates['B'])}"
     return f"{100 * rates['W']:.0f}/{100 * rates['B']:.0f}"
+
+
+def _print_closure_tables(runs: Sequence["ClosureRun"]) -> None:
+    """Prints one run's table, a row a kind; of several, a row a run."""
+    if len(runs) == 1:
+        print_fitting(lambda is_full: _kinds(runs[0], is_full))
+    else:
+        print_fitting(lambda is_full: _side_by_side(runs, is_full))
+    print(CLOSURE)
+
+
+def _kinds(run: "ClosureRun", is_full: bool) -> Table:
+    interval = " [95 % interval]" if is_full else ""
+    table = _closure_table(Text(f"{run.name}: closure stress, %{interval}"), "kind", is_full)
+    for heading in ("episodes", "C", "both twins", "W", "false success", "no report"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for kind, rates in run.rates().items():
+        if kind == "all":
+            table.add_section()
+        cells = [with_interval(rates, name) if is_full else percent(rates[name]) for name in CLOSURE_RATES]
+        rest = [percent(rates[name]) for name in ("W", "false_success", "no_report")]
+        table.add_row(kind, str(rates["episodes"]), *cells, *rest)
+    return table
+
+
+def _side_by_side(runs: Sequence["ClosureRun"], is_full: bool) -> Table:
+    rows = [(run, run.rates()) for run in runs]
+    kinds = list(dict.fromkeys(kind for _, rates in rows for kind in rates if kind != "all"))
+    table = _closure_table(Text("Closure stress: C by kind, %"), "agent", is_full)
+    for heading in ("episodes", "all", "both twins", *kinds):
+        table.add_column(heading, justify="right", no_wrap=is_full)
+    for run, rates in rows:
+        cells = [
+            with_interval(rates["all"], name) if is_full else percent(rates["all"][name]) for name in CLOSURE_RATES
+        ]
+        each = [percent(rates[kind]["C"]) if kind in rates else "-" for kind in kinds]
+        table.add_row(Text(run.name), str(rates["all"]["episodes"]), *cells, *each)
+    return table
+
+
+def _closure_table(title: Text, first: str, is_full: bool) -> Table:
+    table = Table(title=title, title_justify="left", padding=(0, 1) if is_full else 0)
+    table.add_column(first, overflow="fold")
+    return table
 
 
 def _warn(name: str, settlement: Settlement) -> None:

@@ -14,9 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from vigil.analysis.measures.closure import Settled, rates_by_kind, settle_rows
+from vigil.analysis.measures.closure import Settled, rates_of_table
 from vigil.assets.sizes import AssetDatabase
-from vigil.closure import SUITE, answers_of
 from vigil.costs import Prices
 from vigil.episode import Episode
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
@@ -29,7 +28,6 @@ from vigil.pack import (
     Pack,
     find,
     frozen_episodes,
-    manifest_of,
     manifest_sha256,
     packaged_names,
 )
@@ -124,10 +122,8 @@ class ShownRun:
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
         """Returns C and what is beside it by kind; None when the run's pack is not of the closure-stress suite."""
-        if self.pack is None or manifest_of(self.pack.folder).suite != SUITE:
-            return None
         with self.lock:
-            return rates_by_kind(settle_rows(table, answers_of(self.pack.folder), self._closed))
+            return None if self.pack is None else rates_of_table(self.pack.folder, table, self._closed)
 
     @property
     def version(self) -> str:

@@ -16,9 +16,10 @@ from markupsafe import Markup
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import PackMismatch
+from vigil.even_draw import evenly
 from vigil.goals import goal_words
 from vigil.levels import LEVELS, levels_of
-from vigil.pack import evenly, manifest_of, manifest_sha256
+from vigil.pack import manifest_of, manifest_sha256
 from vigil.pack_names import other_names, version_words
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.strata import in_order

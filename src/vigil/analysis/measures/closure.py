@@ -127,6 +127,13 @@ def settle_rows(
     return tuple(known[key][1] for key in scored)
 
 
+def rates_of_table(pack: Path, table: RecordTable, known: Settled) -> dict[str, dict[str, Any]] | None:
+    """Returns C and what is beside it by kind; None when the pack is not of the suite. `known` as in `settle_rows`."""
+    if manifest_of(pack).suite != SUITE:
+        return None
+    return rates_by_kind(settle_rows(table, answers_of(pack), known))
+
+
 def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
     """Returns the rates of some verdicts by kind, those of `all` at the end: values and intervals, as JSON has them."""
     parts = {kind: [each for each in outcomes if each.answer.kind == kind] for kind in KINDS}
