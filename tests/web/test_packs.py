@@ -115,7 +115,7 @@ def test_packs_in_a_browser(visitor: Visitor, view: Site) -> None:
     visitor.press("Enter")
     page.wait_for_url("**/packs/tiny")
     page.locator(".samples img").first.scroll_into_view_if_needed()
-    page.wait_for_function("document.querySelector('.samples img').naturalWidth === 640")
+    page.wait_for_function("() => document.querySelector('.samples img').naturalWidth === 640")
     visitor.check("a pack")
     page.goto(f"{view.url}/packs/vigil_smoke_v2#card")
     page.wait_for_selector(".card-text table")
